@@ -1,0 +1,46 @@
+"""What can go wrong, said in one line: where, what, what to do. One exit code a class."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+
+class RobotidError(Exception):
+    """Base of every error that a person can mend.
+
+    what : what is wrong; where : file, line or name it concerns; hint : what to do about it.
+    """
+
+    exit_code: ClassVar[int] = 1
+
+    def __init__(self, what: str, *, where: str = "", hint: str = "") -> None:
+        super().__init__(what, where, hint)
+        self.what, self.where, self.hint = what, where, hint
+
+    def __str__(self) -> str:
+        line = f"{self.where}: {self.what}" if self.where else self.what
+        return f"{line}; {self.hint}" if self.hint else line
+
+
+class ConfigError(RobotidError):
+    """The command line or the configuration says something that cannot be done."""
+
+    exit_code = 2
+
+
+class InputError(RobotidError):
+    """An input file or artifact is missing, stale, foreign or damaged."""
+
+    exit_code = 3
+
+
+class NumericsError(RobotidError):
+    """The numbers do not allow it: no convergence, no excitation, not identifiable."""
+
+    exit_code = 4
+
+
+class ThresholdError(RobotidError):
+    """The validation stayed below the threshold that the configuration demands."""
+
+    exit_code = 5

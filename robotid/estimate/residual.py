@@ -1,0 +1,147 @@
+"""Output error of a simulated joint against records, eq. (3) of the paper, and its exact Jacobian.
+
+The unknowns are the free parameters, shared by all records, followed by the free initial states of each record in turn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from robotid.errors import ConfigError
+from robotid.model.array import Array
+from robotid.model.channel import Channel
+from robotid.model.joint import Joint
+from robotid.model.parameters import Parameters
+from robotid.model.port import Signal
+from robotid.signals.record import Quantity, Record
+from robotid.simulate.simulate import Trajectory, initial_state, sensitivities, simulate
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evaluation:
+    """Weighted residuals at one point: one (n,) a record, the trajectories behind them, and the cost, half their square sum."""
+
+    unknowns: Array
+    residuals: tuple[Array, ...]
+    trajectories: tuple[Trajectory, ...]
+
+    @property
+    def cost(self) -> float:
+        return 0.5 * float(sum(r @ r for r in self.residuals))
+
+
+@dataclass(slots=True, eq=False)
+class OutputError:
+    """A least-squares problem over records. weights : (records,) that multiply the residuals.
+
+    free_states : which states' first values are estimated, for every record alike.
+    """
+
+    joint: Joint
+    parameters: Parameters
+    records: tuple[Record, ...]
+    output: Quantity
+    weights: Array
+    estimate_states: bool = True
+    columns: tuple[int, ...] = field(init=False)
+    free_states: tuple[int, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        if self.output == "position" and not self.joint.keeps_angle:
+            raise ConfigError("position needs a joint that keeps its angle", where="fit.output")
+        self.columns = tuple(int(k) for k in np.flatnonzero(self.parameters.free))
+        last = self.joint.speeds.stop
+        seen = range(last) if self.output == "position" else [k for k in range(last) if k != self._angle]
+        self.free_states = tuple(seen) if self.estimate_states else ()
+
+    @property
+    def _angle(self) -> int:
+        return self.joint.speeds.start - 1 if self.joint.keeps_angle else -1
+
+    @property
+    def row(self) -> int:
+        """The state that is the output."""
+        return self._angle if self.output == "position" else self.joint.speeds.start
+
+    def start(self) -> Array:
+        """Unknowns at the parameters' values and the measured first states."""
+        states = [initial_state(self.joint, record)[list(self.free_states)] for record in self.records]
+        return np.concatenate([self.parameters.values[list(self.columns)], *states])
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of the unknowns; initial states have none."""
+        free = np.full(len(self.records) * len(self.free_states), np.inf)
+        columns = list(self.columns)
+        return np.append(self.parameters.lower[columns], -free), np.append(self.parameters.upper[columns], free)
+
+    def theta(self, unknowns: Array) -> Array:
+        """All parameters, (p,)."""
+        theta = self.parameters.values.copy()
+        theta[list(self.columns)] = unknowns[: len(self.columns)]
+        return theta
+
+    def first_state(self, unknowns: Array, k: int) -> Array:
+        """First state of record k, (nx,)."""
+        x0 = initial_state(self.joint, self.records[k])
+        x0[list(self.free_states)] = unknowns[self._states_of(k)]
+        return x0
+
+    def _states_of(self, k: int) -> slice:
+        first = len(self.columns) + k * len(self.free_states)
+        return slice(first, first + len(self.free_states))
+
+    def evaluate(self, unknowns: Array, near: Evaluation | None = None) -> Evaluation:
+        """Simulate all records. near : an evaluation close by, whose trajectories are the first guess."""
+        theta = self.theta(unknowns)
+        residuals, trajectories = [], []
+        for k, record in enumerate(self.records):
+            guess = near.trajectories[k].x if near is not None else None
+            trajectory = simulate(self.joint, theta, record, self.first_state(unknowns, k), guess)
+            measured = record.phi_m if self.output == "position" else record.dphi_m
+            residuals.append(self.weights[k] * (measured - observed(trajectory, self.output)))
+            trajectories.append(trajectory)
+        return Evaluation(unknowns, tuple(residuals), tuple(trajectories))
+
+    def jacobian(self, at: Evaluation, k: int) -> tuple[Array, Array]:
+        """Derivatives of record k's weighted residual: the columns concerned (m,), and their values (m, n)."""
+        trajectory = at.trajectories[k]
+        inner = sensitivities(trajectory, self.records[k], self.columns, (self.row,), self.free_states)[0]
+        outer = output_columns(trajectory, self.output, self.columns, inner)
+        states = self._states_of(k)
+        where = np.concatenate([np.arange(len(self.columns)), np.arange(states.start, states.stop)])
+        return where, -self.weights[k] * outer
+
+
+def observed(trajectory: Trajectory, output: Quantity) -> Array:
+    """The simulated output as its sensor shows it, after the channels on it, (n,)."""
+    signal = trajectory.phi_m if output == "position" else trajectory.dphi_m
+    for p, channel, _ in _sensors(trajectory, output):
+        signal = channel.apply(signal, trajectory.sampling_time, p)
+    return signal
+
+
+def output_columns(trajectory: Trajectory, output: Quantity, columns: Sequence[int], inner: Array) -> Array:
+    """Derivatives of the observed output, from those of the simulated one, inner (m, n), theta's columns first."""
+    signal = trajectory.phi_m if output == "position" else trajectory.dphi_m
+    h = trajectory.sampling_time
+    for p, channel, first in _sensors(trajectory, output):
+        inner = channel.push(inner, signal, h, p)
+        own = channel.partials(signal, h, p)
+        for k in range(len(p)):
+            if first + k in columns:
+                inner[list(columns).index(first + k)] += own[k]
+        signal = channel.apply(signal, h, p)
+    return inner
+
+
+def _sensors(trajectory: Trajectory, output: Quantity) -> Iterator[tuple[Array, Channel, int]]:
+    joint, first = trajectory.joint, trajectory.joint.n_theta
+    wanted = Signal.ANGLE if output == "position" else Signal.SPEED
+    for signal, channel in joint.channels:
+        count = len(channel.parameters)
+        if signal is wanted:
+            yield trajectory.theta[first : first + count], channel, first
+        first += count

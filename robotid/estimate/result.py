@@ -1,0 +1,77 @@
+"""What an estimation returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from robotid.model.array import Array
+from robotid.model.structure import Structure
+
+
+class End(StrEnum):
+    """How an iterative fit ended; the value is the sentence a person reads."""
+
+    CONVERGED = "converged"
+    STALLED = "stalled: no step lowers the cost any further, yet the gradient has not vanished"
+    ITERATIONS = "stopped at the largest number of iterations"
+    INTERRUPTED = "interrupted: this is the last iterate"
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """One parameter with its uncertainty.
+
+    std : standard deviation for white residuals; std_robust : for residuals as coloured as they are; both nan when the
+    parameter was not estimated. remark : what a person should know ("fixed", "at its lower bound", "unidentifiable ...").
+    """
+
+    name: str
+    value: float
+    unit: str
+    std: float
+    std_robust: float
+    lower: float
+    upper: float
+    fixed: bool = False
+    remark: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FitResult:
+    """A model fitted to a combination of records.
+
+    covariance, covariance_robust : (p, p) over all parameters in order, zero where fixed. initial_states : record name to
+    (nx,) in the joint's state order. noise_std : per record, in the unit of the output. cost : (iterations + 1,).
+    fit_percent : per record of the fit, eq. (15).
+    """
+
+    name: str
+    records: tuple[str, ...]
+    output: str
+    structure: Structure
+    parameters: tuple[Estimate, ...]
+    covariance: Array
+    covariance_robust: Array
+    initial_states: dict[str, Array]
+    noise_std: dict[str, float]
+    fit_percent: dict[str, float]
+    cost: Array
+    iterations: int
+    end: End
+    seconds: float = field(metadata={"unit": "s"})
+
+    @property
+    def converged(self) -> bool:
+        return self.end is End.CONVERGED
+
+    def __getitem__(self, name: str) -> Estimate:
+        return next(p for p in self.parameters if p.name == name)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fits:
+    """Every model of a configuration, and the name of the one that later stages use."""
+
+    models: dict[str, FitResult]
+    best: str

@@ -1,0 +1,59 @@
+"""Parameters: what a term declares about a number, and the numbers of a whole model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import inf
+
+import numpy as np
+
+from robotid.model.array import Array, Mask
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """What an effect declares about one number of its formula.
+
+    null is the value at which the effect vanishes (None where it never does). A parameter with a grid is a
+    *shape* parameter: unidentifiable while the effect is absent, so the missing effect is scored over the grid.
+    """
+
+    symbol: str
+    unit: str
+    meaning: str
+    guess: float
+    bounds: tuple[float, float] = (-inf, inf)
+    null: float | None = None
+    grid: tuple[float, ...] = ()
+
+    @property
+    def is_shape(self) -> bool:
+        return bool(self.grid)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Parameters:
+    """The numbers of a model, in the order of its effects.
+
+    names such as "gear.spring.k1" : p; units : p; values, lower, upper : (p,); free : (p,) bool.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: Array
+    lower: Array
+    upper: Array
+    free: Mask
+
+    def __getitem__(self, name: str) -> float:
+        return float(self.values[self.names.index(name)])
+
+    def with_values(self, values: Array | Mapping[str, float]) -> Parameters:
+        """The same parameters with other values; a mapping changes the named ones only."""
+        if isinstance(values, Mapping):
+            unknown = set(values) - set(self.names)
+            if unknown:
+                raise KeyError(f"no parameter {sorted(unknown)}")
+            values = np.array([values.get(n, v) for n, v in zip(self.names, self.values, strict=True)])
+        return replace(self, values=np.asarray(values, dtype=np.float64))

@@ -1,0 +1,78 @@
+"""The language of mechanics: a term is the torque an effect absorbs as a function of its port's motion."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from robotid.model.array import Array
+from robotid.model.parameters import Parameter
+from robotid.model.port import Port
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Motion of one port over n samples.
+
+    x position [rad], v speed [rad/s], a acceleration [rad/s2], t time in the record [s] : (n,)
+    s direction of motion, sgn(v), as a variable of its own : (n,). The simulator decides it, exactly, also while
+    the port sticks; abs(v) is s * v. A formula written with s is analytic in every argument.
+    z the term's own states : (k, n).
+    """
+
+    x: Array
+    v: Array
+    a: Array
+    s: Array
+    t: Array
+    z: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Partials:
+    """Derivatives of one quantity (a torque, or the rate of a state), each (n,) or a plain number.
+
+    The plain number 0.0 says that the quantity never depends on that argument. z : one a state; theta : one a parameter.
+    """
+
+    x: Array | float = 0.0
+    v: Array | float = 0.0
+    a: Array | float = 0.0
+    s: Array | float = 0.0
+    z: tuple[Array | float, ...] = ()
+    theta: tuple[Array | float, ...] = ()
+
+
+class Term(ABC):
+    """An effect that absorbs torque. The class body is its whole specification; `docs` of it are these attributes.
+
+    name : as in configuration and verdicts. ports : where it may act, the usual one first. formula, source : text for
+    people. signature : what the effect looks like in a residual when a model lacks it.
+    The torque must be affine in a. States (memory) evolve by `rate`, which may not read a.
+    """
+
+    name: ClassVar[str]
+    ports: ClassVar[tuple[Port, ...]]
+    parameters: ClassVar[tuple[Parameter, ...]]
+    formula: ClassVar[str]
+    source: ClassVar[str]
+    signature: ClassVar[str]
+    states: ClassVar[tuple[str, ...]] = ()
+
+    @abstractmethod
+    def torque(self, m: Motion, p: Sequence[float]) -> Array | float:
+        """Absorbed torque [Nm], (n,). p : parameter values in declared order."""
+
+    @abstractmethod
+    def partials(self, m: Motion, p: Sequence[float]) -> Partials:
+        """Derivatives of `torque`."""
+
+    def rate(self, m: Motion, p: Sequence[float]) -> tuple[Array | float, ...]:
+        """Time derivative of each state, (n,)."""
+        return ()
+
+    def rate_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, ...]:
+        """Derivatives of `rate`, one Partials a state."""
+        return ()

@@ -1,0 +1,49 @@
+"""A recording of one experiment, in SI units, the same whether measured or simulated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from robotid.model.array import Array
+
+Role = Literal["estimate", "validate"]
+Use = Literal["rigid", "flex", "both"]
+Quantity = Literal["speed", "position"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Record:
+    """One experiment. All signals are on the motor side unless they end in _a, and (n,).
+
+    tau_m is held from its sample to the next. ref is the controller's reference, of the quantity ref_kind names.
+    period [s] is set where the excitation repeats; band [Hz] where it fills a known band.
+    """
+
+    name: str
+    role: Role
+    use: Use
+    sampling_time: float = field(metadata={"unit": "s"})
+    tau_m: Array = field(metadata={"unit": "Nm"})
+    phi_m: Array = field(metadata={"unit": "rad"})
+    dphi_m: Array = field(metadata={"unit": "rad/s"})
+    phi_a: Array | None = field(default=None, metadata={"unit": "rad"})
+    ref: Array | None = field(default=None, metadata={"unit": "rad or rad/s"})
+    ref_kind: Quantity | None = None
+    period: float | None = field(default=None, metadata={"unit": "s"})
+    band: tuple[float, float] | None = field(default=None, metadata={"unit": "Hz"})
+
+    def __len__(self) -> int:
+        return len(self.tau_m)
+
+    @property
+    def t(self) -> Array:
+        """Time from the first sample [s], (n,)."""
+        return np.arange(len(self)) * self.sampling_time
+
+    @property
+    def duration(self) -> float:
+        """Length of the record [s]."""
+        return len(self) * self.sampling_time

@@ -1,0 +1,94 @@
+"""LSODA where Newton's method fails, with a cache on disk: slow, robust, and asked the same thing again and again by a fit.
+
+The cache holds plain .npy files named by a hash of everything that decides the answer. It is bounded in size (the oldest
+files go first), safe to delete at any time, and lives in ROBOTID_CACHE, or robotid/ in the user's cache folder.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from robotid.errors import NumericsError
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.simulate.solver import Problem
+
+RTOL, ATOL = 1e-8, 1e-11
+SMOOTHING = 1e-4  # rad/s: LSODA needs a continuous friction law
+LARGEST_CACHE = 64_000_000  # bytes
+
+
+def lsoda(problem: Problem, first: int, stop: int, start: Array) -> Array:
+    """Nodes first .. stop by LSODA from the state start (nx,), (nx, stop - first + 1). Raises NumericsError on divergence."""
+    file = cache_folder() / f"{_key(problem, first, stop, start)}.npy"
+    try:
+        return np.asarray(np.load(file, allow_pickle=False))
+    except (OSError, ValueError):
+        x = _integrate(problem, first, stop, start)
+    _store(file, x)
+    return x
+
+
+def cache_folder() -> Path:
+    """Where the cache lives."""
+    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(os.environ.get("ROBOTID_CACHE") or Path(home) / "robotid")
+
+
+def smooth_rate(joint: Joint, x: Array, u: float, t: float, theta: Array) -> Array:
+    """dx/dt at one state x (nx,) with sgn(v) smoothed as v / sqrt(v^2 + eps^2), (nx,)."""
+    v = x[joint.speeds, None]
+    s = v / np.sqrt(v**2 + SMOOTHING**2)
+    return joint.evaluate(x[:, None], np.array([u]), s, np.array([t]), theta).f[:, 0]
+
+
+def _integrate(problem: Problem, first: int, stop: int, start: Array) -> Array:
+    h, x = problem.sampling_time, [start]
+    for k in range(first, stop):
+        step = solve_ivp(
+            lambda t, y, k=k: smooth_rate(problem.joint, y, problem.u[k], t, problem.theta),
+            (k * h, (k + 1) * h),
+            x[-1],
+            method="LSODA",
+            rtol=RTOL,
+            atol=ATOL,
+        )
+        if not step.success or not np.isfinite(step.y[:, -1]).all():
+            raise NumericsError(f"the simulation diverges at t = {k * h:.4g} s", hint="check the parameters' guesses and bounds")
+        x.append(step.y[:, -1])
+    return np.stack(x, axis=1)
+
+
+def _key(problem: Problem, first: int, stop: int, start: Array) -> str:
+    structure = problem.joint.structure
+    digest = hashlib.sha256(repr((structure, problem.joint.state_names, RTOL, ATOL, SMOOTHING, first)).encode())
+    for array in (problem.theta, problem.u[first:stop], start, np.array([problem.sampling_time])):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+def _store(file: Path, x: Array) -> None:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=file.parent, suffix=".part", delete=False) as part:
+            np.save(part, x, allow_pickle=False)
+        os.replace(part.name, file)
+        _shrink(file.parent)
+    except OSError:
+        return  # a cache that cannot be written costs time, not results
+
+
+def _shrink(folder: Path) -> None:
+    files = sorted(folder.glob("*.npy"), key=lambda f: f.stat().st_mtime)
+    size = sum(f.stat().st_size for f in files)
+    for file in files:
+        if size <= LARGEST_CACHE:
+            return
+        size -= file.stat().st_size
+        file.unlink(missing_ok=True)

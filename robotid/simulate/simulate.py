@@ -1,0 +1,151 @@
+"""Simulation of a joint driven by a recorded torque, and the derivatives of every state to every parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.model.port import Signal
+from robotid.signals.record import Record
+from robotid.simulate.fallback import lsoda
+from robotid.simulate.solver import Problem, carry, march
+from robotid.simulate.steps import linearise, modes
+
+BLOCK = 2000  # intervals whose derivatives are in memory at once
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """A simulated motion at the n samples of a record.
+
+    x : (nx, n) states; phi_m, dphi_m, ddphi_m : (n,) [rad, rad/s, rad/s2]; twist : (n,) of the gear [rad], None for a rigid
+    joint; u : (n,) effective torque; rescued : windows (first, stop) that LSODA had to integrate.
+    """
+
+    joint: Joint
+    theta: Array
+    sampling_time: float
+    u: Array
+    x: Array
+    phi_m: Array
+    dphi_m: Array
+    ddphi_m: Array
+    twist: Array | None
+    rescued: tuple[tuple[int, int], ...] = ()
+
+
+def simulate(
+    joint: Joint, theta: Array, record: Record, x0: Array | None = None, guess: Array | None = None
+) -> Trajectory:
+    """Open-loop response of a joint to a record's torque.
+
+    theta : (p,) in the order of joint.names; x0 : (nx,) first state, by default `initial_state`; guess : (nx, n) a
+    trajectory nearby, by default the measured motion. Raises NumericsError where even LSODA diverges.
+    """
+    x0 = initial_state(joint, record) if x0 is None else x0
+    guess = measured_guess(joint, record) if guess is None else guess.copy()
+    u = effective_torque(joint, theta, record)
+    problem = Problem(joint, theta, u[:-1], record.sampling_time, guess)
+    return _finish(problem, u, record, *_march(problem, x0))
+
+
+def _march(problem: Problem, x0: Array) -> tuple[Array, tuple[tuple[int, int], ...]]:
+    rescued: list[tuple[int, int]] = []
+
+    def rescue(problem: Problem, first: int, stop: int, start: Array) -> Array:
+        rescued.append((first, stop))
+        return lsoda(problem, first, stop, start)
+
+    return march(problem, x0, rescue), tuple(rescued)
+
+
+def _finish(problem: Problem, u: Array, record: Record, x: Array, rescued: tuple[tuple[int, int], ...]) -> Trajectory:
+    joint, h = problem.joint, problem.sampling_time
+    motive = Problem(joint, problem.theta, u, h, x).motive(0, len(u))
+    mode = modes(motive, x)
+    ddphi = joint.evaluate(x, u, mode.s, motive.t, problem.theta, mode.locked).f[joint.speeds.start]
+    dphi = x[joint.speeds.start]
+    if joint.keeps_angle:
+        phi = x[joint.speeds.start - 1]
+    else:
+        phi = record.phi_m[0] + np.concatenate([[0.0], np.cumsum(h / 2 * (dphi[1:] + dphi[:-1]))])
+    twist = x[0] if joint.masses > 1 else None
+    return Trajectory(joint, problem.theta, h, u, x, phi, dphi, ddphi, twist, rescued)
+
+
+def effective_torque(joint: Joint, theta: Array, record: Record) -> Array:
+    """The torque that acts, mean over each interval, after the channels on it, (n,)."""
+    u, first = record.tau_m, joint.n_theta
+    for signal, channel in joint.channels:
+        p = theta[first : first + len(channel.parameters)]
+        first += len(channel.parameters)
+        if signal is Signal.TORQUE:
+            u = channel.apply(u, record.sampling_time, p)
+    return u
+
+
+def torque_columns(joint: Joint, theta: Array, record: Record) -> dict[int, Array]:
+    """Derivatives of the effective torque to the channels' parameters: index into theta -> (n,)."""
+    u, first, columns = record.tau_m, joint.n_theta, dict[int, Array]()
+    for signal, channel in joint.channels:
+        p = theta[first : first + len(channel.parameters)]
+        if signal is Signal.TORQUE:
+            columns = {k: channel.push(c, u, record.sampling_time, p) for k, c in columns.items()}
+            own = channel.partials(u, record.sampling_time, p)
+            columns |= {first + k: own[k] for k in range(len(p))}
+            u = channel.apply(u, record.sampling_time, p)
+        first += len(p)
+    return columns
+
+
+def initial_state(joint: Joint, record: Record) -> Array:
+    """First state as measured, the arm moving rigidly with the motor and the gear untwisted, (nx,)."""
+    return measured_guess(joint, record)[:, 0]
+
+
+def measured_guess(joint: Joint, record: Record) -> Array:
+    """The measured motion as states, arm and tool rigid, memory empty, (nx, n)."""
+    x = np.zeros((joint.nx, len(record)))
+    first = joint.speeds.start
+    if joint.keeps_angle:
+        x[first - 1] = record.phi_m
+    x[first] = record.dphi_m
+    x[first + 1 : joint.speeds.stop] = joint.ratio * record.dphi_m
+    return x
+
+
+def sensitivities(
+    trajectory: Trajectory, record: Record, columns: Sequence[int], rows: Sequence[int], free_states: Sequence[int] = ()
+) -> Array:
+    """Derivatives of states `rows` to parameters `columns` and to initial states `free_states`, (rows, k, n).
+
+    One banded triangular solve a block of samples; only the wanted rows are kept.
+    """
+    joint, theta, n = trajectory.joint, trajectory.theta, len(trajectory.u)
+    mechanical = [k for k in columns if k < joint.n_theta]
+    channel = torque_columns(joint, theta, record)
+    width = len(columns) + len(free_states)
+    out = np.empty((len(rows), width, n))
+    start = np.zeros((joint.nx, width))
+    start[list(free_states), len(columns) + np.arange(len(free_states))] = 1.0
+    problem = Problem(joint, theta, trajectory.u[:-1], trajectory.sampling_time, trajectory.x)
+    out[:, :, 0] = start[list(rows)]
+    for first in range(0, n - 1, BLOCK):
+        last = min(n - 1, first + BLOCK)
+        steps = linearise(problem.motive(first, last, mechanical), trajectory.x[:, first:last], trajectory.x[:, first + 1 : last + 1])
+        assert steps.S is not None
+        forcing = np.zeros((joint.nx, width, last - first + 1))
+        forcing[:, :, 0] = start
+        for k, column in enumerate(columns):
+            if column < joint.n_theta:
+                forcing[:, k, 1:] = steps.S[:, mechanical.index(column)]
+            elif column in channel:
+                forcing[:, k, 1:] = steps.S[:, -1] * channel[column][first:last]
+        z = carry(steps, forcing)
+        out[:, :, first : last + 1] = z[list(rows)]
+        start = z[:, :, -1]
+    return out

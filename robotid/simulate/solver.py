@@ -1,0 +1,188 @@
+"""TrajectoryNewton: a solver for scipy's solve_ivp whose one step is a window of many samples.
+
+All nodes of a window are unknowns at once. Newton's matrix is block bidiagonal; divided by its diagonal blocks it is unit
+lower triangular and banded, and one LAPACK call (dtbtrs) solves the window. The problem is causal: nodes that have settled
+stay settled whatever comes after them, so a window that converges in part advances by that part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.integrate import DenseOutput, OdeSolver, solve_ivp
+from scipy.linalg.lapack import dtbtrs
+
+from robotid.errors import NumericsError
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.simulate.steps import Motive, Steps, linearise
+
+MOST_ITERATIONS = 40
+MOST_IDLE = 10  # iterations in which nothing settles
+LARGEST_WINDOW = 2000
+SHORT_WINDOW = 250
+SMALLEST_WINDOW = 8
+FEW_ITERATIONS = 5
+TOLERANCE = 1e-7
+
+
+
+@dataclass(slots=True, eq=False)
+class Problem:
+    """A simulation to be done: u (n,) torque held over each of the n intervals, guess (nx, n + 1) of the nodes.
+
+    scale (nx,) grows with the trajectory: the size against which a Newton step counts as small.
+    """
+
+    joint: Joint
+    theta: Array
+    u: Array
+    sampling_time: float
+    guess: Array
+    scale: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.scale = np.maximum(np.abs(self.guess).max(axis=1), 1e-12)
+
+    def linearise(self, first: int, last: int, x: Array) -> Steps:
+        """Intervals first .. last - 1 linearised at their nodes x (nx, last - first + 1)."""
+        return linearise(self.motive(first, last), x[:, :-1], x[:, 1:])
+
+    def motive(self, first: int, last: int, columns: Sequence[int] | None = None) -> Motive:
+        """What acts in intervals first .. last - 1."""
+        h = self.sampling_time
+        t = np.arange(first, last) * h
+        return Motive(self.joint, self.theta, self.u[first:last], t, np.full(last - first, h), columns)
+
+
+def carry(steps: Steps, columns: Array) -> Array:
+    """Solve z[n+1] = G[n] z[n] + columns[n+1] with z[0] = columns[0]. columns (nx, q, n + 1), overwritten -> same shape."""
+    d, q, nodes = columns.shape
+    band = np.zeros((2 * d, d * nodes))
+    for i in range(d):
+        for j in range(d):
+            band[d + i - j, j : d * (nodes - 1) : d] = -steps.G[i, j]
+    rhs = columns.transpose(1, 2, 0).reshape(q, d * nodes).T
+    solved, _ = dtbtrs(band, rhs, uplo="L", diag="U", overwrite_b=True)
+    return np.asarray(solved.T.reshape(q, nodes, d).transpose(2, 0, 1))
+
+
+def newton(problem: Problem, first: int, start: Array, guess: Array) -> tuple[Array, int, int]:
+    """Nodes of one window from its known first state. guess (nx, m + 1) -> nodes, how many intervals settled, iterations."""
+    x = guess.copy()
+    x[:, 0] = start
+    settled, last, idle = 0, guess.shape[1] - 1, 0
+    for iteration in range(1, MOST_ITERATIONS + 1):
+        active = x[:, settled:]
+        change = _newton_step(problem, first + settled, first + last, active)
+        finite = np.isfinite(change).all(axis=0)
+        whole = len(finite) if finite.all() else int(np.argmin(finite))
+        active[:, :whole] += change[:, :whole]
+        size = np.maximum(np.maximum.accumulate(np.abs(active[:, :whole]), axis=1), problem.scale[:, None])
+        small = (np.abs(change[:, :whole]) <= TOLERANCE * size).all(axis=0)
+        gained = whole - 1 if small.all() else int(np.argmin(small)) - 1
+        settled, idle = settled + gained, 0 if gained else idle + 1
+        if settled == last or whole < len(finite) or idle == MOST_IDLE:
+            break
+    return x, settled, iteration
+
+
+def _newton_step(problem: Problem, first: int, last: int, x: Array) -> Array:
+    with np.errstate(all="ignore"):
+        steps = problem.linearise(first, last, x)
+        rhs = np.zeros((len(x), 1, x.shape[1]))
+        rhs[:, 0, 1:] = steps.c
+        return carry(steps, rhs)[:, 0]
+
+
+Rescue = Callable[[Problem, int, int, Array], Array]
+
+
+class Nodes(DenseOutput):  # type: ignore[misc]
+    """A window's solution at its samples."""
+
+    def __init__(self, t_old: float, t: float, sampling_time: float, first: int, x: Array) -> None:
+        super().__init__(t_old, t)
+        self.first, self.x, self.sampling_time = first, x, sampling_time
+
+    def _call_impl(self, t: Array) -> Array:
+        nearest = np.rint(np.asarray(t) / self.sampling_time).astype(int) - self.first
+        return np.asarray(self.x[:, nearest])
+
+
+class TrajectoryNewton(OdeSolver):  # type: ignore[misc]
+    """Window after window of a `Problem`; `rescue` integrates the few samples at which Newton's method fails."""
+
+    def __init__(
+        self,
+        fun: Callable[..., Any],
+        t0: float,
+        y0: Array,
+        t_bound: float,
+        vectorized: bool = False,
+        *,
+        problem: Problem,
+        rescue: Rescue,
+    ) -> None:
+        super().__init__(fun, t0, y0, t_bound, vectorized)
+        self.problem, self.rescue = problem, rescue
+        self.node, self.window = 0, LARGEST_WINDOW // 2
+        self.rescued: list[tuple[int, int]] = []
+        self.x = self.y[:, None]
+        self.first = 0
+
+    def _step_impl(self) -> tuple[bool, str | None]:
+        problem, total = self.problem, len(self.problem.u)
+        while self.window >= SMALLEST_WINDOW:
+            stop = min(total, self.node + self.window)
+            x, settled, iterations = newton(problem, self.node, self.y, problem.guess[:, self.node : stop + 1])
+            self.nfev += 3 * iterations
+            whole = settled == stop - self.node
+            if whole or settled >= SMALLEST_WINDOW:
+                self._advance(x[:, : settled + 1])
+                self.window = self._next_window(settled, whole, iterations)
+                return True, None
+            self.window //= 4
+        stop = min(total, self.node + SMALLEST_WINDOW)
+        self.rescued.append((self.node, stop))
+        self._advance(self.rescue(problem, self.node, stop, self.y))
+        self.window = 4 * SMALLEST_WINDOW
+        return True, None
+
+    def _next_window(self, settled: int, whole: bool, iterations: int) -> int:
+        """Longer where Newton's method is quick; shorter where reversals make it creep along the window."""
+        if not whole:
+            return max(SMALLEST_WINDOW, settled)
+        if iterations <= FEW_ITERATIONS:
+            return min(LARGEST_WINDOW, 2 * self.window)
+        return self.window if iterations <= 2 * FEW_ITERATIONS else max(SHORT_WINDOW, self.window // 2)
+
+    def _advance(self, x: Array) -> None:
+        problem = self.problem
+        self.first, self.x = self.node, x
+        self.node += x.shape[1] - 1
+        problem.scale = np.maximum(problem.scale, np.abs(x).max(axis=1))
+        self.t = self.t_bound if self.node == len(problem.u) else self.node * problem.sampling_time
+        self.y = x[:, -1]
+
+    def _dense_output_impl(self) -> Nodes:
+        return Nodes(self.t_old, self.t, self.problem.sampling_time, self.first, self.x)
+
+
+def march(problem: Problem, x0: Array, rescue: Rescue) -> Array:
+    """All nodes of a problem from its first state x0 (nx,), (nx, n + 1). Raises NumericsError on divergence."""
+    n, h = len(problem.u), problem.sampling_time
+    solution = solve_ivp(
+        _never_called, (0.0, n * h), x0, method=TrajectoryNewton, t_eval=np.arange(n + 1) * h, problem=problem, rescue=rescue
+    )
+    if not solution.success or not np.isfinite(solution.y).all():
+        raise NumericsError("the simulation diverges", hint="check the parameters' guesses and bounds")
+    return np.asarray(solution.y)
+
+
+def _never_called(t: float, x: Array) -> Array:
+    """solve_ivp asks for a right-hand side; this solver takes the joint's, with its derivatives, from the problem."""
+    raise NotImplementedError
