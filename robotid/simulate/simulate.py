@@ -108,13 +108,17 @@ def initial_state(joint: Joint, record: Record) -> Array:
 
 
 def measured_guess(joint: Joint, record: Record) -> Array:
-    """The measured motion as states, arm and tool rigid, memory empty, (nx, n)."""
+    """The measured motion as states, arm and tool rigid, memory empty, (nx, n).
+
+    A speed lost in its own noise is taken for rest: where friction holds, noise would pass for a host of reversals.
+    """
     x = np.zeros((joint.nx, len(record)))
     first = joint.speeds.start
     if joint.keeps_angle:
         x[first - 1] = record.phi_m
-    x[first] = record.dphi_m
-    x[first + 1 : joint.speeds.stop] = joint.ratio * record.dphi_m
+    noise = np.median(np.abs(np.diff(record.dphi_m, 2))) / (0.6745 * np.sqrt(6.0))
+    x[first] = np.where(np.abs(record.dphi_m) > 3 * noise, record.dphi_m, 0.0) if joint.dry else record.dphi_m
+    x[first + 1 : joint.speeds.stop] = joint.ratio * x[first]
     return x
 
 

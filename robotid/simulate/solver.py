@@ -26,7 +26,7 @@ LARGEST_WINDOW = 2000
 SHORT_WINDOW = 250
 SMALLEST_WINDOW = 8
 FEW_ITERATIONS = 5
-TOLERANCE = 1e-7
+TOLERANCE = 1e-5  # of the last Newton step, relative; the error left is of the order of its square
 
 
 
@@ -76,7 +76,7 @@ def newton(problem: Problem, first: int, start: Array, guess: Array) -> tuple[Ar
     x[:, 0] = start
     settled, last, idle = 0, guess.shape[1] - 1, 0
     for iteration in range(1, MOST_ITERATIONS + 1):
-        active = x[:, settled:]
+        active = x[:, settled : last + 1]
         change = _newton_step(problem, first + settled, first + last, active)
         finite = np.isfinite(change).all(axis=0)
         whole = len(finite) if finite.all() else int(np.argmin(finite))
@@ -87,6 +87,8 @@ def newton(problem: Problem, first: int, start: Array, guess: Array) -> tuple[Ar
         settled, idle = settled + gained, 0 if gained else idle + 1
         if settled == last or whole < len(finite) or idle == MOST_IDLE:
             break
+        if iteration >= FEW_ITERATIONS and last - settled > SHORT_WINDOW:
+            last = settled + (last - settled) // 2
     return x, settled, iteration
 
 

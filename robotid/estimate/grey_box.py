@@ -1,0 +1,180 @@
+"""The third step: nonlinear grey-box identification of everything in the time domain (section 4.3 of the paper)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from robotid.errors import NumericsError
+from robotid.estimate.covariance import coloured_information
+from robotid.estimate.least_squares import Iteration, Solution, solve
+from robotid.estimate.residual import OutputError, observed
+from robotid.estimate.result import End, Estimate, FitResult
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.model.parameters import Parameters
+from robotid.signals.record import Quantity, Record
+
+UNIDENTIFIABLE = 1e-7  # smallest singular value, relative to the largest, of the Jacobian with unit columns
+
+
+@dataclass(frozen=True, slots=True)
+class FitOptions:
+    """How to fit. weights : record name to a factor on the weight that its noise gives it. multistart : further starts."""
+
+    output: Quantity = "speed"
+    most: int = 50
+    tolerance: float = 1e-6
+    weights: Mapping[str, float] = field(default_factory=dict)
+    estimate_states: bool = True
+    multistart: int = 0
+    seed: int = 0
+
+
+def fit_model(
+    name: str,
+    joint: Joint,
+    parameters: Parameters,
+    records: Sequence[Record],
+    options: FitOptions,
+    log: Callable[[Iteration], None] | None = None,
+) -> FitResult:
+    """Fit one joint to a combination of records from the parameters' values. Raises NumericsError where nothing converges."""
+    begin = time.perf_counter()
+    factors = np.array([options.weights.get(record.name, 1.0) for record in records])
+    problem = OutputError(joint, parameters, tuple(records), options.output, factors, options.estimate_states)
+    solution = _best_of(problem, options, log)
+    solution = _reweigh(problem, solution, factors, options, log)
+    return _result(name, problem, solution, time.perf_counter() - begin)
+
+
+def _best_of(problem: OutputError, options: FitOptions, log: Callable[[Iteration], None] | None) -> Solution:
+    start = problem.start()
+    best = solve(problem, start, most=options.most, tolerance=options.tolerance, log=log)
+    rng = np.random.default_rng(options.seed)
+    for _ in range(options.multistart):
+        other = start.copy()
+        other[: len(problem.columns)] *= np.exp(0.5 * rng.standard_normal(len(problem.columns)))
+        try:
+            found = solve(problem, other, most=options.most, tolerance=options.tolerance, log=log)
+        except NumericsError:
+            continue
+        best = found if found.evaluation.cost < best.evaluation.cost else best
+    return best
+
+
+def _reweigh(
+    problem: OutputError, solution: Solution, factors: Array, options: FitOptions, log: Callable[[Iteration], None] | None
+) -> Solution:
+    """Weigh each record by its own residual and fit once more: records of unequal noise or misfit then count alike."""
+    sigma = noise_levels(problem, solution)
+    if len(problem.records) == 1 or solution.end is End.INTERRUPTED or np.ptp(sigma) <= 0.1 * sigma.max():
+        return solution
+    problem.weights = factors * sigma.mean() / np.maximum(sigma, 1e-3 * sigma.max())
+    return solve(problem, solution.evaluation.unknowns, most=options.most, tolerance=options.tolerance, log=log)
+
+
+def noise_levels(problem: OutputError, solution: Solution) -> Array:
+    """Standard deviation of each record's unweighted residual, in the unit of the output, (records,)."""
+    unknowns_each = len(problem.free_states) + len(problem.columns) / len(problem.records)
+    return np.array(
+        [
+            np.linalg.norm(r) / w / np.sqrt(max(1.0, len(r) - unknowns_each))
+            for r, w in zip(solution.evaluation.residuals, problem.weights, strict=True)
+        ]
+    )
+
+
+def _result(name: str, problem: OutputError, solution: Solution, seconds: float) -> FitResult:
+    sigma = noise_levels(problem, solution)
+    classical, robust, weak = _covariances(problem, solution, sigma)
+    theta = problem.theta(solution.evaluation.unknowns)
+    return FitResult(
+        name=name,
+        records=tuple(r.name for r in problem.records),
+        output=problem.output,
+        structure=problem.joint.structure,
+        parameters=_estimates(problem, theta, classical, robust, weak),
+        covariance=classical,
+        covariance_robust=robust,
+        initial_states={r.name: problem.first_state(solution.evaluation.unknowns, k) for k, r in enumerate(problem.records)},
+        noise_std={r.name: float(s) for r, s in zip(problem.records, sigma, strict=True)},
+        fit_percent={
+            r.name: fit_percent(_measured(r, problem.output), observed(t, problem.output))
+            for r, t in zip(problem.records, solution.evaluation.trajectories, strict=True)
+        },
+        cost=np.array(solution.cost),
+        iterations=len(solution.cost) - 1,
+        end=solution.end,
+        seconds=seconds,
+    )
+
+
+def _measured(record: Record, output: Quantity) -> Array:
+    return record.phi_m if output == "position" else record.dphi_m
+
+
+def fit_percent(measured: Array, simulated: Array) -> float:
+    """Eq. (15): 100 (1 - ||y - yhat|| / ||y - mean y||)."""
+    spread = np.linalg.norm(measured - measured.mean())
+    return float(100 * (1 - np.linalg.norm(measured - simulated) / spread)) if spread > 0 else 0.0
+
+
+def _covariances(problem: OutputError, solution: Solution, sigma: Array) -> tuple[Array, Array, dict[int, str]]:
+    """Classical and robust covariance of all parameters (p, p) each, zero where fixed, and what is unidentifiable."""
+    m, count = len(solution.evaluation.unknowns), len(problem.columns)
+    information, middle = np.zeros((m, m)), np.zeros((m, m))
+    for k, residual in enumerate(solution.evaluation.residuals):
+        where, jacobian = problem.jacobian(solution.evaluation, k)
+        scaled = jacobian / (sigma[k] * problem.weights[k])
+        block = np.ix_(where, where)
+        information[block] += scaled @ scaled.T
+        middle[block] += coloured_information(scaled, residual / (sigma[k] * problem.weights[k]))
+    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
+    known = values > UNIDENTIFIABLE**2 * values[-1]
+    inverse = (vectors[:, known] / values[known]) @ vectors[:, known].T / np.outer(scale, scale)
+    weak = _weak(vectors[:, ~known], [problem.joint.names[c] for c in problem.columns])
+    columns = np.ix_(list(problem.columns), list(problem.columns))
+    classical, robust = np.zeros((2, len(problem.joint.names), len(problem.joint.names)))
+    classical[columns] = inverse[:count, :count]
+    robust[columns] = (inverse @ middle @ inverse)[:count, :count]
+    return classical, robust, {problem.columns[k]: text for k, text in weak.items()}
+
+
+def _weak(directions: Array, names: Sequence[str]) -> dict[int, str]:
+    """Unidentifiable directions by name: unknown k to a sentence."""
+    said: dict[int, str] = {}
+    for direction in directions.T:
+        members = [k for k in range(len(names)) if abs(direction[k]) > 0.1]
+        for k in members:
+            others = [names[j] for j in members if j != k]
+            said[k] = "unidentifiable" + (f" together with {', '.join(others)}" if others else " on these records")
+    return said
+
+
+def _estimates(problem: OutputError, theta: Array, classical: Array, robust: Array, weak: Mapping[int, str]) -> tuple[Estimate, ...]:
+    p, estimates = problem.parameters, []
+    for k, name in enumerate(p.names):
+        fixed = k not in problem.columns
+        estimates.append(
+            Estimate(
+                name=name,
+                value=float(theta[k]),
+                unit=p.units[k],
+                std=float("nan") if fixed else float(np.sqrt(classical[k, k])),
+                std_robust=float("nan") if fixed else float(np.sqrt(robust[k, k])),
+                lower=float(p.lower[k]),
+                upper=float(p.upper[k]),
+                fixed=fixed,
+                remark="fixed" if fixed else weak.get(k) or _at_bound(theta[k], p.lower[k], p.upper[k]),
+            )
+        )
+    return tuple(estimates)
+
+
+def _at_bound(value: float, lower: float, upper: float) -> str:
+    return "at its lower bound" if value <= lower else "at its upper bound" if value >= upper else ""
