@@ -1,0 +1,65 @@
+"""A tool behind an elastic link."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robotid.model.array import Array
+from robotid.model.parameters import Parameter
+from robotid.model.port import Port
+from robotid.model.term import Motion, Partials, Term
+
+
+class ThirdMass(Term):
+    """Inertia of a tool that hangs on the arm by a spring and damper of its own.
+
+    Spring and damper are told by the frequency and damping ratio of the tool with the arm held, k = Jb wb^2 and
+    d = 2 zeta wb Jb: so the effect vanishes with Jb, yet the tool's motion, and with it the score of Jb, exists.
+    Shows itself as a second resonance.
+    """
+
+    name = "third_mass"
+    ports = (Port.LINK,)
+    parameters = (
+        # Not zero: there the fit could see neither wb nor zeta.
+        Parameter("Jb", "kg m2", "moment of inertia of the tool", guess=100.0, bounds=(0.0, 1e8), null=0.0),
+        Parameter(
+            "wb",
+            "rad/s",
+            "frequency of the tool with the arm held",
+            guess=70.0,
+            bounds=(0.1, 1e5),
+            grid=(20.0, 28.0, 40.0, 57.0, 80.0, 113.0, 160.0, 226.0, 320.0),
+        ),
+        Parameter("zeta", "1", "damping ratio of the link", guess=0.05, bounds=(0.0, 10.0), grid=(0.02, 0.1)),
+    )
+    states = ("twist", "speed")
+    formula = "Jb dz1/dt with dz0/dt = v - z1, dz1/dt = wb^2 z0 + 2 zeta wb (v - z1)"
+    source = "Wernholt & Gunnarsson 2005, section 6.3"
+    signature = "a second resonance"
+
+    def torque(self, m: Motion, p: Sequence[float]) -> Array:
+        return np.asarray(p[0] * self.rate(m, p)[1])
+
+    def partials(self, m: Motion, p: Sequence[float]) -> Partials:
+        Jb, _, tool = p[0], *self.rate_partials(m, p)
+        return Partials(
+            v=Jb * tool.v,
+            z=tuple(Jb * d for d in tool.z),
+            theta=(self.rate(m, p)[1], *(Jb * d for d in tool.theta[1:])),
+        )
+
+    def rate(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array]:
+        _, wb, zeta = p
+        slip = m.v - m.z[1]
+        return slip, np.asarray(wb**2 * m.z[0] + 2.0 * zeta * wb * slip)
+
+    def rate_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, Partials]:
+        _, wb, zeta = p
+        slip = m.v - m.z[1]
+        d = 2.0 * zeta * wb
+        link = Partials(v=1.0, z=(0.0, -1.0), theta=(0.0, 0.0, 0.0))
+        tool = Partials(v=d, z=(wb**2, -d), theta=(0.0, 2.0 * wb * m.z[0] + 2.0 * zeta * slip, 2.0 * wb * slip))
+        return link, tool
