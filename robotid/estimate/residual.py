@@ -19,14 +19,20 @@ from robotid.model.port import Signal
 from robotid.signals.record import Quantity, Record
 from robotid.simulate.simulate import Trajectory, initial_state, sensitivities, simulate
 
+LARGEST_PREDICTION = 5_000_000  # derivatives kept of one record to predict its next trajectory
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evaluation:
-    """Weighted residuals at one point: one (n,) a record, the trajectories behind them, and the cost, half their square sum."""
+    """Weighted residuals at one point: one (n,) a record, the trajectories behind them, and the cost, half their square sum.
+
+    derivatives : record number to those of all states to the unknowns (nx, m, n), where they were worked out.
+    """
 
     unknowns: Array
     residuals: tuple[Array, ...]
     trajectories: tuple[Trajectory, ...]
+    derivatives: dict[int, Array] = field(default_factory=dict)
 
     @property
     def cost(self) -> float:
@@ -53,8 +59,8 @@ class OutputError:
         if self.output == "position" and not self.joint.keeps_angle:
             raise ConfigError("position needs a joint that keeps its angle", where="fit.output")
         self.columns = tuple(int(k) for k in np.flatnonzero(self.parameters.free))
-        last = self.joint.speeds.stop
-        seen = range(last) if self.output == "position" else [k for k in range(last) if k != self._angle]
+        every = range(self.joint.nx)
+        seen = every if self.output == "position" else [k for k in every if k != self._angle]
         self.free_states = tuple(seen) if self.estimate_states else ()
 
     @property
@@ -68,7 +74,7 @@ class OutputError:
 
     def start(self) -> Array:
         """Unknowns at the parameters' values and the measured first states."""
-        states = [initial_state(self.joint, record)[list(self.free_states)] for record in self.records]
+        states = [initial_state(self.joint, self.parameters.values, record)[list(self.free_states)] for record in self.records]
         return np.concatenate([self.parameters.values[list(self.columns)], *states])
 
     def bounds(self) -> tuple[Array, Array]:
@@ -85,7 +91,7 @@ class OutputError:
 
     def first_state(self, unknowns: Array, k: int) -> Array:
         """First state of record k, (nx,)."""
-        x0 = initial_state(self.joint, self.records[k])
+        x0 = initial_state(self.joint, self.theta(unknowns), self.records[k])
         x0[list(self.free_states)] = unknowns[self._states_of(k)]
         return x0
 
@@ -98,7 +104,7 @@ class OutputError:
         theta = self.theta(unknowns)
         residuals, trajectories = [], []
         for k, record in enumerate(self.records):
-            guess = near.trajectories[k].x if near is not None else None
+            guess = self._predict(k, near, unknowns) if near is not None else None
             trajectory = simulate(self.joint, theta, record, self.first_state(unknowns, k), guess)
             measured = record.phi_m if self.output == "position" else record.dphi_m
             residuals.append(self.weights[k] * (measured - observed(trajectory, self.output)))
@@ -108,11 +114,26 @@ class OutputError:
     def jacobian(self, at: Evaluation, k: int) -> tuple[Array, Array]:
         """Derivatives of record k's weighted residual: the columns concerned (m,), and their values (m, n)."""
         trajectory = at.trajectories[k]
-        inner = sensitivities(trajectory, self.records[k], self.columns, (self.row,), self.free_states)[0]
-        outer = output_columns(trajectory, self.output, self.columns, inner)
+        nx, width = self.joint.nx, len(self.columns) + len(self.free_states)
+        small = nx * width * len(self.records[k]) <= LARGEST_PREDICTION
+        rows = range(nx) if small else (self.row,)
+        inner = sensitivities(trajectory, self.records[k], self.columns, rows, self.free_states)
+        if small:
+            at.derivatives[k] = inner
+        outer = output_columns(trajectory, self.output, self.columns, inner[self.row if small else 0])
+        return self._unknowns_of(k), -self.weights[k] * outer
+
+    def _unknowns_of(self, k: int) -> Array:
         states = self._states_of(k)
-        where = np.concatenate([np.arange(len(self.columns)), np.arange(states.start, states.stop)])
-        return where, -self.weights[k] * outer
+        return np.concatenate([np.arange(len(self.columns)), np.arange(states.start, states.stop)])
+
+    def _predict(self, k: int, near: Evaluation, unknowns: Array) -> Array:
+        """Record k's trajectory to first order from one nearby, (nx, n)."""
+        x = near.trajectories[k].x
+        if k not in near.derivatives:
+            return x
+        step = (unknowns - near.unknowns)[self._unknowns_of(k)]
+        return np.asarray(x + np.einsum("k,xkn->xn", step, near.derivatives[k]))
 
 
 def observed(trajectory: Trajectory, output: Quantity) -> Array:

@@ -76,3 +76,7 @@ class Term(ABC):
     def rate_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, ...]:
         """Derivatives of `rate`, one Partials a state."""
         return ()
+
+    def settled(self, m: Motion, p: Sequence[float]) -> tuple[Array | float, ...]:
+        """The states after long motion as in m: where a record that starts amid motion finds them."""
+        return (0.0,) * len(self.states)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from robotid.model.port import Signal
 from robotid.signals.record import Record
 from robotid.simulate.fallback import lsoda
 from robotid.simulate.solver import Problem, carry, march
-from robotid.simulate.steps import linearise, modes
+from robotid.simulate.steps import linearise, modes, regular
 
 BLOCK = 2000  # intervals whose derivatives are in memory at once
 
@@ -22,8 +22,8 @@ BLOCK = 2000  # intervals whose derivatives are in memory at once
 class Trajectory:
     """A simulated motion at the n samples of a record.
 
-    x : (nx, n) states; phi_m, dphi_m, ddphi_m : (n,) [rad, rad/s, rad/s2]; twist : (n,) of the gear [rad], None for a rigid
-    joint; u : (n,) effective torque; rescued : windows (first, stop) that LSODA had to integrate.
+    x : (nx, n) states; phi_m, dphi_m : (n,) [rad, rad/s]; twist : (n,) of the gear [rad], None for a rigid joint;
+    u : (n,) effective torque; rescued : windows (first, stop) that LSODA had to integrate.
     """
 
     joint: Joint
@@ -33,9 +33,21 @@ class Trajectory:
     x: Array
     phi_m: Array
     dphi_m: Array
-    ddphi_m: Array
     twist: Array | None
     rescued: tuple[tuple[int, int], ...] = ()
+
+    @property
+    def ddphi_m(self) -> Array:
+        """Motor acceleration at the start of each interval [rad/s2], (n,)."""
+        joint, n = self.joint, len(self.u)
+        problem = Problem(joint, self.theta, self.u, self.sampling_time, self.x)
+        blocks = []
+        for first in range(0, n, BLOCK):
+            motive = problem.motive(first, min(n, first + BLOCK))
+            x = self.x[:, first : first + BLOCK]
+            mode = modes(motive, x)
+            blocks.append(joint.evaluate(x, motive.u, mode.s, motive.t, self.theta, mode.locked).f[joint.speeds.start])
+        return np.concatenate(blocks)
 
 
 def simulate(
@@ -46,10 +58,13 @@ def simulate(
     theta : (p,) in the order of joint.names; x0 : (nx,) first state, by default `initial_state`; guess : (nx, n) a
     trajectory nearby, by default the measured motion. Raises NumericsError where even LSODA diverges.
     """
-    x0 = initial_state(joint, record) if x0 is None else x0
-    guess = measured_guess(joint, record) if guess is None else guess.copy()
+    x0 = initial_state(joint, theta, record) if x0 is None else x0
     u = effective_torque(joint, theta, record)
+    cold = guess is None
+    guess = measured_guess(joint, theta, record) if guess is None else guess
     problem = Problem(joint, theta, u[:-1], record.sampling_time, guess)
+    if cold:
+        problem = replace(problem, guess=follow_motor(problem, x0))
     return _finish(problem, u, record, *_march(problem, x0))
 
 
@@ -65,16 +80,34 @@ def _march(problem: Problem, x0: Array) -> tuple[Array, tuple[tuple[int, int], .
 
 def _finish(problem: Problem, u: Array, record: Record, x: Array, rescued: tuple[tuple[int, int], ...]) -> Trajectory:
     joint, h = problem.joint, problem.sampling_time
-    motive = Problem(joint, problem.theta, u, h, x).motive(0, len(u))
-    mode = modes(motive, x)
-    ddphi = joint.evaluate(x, u, mode.s, motive.t, problem.theta, mode.locked).f[joint.speeds.start]
     dphi = x[joint.speeds.start]
     if joint.keeps_angle:
         phi = x[joint.speeds.start - 1]
     else:
         phi = record.phi_m[0] + np.concatenate([[0.0], np.cumsum(h / 2 * (dphi[1:] + dphi[:-1]))])
     twist = x[0] if joint.masses > 1 else None
-    return Trajectory(joint, problem.theta, h, u, x, phi, dphi, ddphi, twist, rescued)
+    return Trajectory(joint, problem.theta, h, u, x, phi, dphi, twist, rescued)
+
+
+def follow_motor(problem: Problem, x0: Array) -> Array:
+    """The guess with all states but the motor's as its motion drives them, to first order, (nx, n).
+
+    Friction decides by the forces whether a motor near rest stays there, so the gear's torque must be about right.
+    """
+    joint, x = problem.joint, problem.guess.copy()
+    given = [joint.speeds.start - 1] * joint.keeps_angle + [joint.speeds.start]
+    x[:, 0] = x0
+    for first in range(0, x.shape[1] - 1, BLOCK):
+        motive = problem.motive(first, min(x.shape[1] - 1, first + BLOCK))
+        window = x[:, first : first + BLOCK + 1]
+        with np.errstate(all="ignore"):
+            steps = regular(motive, window[:, :-1], window[:, 1:], modes(motive, window[:, :-1]))
+            steps.G[given], steps.c[given] = 0.0, 0.0
+            change = carry(steps, np.concatenate([np.zeros((joint.nx, 1)), steps.c], axis=1)[:, None])[:, 0]
+        if not np.isfinite(change).all():
+            return problem.guess
+        window += change
+    return x
 
 
 def effective_torque(joint: Joint, theta: Array, record: Record) -> Array:
@@ -102,13 +135,13 @@ def torque_columns(joint: Joint, theta: Array, record: Record) -> dict[int, Arra
     return columns
 
 
-def initial_state(joint: Joint, record: Record) -> Array:
+def initial_state(joint: Joint, theta: Array, record: Record) -> Array:
     """First state as measured, the arm moving rigidly with the motor and the gear untwisted, (nx,)."""
-    return measured_guess(joint, record)[:, 0]
+    return measured_guess(joint, theta, record)[:, 0]
 
 
-def measured_guess(joint: Joint, record: Record) -> Array:
-    """The measured motion as states, arm and tool rigid, memory empty, (nx, n).
+def measured_guess(joint: Joint, theta: Array, record: Record) -> Array:
+    """The measured motion as states, arm and tool rigid, memory settled, (nx, n).
 
     A speed lost in its own noise is taken for rest: where friction holds, noise would pass for a host of reversals.
     """
@@ -119,6 +152,11 @@ def measured_guess(joint: Joint, record: Record) -> Array:
     noise = np.median(np.abs(np.diff(record.dphi_m, 2))) / (0.6745 * np.sqrt(6.0))
     x[first] = np.where(np.abs(record.dphi_m) > 3 * noise, record.dphi_m, 0.0) if joint.dry else record.dphi_m
     x[first + 1 : joint.speeds.stop] = joint.ratio * x[first]
+    for place in joint.placed:
+        if place.term.states:
+            m = joint.motion(place, x, None, np.sign(x[joint.speeds]), record.t)
+            for row, value in enumerate(place.term.settled(m, theta[place.at]), start=place.z.start):
+                x[row] = value
     return x
 
 

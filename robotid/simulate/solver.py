@@ -51,6 +51,11 @@ class Problem:
         """Intervals first .. last - 1 linearised at their nodes x (nx, last - first + 1)."""
         return linearise(self.motive(first, last), x[:, :-1], x[:, 1:])
 
+    @property
+    def dry(self) -> list[int]:
+        """The states that are speeds under dry friction."""
+        return [self.joint.speeds.start + j for j in self.joint.dry]
+
     def motive(self, first: int, last: int, columns: Sequence[int] | None = None) -> Motive:
         """What acts in intervals first .. last - 1."""
         h = self.sampling_time
@@ -80,7 +85,10 @@ def newton(problem: Problem, first: int, start: Array, guess: Array) -> tuple[Ar
         change = _newton_step(problem, first + settled, first + last, active)
         finite = np.isfinite(change).all(axis=0)
         whole = len(finite) if finite.all() else int(np.argmin(finite))
+        before = active[problem.dry]
         active[:, :whole] += change[:, :whole]
+        reversed_ = before * active[problem.dry] < 0.0
+        active[problem.dry] = np.where(reversed_, 0.0, active[problem.dry])
         size = np.maximum(np.maximum.accumulate(np.abs(active[:, :whole]), axis=1), problem.scale[:, None])
         small = (np.abs(change[:, :whole]) <= TOLERANCE * size).all(axis=0)
         gained = whole - 1 if small.all() else int(np.argmin(small)) - 1

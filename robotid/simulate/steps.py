@@ -18,7 +18,7 @@ from robotid.model.joint import Joint
 from robotid.model.linear_algebra import product, solve
 
 CROSSING_ITERATIONS = 5
-CROSSING_TOLERANCE = 1e-7  # before the last, quadratically convergent, correction
+CROSSING_TOLERANCE = 1e-5  # before the last, quadratically convergent, correction
 
 
 @dataclass(frozen=True, slots=True)

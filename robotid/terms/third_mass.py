@@ -63,3 +63,6 @@ class ThirdMass(Term):
         link = Partials(v=1.0, z=(0.0, -1.0), theta=(0.0, 0.0, 0.0))
         tool = Partials(v=d, z=(wb**2, -d), theta=(0.0, 2.0 * wb * m.z[0] + 2.0 * zeta * slip, 2.0 * wb * slip))
         return link, tool
+
+    def settled(self, m: Motion, p: Sequence[float]) -> tuple[Array | float, ...]:
+        return (0.0, m.v)

@@ -1,0 +1,213 @@
+"""Speed of the simulator and of the fit, side by side with others in one process. Prints ratios; run by `make bench`."""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import least_squares
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from paper_joint import RATIO, SAMPLING_TIME, STRUCTURE, TRUTH, references
+
+from robotid.estimate.least_squares import linearise, solve
+from robotid.estimate.residual import OutputError
+from robotid.model.array import Array
+from robotid.signals.record import Record
+from robotid.simulate.assemble import assemble
+from robotid.simulate.controller import Controller
+from robotid.simulate.plant import Plant
+from robotid.simulate.simulate import simulate
+from robotid.signals.reference import Reference
+
+M0 = {
+    "motor.inertia.J": 0.0123,
+    "motor.viscous.Fv": 0.0136,
+    "motor.coulomb.Fc": 0.642,
+    "gear.spring.k1": 0.814e6,
+    "gear.cubic_spring.k3": 5.4e10,
+    "gear.damper.d": 0.0,
+    "arm.inertia.J": 790.0,
+}
+
+
+def records() -> tuple[Record, ...]:
+    """The paper's three sets from the virtual robot."""
+    joint = assemble(STRUCTURE, angle=True)
+    theta = joint.parameters().with_values(TRUTH).values
+    plant = Plant(joint, theta, Controller("speed", kp=0.3, ki=3.0), 1e-5, 0.005, 0.02, seed=1)
+    made = (Reference(f"set{k + 1}", SAMPLING_TIME, ref, "speed") for k, ref in enumerate(references()))
+    return tuple(plant.record(reference, k) for k, reference in enumerate(made))
+
+
+def clock(run: Callable[[], object], times: int = 3) -> float:
+    """Least wall time of several runs [s]."""
+    taken = []
+    for _ in range(times):
+        begin = time.perf_counter()
+        run()
+        taken.append(time.perf_counter() - begin)
+    return min(taken)
+
+
+def ours(data: tuple[Record, ...]) -> OutputError:
+    joint = assemble(STRUCTURE)
+    return OutputError(joint, joint.parameters().with_values(M0), data, "speed", np.ones(len(data)))
+
+
+class CasadiGaussNewton:
+    """Gauss-Newton with step halving on CasADi's exact Jacobian of a Runge-Kutta 4 simulation, one step a sample."""
+
+    def __init__(self, data: tuple[Record, ...]) -> None:
+        import casadi as ca
+
+        self.data, self.functions = data, {}
+        for n in {len(record) for record in data}:
+            x, u, q = ca.SX.sym("x", 3), ca.SX.sym("u"), ca.SX.sym("q", 7)
+
+            def rate(x: ca.SX, u: ca.SX = u, q: ca.SX = q) -> ca.SX:
+                jm, fv, fc, k1, k3, d, ja = (q[i] for i in range(7))
+                slip = RATIO * x[1] - x[2]
+                gear = k1 * x[0] + k3 * x[0] ** 3 + d * slip
+                return ca.vertcat(slip, (u - fv * x[1] - fc * ca.tanh(x[1] / 0.02) - RATIO * gear) / jm, gear / ja)
+
+            h = SAMPLING_TIME
+            a = rate(x)
+            b = rate(x + h / 2 * a)
+            c = rate(x + h / 2 * b)
+            d = rate(x + h * c)
+            step = ca.Function("step", [x, u, q], [x + h / 6 * (a + 2 * b + 2 * c + d)])
+            x0, theta, torque = ca.MX.sym("x0", 3), ca.MX.sym("q", 7), ca.MX.sym("u", 1, n - 1)
+            states = step.mapaccum(n - 1)(x0, torque, ca.repmat(theta, 1, n - 1))
+            y = ca.horzcat(x0, states)[1, :].T
+            self.functions[n] = (
+                ca.Function("y", [theta, x0, torque], [y]),
+                ca.Function("j", [theta, x0, torque], [y, ca.jacobian(y, ca.vertcat(theta, x0))]),
+            )
+
+    def residual(self, z: Array, k: int) -> Array:
+        record = self.data[k]
+        y = self.functions[len(record)][0](z[:7], z[7 + 3 * k : 10 + 3 * k], record.tau_m[None, :-1])
+        return record.dphi_m - np.array(y)[:, 0]
+
+    def cost(self, z: Array) -> float:
+        return 0.5 * sum(float(r @ r) for r in (self.residual(z, k) for k in range(len(self.data))))
+
+    def fit(self, z: Array) -> tuple[Array, int]:
+        for iteration in range(1, 40):
+            normal, gradient, cost = np.zeros((len(z), len(z))), np.zeros(len(z)), 0.0
+            for k, record in enumerate(self.data):
+                where = np.r_[0:7, 7 + 3 * k : 10 + 3 * k]
+                y, j = self.functions[len(record)][1](z[:7], z[where[7:]], record.tau_m[None, :-1])
+                r, jacobian = record.dphi_m - np.array(y)[:, 0], np.array(j)
+                normal[np.ix_(where, where)] += jacobian.T @ jacobian
+                gradient[where] += jacobian.T @ r
+                cost += 0.5 * float(r @ r)
+            scale = np.sqrt(np.diag(normal))
+            step = np.linalg.solve(normal / np.outer(scale, scale), gradient / scale) / scale
+            share = 1.0
+            while share > 1e-3 and self.cost(z + share * step) >= cost:
+                share /= 2
+            z = z + share * step
+            if cost - self.cost(z) < 1e-6 * cost:
+                return z, iteration
+        return z, iteration
+
+
+def scipy_seconds_per_iteration(data: tuple[Record, ...], start: Array) -> float:
+    """One iteration of least_squares with finite differences on solve_ivp, all records [s]."""
+
+    def speeds(theta: Array, x0: Array, record: Record) -> Array:
+        jm, fv, fc, k1, k3, d, ja = theta.tolist()
+        u, h = record.tau_m.tolist(), record.sampling_time
+
+        def rate(t: float, x: Array) -> list[float]:
+            twist, wm, wa = x.tolist()
+            slip = RATIO * wm - wa
+            gear = k1 * twist + k3 * twist**3 + d * slip
+            torque = u[min(int(t / h), len(u) - 1)]
+            return [slip, (torque - fv * wm - fc * float(np.tanh(wm / 0.02)) - RATIO * gear) / jm, gear / ja]
+
+        return np.asarray(solve_ivp(rate, (0, record.t[-1]), x0, t_eval=record.t, max_step=h, rtol=1e-4, atol=1e-7).y[1])
+
+    def residual(z: Array) -> Array:
+        return np.concatenate([r.dphi_m - speeds(z[:7], z[7 + 3 * k : 10 + 3 * k], r) for k, r in enumerate(data)])
+
+    scale = np.maximum(np.abs(start), 1e-3)
+    evaluations = 0
+
+    def counted(z: Array) -> Array:
+        nonlocal evaluations
+        evaluations += 1
+        return residual(z)
+
+    begin = time.perf_counter()
+    least_squares(counted, start, x_scale=scale, diff_step=1e-6, max_nfev=1)
+    return time.perf_counter() - begin
+
+
+def long_record(n: int) -> Record:
+    t = np.arange(n) * SAMPLING_TIME
+    u = 2.0 * np.sin(2 * np.pi * 1.3 * t) + 2 * np.sin(2 * np.pi * 7 * t + 1)
+    joint = assemble(STRUCTURE)
+    short = Record("long", "estimate", "both", SAMPLING_TIME, u, 0 * u, 0 * u)
+    speed = simulate(joint, joint.parameters().with_values(TRUTH).values, short, np.zeros(3)).dphi_m
+    return replace(short, dphi_m=speed + 0.02 * np.random.default_rng(0).standard_normal(n))
+
+
+def bench_fit(with_scipy: bool) -> None:
+    data = records()
+    problem = ours(data)
+    start = problem.start()
+    print(f"a fit of {sum(map(len, data))} samples, 7 parameters and 9 initial states, from m0")
+    solution = solve(problem, start, tolerance=1e-6)
+    theta = solution.evaluation.unknowns[:7]
+    print(f"  robotid  {len(solution.cost) - 1} iterations, {solution.end}, worst error {worst(theta):.2%}")
+    rival = CasadiGaussNewton(data)
+    z, iterations = rival.fit(start)
+    print(f"  CasADi   {iterations} iterations, worst error {worst(z[:7]):.2%}")
+    mine, theirs = clock(lambda: solve(problem, start, tolerance=1e-6)), clock(lambda: rival.fit(start))
+    print(f"  robotid {mine:.2f} s, Gauss-Newton on CasADi's Jacobian {theirs:.2f} s: {theirs / mine:.2f} times faster")
+    if with_scipy:
+        each = scipy_seconds_per_iteration(data, start)
+        print(f"  least_squares on solve_ivp: {each:.1f} s for its first iteration alone: {each / mine:.0f} times the whole fit")
+
+
+def worst(theta: Array) -> float:
+    """Largest relative error but that of k3, which these records hardly see."""
+    truth = np.array(list(TRUTH.values()))
+    return float(np.delete(np.abs(theta / truth - 1), 4).max())
+
+
+def bench_length() -> None:
+    print("simulation, and simulation with Jacobian, against the number of samples")
+    for n in (20_000, 200_000, 2_000_000):
+        record = long_record(n)
+        problem = OutputError(assemble(STRUCTURE), assemble(STRUCTURE).parameters().with_values(TRUTH), (record,), "speed", np.ones(1))
+        start = problem.start()
+        begin = time.perf_counter()
+        at = problem.evaluate(start)
+        middle = time.perf_counter()
+        linearise(problem, at)
+        end = time.perf_counter()
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+        print(
+            f"  {n:>9} samples: {1e6 * (middle - begin) / n:.2f} us a sample, with Jacobian {1e6 * (end - begin) / n:.2f} us,"
+            f" peak memory so far {peak:.2f} GB"
+        )
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--skip-scipy", action="store_true", help="leave out the slow comparison with plain SciPy")
+    options = parser.parse_args()
+    bench_length()
+    bench_fit(not options.skip_scipy)
