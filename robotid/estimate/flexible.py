@@ -1,0 +1,221 @@
+"""The second step: initial values of what flexes, from frequency responses (section 6.2 of the paper)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from robotid.estimate.average_stiffness import SpringLaw, equivalent_law, published_law, simulate_twist
+from robotid.estimate.flexible_start import rigid_inertia, starts
+from robotid.estimate.linear_response import FLOOR, ResponseFit, fit_response, linear_part
+from robotid.estimate.notch import Reading, read_off
+from robotid.estimate.responses import Response, responses
+from robotid.estimate.result import Estimate
+from robotid.estimate.rigid import RigidResult
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.model.parameters import Parameters
+from robotid.signals.frf import Frf
+from robotid.signals.record import Record
+from robotid.simulate.assemble import assemble
+
+NEEDED = ("motor.inertia.J", "gear.spring.k1", "arm.inertia.J")
+STIFFNESS, CUBIC = "gear.spring.k1", "gear.cubic_spring.k3"
+LARGEST_DOUBT = 0.2  # relative standard deviation at which a response does not tell a parameter
+HOPELESS = 3.0  # relative standard deviation at which the declared guess is no worse
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlexReading:
+    """What one response tells.
+
+    notch, resonance, gain : as read off; Jm = 1 / gain; k = notch^2 Ja with step 1's rigid inertia, as in the paper; both
+    None where there is no notch. values, relative_std : the parametric fit of eq. (13), by dotted name; misfit : its
+    weighted rms residual, about 1 where a linear joint explains the response; twist : the largest, of a linear spring.
+    """
+
+    record: str
+    notch: float | None = field(metadata={"unit": "rad/s"})
+    resonance: float | None = field(metadata={"unit": "rad/s"})
+    gain: float = field(metadata={"unit": "rad/s2/Nm"})
+    Jm: float = field(metadata={"unit": "kg m2"})
+    k: float | None = field(metadata={"unit": "Nm/rad"})
+    values: dict[str, float]
+    relative_std: dict[str, float]
+    misfit: float
+    twist: float = field(metadata={"unit": "rad"})
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlexResult:
+    """Step 2. frfs, readings : one a record, or one for all realisations of an excitation. parameters : means over the
+    responses that tell the stiffness. springs : the cubic law by eq. (14) and, where several responses tell it, by
+    equivalent linearisation. guesses : by dotted name of the model, empty where nothing was found."""
+
+    frfs: tuple[Frf, ...]
+    readings: tuple[FlexReading, ...]
+    parameters: tuple[Estimate, ...]
+    springs: tuple[SpringLaw, ...]
+    guesses: dict[str, float]
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Fitted:
+    """A response with its reading and its parametric fit; twists : (n,) a record of it [rad]."""
+
+    response: Response
+    reading: Reading
+    fit: ResponseFit
+    twists: tuple[Array, ...]
+
+    @property
+    def tells(self) -> bool:
+        """Whether inertias and stiffness are certain, and the notch where the response can have seen it."""
+        omega, values = self.response.frf.omega, self.fit.values
+        notch = np.sqrt(values[STIFFNESS] / values["arm.inertia.J"])
+        certain = all(self.fit.relative_std.get(name, 0.0) < LARGEST_DOUBT for name in NEEDED)
+        return bool(certain and 0.5 * omega[0] < notch < 2 * omega[-1])
+
+
+def fit_flexible(
+    joint: Joint,
+    parameters: Parameters,
+    rigid: RigidResult,
+    records: Sequence[Record],
+    band: tuple[float, float] | None = None,
+    window: float | None = None,
+) -> FlexResult:
+    """Initial values of inertias, springs and dampers.
+
+    parameters : step 1's values in them; those that are not free are held. band [Hz] and window [s] : of the responses.
+    A joint that cannot flex, or records that do not show it, give an empty result with a remark.
+    Raises NumericsError where step 1 found no inertia or a record is not excited.
+    """
+    linear = assemble(linear_part(joint.structure))
+    missing = [name for name in NEEDED if name not in linear.names]
+    if joint.masses == 1 or missing:
+        why = "a rigid axis has no flexibility" if joint.masses == 1 else f"the model lacks {', '.join(missing)}"
+        return FlexResult((), (), (), (), {}, (why,))
+    if not records:
+        return FlexResult((), (), (), (), {}, ("no record serves the flexible initialisation",))
+    values = dict(zip(parameters.names, parameters.values.tolist(), strict=True))
+    free = {name for name, is_free in zip(parameters.names, parameters.free, strict=True) if is_free}
+    held = {name: values[name] for name in linear.names if name not in free or name.endswith("viscous.Fv")}
+    total = rigid_inertia(linear, {name: values[name] for name in linear.names}, rigid)
+    fitted = [
+        _fit(linear, values, held, total, response) for response in responses(joint, parameters, records, band, window)
+    ]
+    return _result(linear, joint, parameters, total[0], fitted)
+
+
+def _fit(
+    linear: Joint,
+    values: Mapping[str, float],
+    held: Mapping[str, float],
+    total: tuple[float, float],
+    response: Response,
+) -> _Fitted:
+    reading = read_off(response.frf)
+    begin = starts(linear, values, reading, total[0], response.frf.omega)
+    fit = fit_response(linear, response.frf, held, begin, total)
+    far = (total[0] - fit.values["motor.inertia.J"]) / linear.ratio**2
+    k, d = fit.values[STIFFNESS], fit.values.get("gear.damper.d", 0.0)
+    twists = tuple(
+        simulate_twist(r.dphi_m, r.sampling_time, linear.ratio, k, d, max(far, fit.values["arm.inertia.J"]))
+        for r in response.records
+    )
+    return _Fitted(response, reading, fit, twists)
+
+
+def _result(linear: Joint, joint: Joint, parameters: Parameters, total: float, fitted: Sequence[_Fitted]) -> FlexResult:
+    telling = [f for f in fitted if f.tells]
+    estimates = _means(parameters, telling)
+    guesses = {e.name: e.value for e in estimates if e.std < HOPELESS * e.value}
+    remarks = _remarks(fitted)
+    springs: tuple[SpringLaw, ...] = ()
+    if CUBIC in joint.names and telling:
+        springs = _spring_laws(telling, guesses)
+        law = springs[-1]
+        guesses |= {STIFFNESS: law.k1, CUBIC: law.k3} if law.stiffens else {CUBIC: 0.0}
+        remarks += [_say(law)]
+    return FlexResult(
+        frfs=tuple(f.response.frf for f in fitted),
+        readings=tuple(_as_read(linear, total, f) for f in fitted),
+        parameters=estimates,
+        springs=springs,
+        guesses=guesses,
+        remarks=tuple(remarks),
+    )
+
+
+def _means(parameters: Parameters, fitted: Sequence[_Fitted]) -> tuple[Estimate, ...]:
+    """Weighted means of the logarithms. std : by the responses' errors; std_robust : at least their scatter."""
+    estimates = []
+    for name in fitted[0].fit.relative_std if fitted else ():
+        logarithms = np.log([f.fit.values[name] for f in fitted])
+        weights = 1 / (np.array([f.fit.relative_std[name] for f in fitted]) ** 2 + FLOOR**2)
+        mean = float(weights @ logarithms / weights.sum())
+        std = 1 / np.sqrt(weights.sum())
+        scatter = np.sqrt(weights @ (logarithms - mean) ** 2 / weights.sum() / max(1, len(fitted) - 1))
+        value, k = float(np.exp(mean)), parameters.names.index(name)
+        lower, upper = float(parameters.lower[k]), float(parameters.upper[k])
+        estimates.append(
+            Estimate(
+                name, value, parameters.units[k], value * float(std), value * float(max(std, scatter)), lower, upper
+            )
+        )
+    return tuple(estimates)
+
+
+def _spring_laws(fitted: Sequence[_Fitted], means: Mapping[str, float]) -> tuple[SpringLaw, ...]:
+    """Both laws of k_i = (k1 / Ja)_i Ja, by the notch of each fit and one arm inertia for all; the last one counts."""
+    arm = means.get("arm.inertia.J", fitted[0].fit.values["arm.inertia.J"])
+    k = np.array([f.fit.values[STIFFNESS] / f.fit.values["arm.inertia.J"] * arm for f in fitted])
+    k_std = k * np.hypot([f.fit.relative_std.get(STIFFNESS, 0.0) for f in fitted], FLOOR)
+    twists = [np.concatenate(f.twists) for f in fitted]
+    published = published_law(twists, k, k_std)
+    return (published, equivalent_law(twists, k, k_std)) if len(fitted) > 1 else (published,)
+
+
+def _say(law: SpringLaw) -> str:
+    if law.stiffens:
+        return f"stiffness rises with amplitude: k3 = {law.k3:.3g} +- {law.k3_std:.2g} Nm/rad3"
+    return f"the amplitudes do not separate k1 from k3 ({law.k3:.3g} +- {law.k3_std:.2g} Nm/rad3): k3 starts at zero"
+
+
+def _as_read(linear: Joint, total: float, fitted: _Fitted) -> FlexReading:
+    reading, Jm = fitted.reading, 1 / fitted.reading.gain
+    return FlexReading(
+        record=fitted.response.frf.record,
+        notch=reading.notch,
+        resonance=reading.resonance,
+        gain=reading.gain,
+        Jm=Jm,
+        k=None if reading.notch is None else reading.notch**2 * (total - Jm) / linear.ratio**2,
+        values=fitted.fit.values,
+        relative_std=fitted.fit.relative_std,
+        misfit=fitted.fit.misfit,
+        twist=float(max(np.abs(x).max() for x in fitted.twists)),
+    )
+
+
+def _remarks(fitted: Sequence[_Fitted]) -> list[str]:
+    said: list[str] = []
+    for f in fitted:
+        name = f.response.frf.record
+        said += [f"{name}: {remark}" for remark in f.response.frf.remarks]
+        if f.reading.notch is None:
+            said.append(f"{name}: the response shows no notch")
+        if not f.tells:
+            said.append(f"{name}: the response does not tell the stiffness and is left out")
+        unseen = [
+            n for n, std in f.fit.relative_std.items() if n.startswith(("tool.", "link.")) and std > LARGEST_DOUBT
+        ]
+        if unseen:
+            said.append(f"{name}: no second resonance that tells {', '.join(unseen)}")
+    if not any(f.tells for f in fitted):
+        said.append("no response tells the stiffness: declared guesses stand")
+    return said

@@ -1,0 +1,94 @@
+"""Linear least squares over several records, with the uncertainty and the excuses that belong to it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotid.errors import NumericsError
+from robotid.estimate.covariance import coloured_information
+from robotid.model.array import Array
+
+WORST_CONDITION = 1e3  # of the columns scaled to unit norm; beyond, friction and filter errors decide the estimate
+SAMPLES_A_PARAMETER = 5
+HINT = "record a motion that excites them, fix some of them, or leave effects out of the model"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Block:
+    """One record: tau (n,) = columns^T theta + error, columns (p, n)."""
+
+    columns: Array
+    tau: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solution:
+    """theta (p,); its covariance for white errors and for errors as coloured as they are, (p, p); residuals (n,) a
+    block; condition number of the columns scaled to unit norm."""
+
+    theta: Array
+    covariance: Array
+    covariance_robust: Array
+    residuals: tuple[Array, ...]
+    condition_number: float
+
+
+def solve(names: Sequence[str], blocks: Sequence[Block]) -> Solution:
+    """Least squares in two passes: the second weighs each block by its own residual, lest a poor one spoil the others.
+
+    Raises NumericsError, with the parameters' names, where the columns do not determine them.
+    """
+    _require_excitation(names, np.hstack([b.columns for b in blocks]))
+    weights = np.ones(len(blocks))
+    theta = _minimise(blocks, weights)
+    if len(blocks) > 1:
+        rms = np.array([np.sqrt(np.mean((b.tau - theta @ b.columns) ** 2)) for b in blocks])
+        weights = 1.0 / np.maximum(rms, 1e-6 * max(np.ptp(b.tau) for b in blocks))
+        theta = _minimise(blocks, weights)
+    return _with_uncertainty(theta, blocks, weights)
+
+
+def relative_error(residual: Array, tau: Array) -> float:
+    """100 ||residual|| / ||tau|| [%]."""
+    scale = float(np.linalg.norm(tau))
+    return 100.0 * float(np.linalg.norm(residual)) / scale if scale > 0 else 0.0
+
+
+def _minimise(blocks: Sequence[Block], weights: Array) -> Array:
+    columns = np.hstack([w * b.columns for w, b in zip(weights, blocks, strict=True)])
+    tau = np.concatenate([w * b.tau for w, b in zip(weights, blocks, strict=True)])
+    scale = np.linalg.norm(columns, axis=1)
+    return np.asarray(np.linalg.lstsq((columns / scale[:, None]).T, tau, rcond=None)[0] / scale)
+
+
+def _with_uncertainty(theta: Array, blocks: Sequence[Block], weights: Array) -> Solution:
+    residuals = tuple(b.tau - theta @ b.columns for b in blocks)
+    columns = [w * b.columns for w, b in zip(weights, blocks, strict=True)]
+    errors = [w * e for w, e in zip(weights, residuals, strict=True)]
+    stacked = np.hstack(columns)
+    scale = np.linalg.norm(stacked, axis=1)
+    inverse = np.linalg.inv((stacked / scale[:, None]) @ (stacked / scale[:, None]).T) / np.outer(scale, scale)
+    variance = sum(float(e @ e) for e in errors) / (stacked.shape[1] - len(theta))
+    middle = sum((coloured_information(c, e) for c, e in zip(columns, errors, strict=True)), np.zeros_like(inverse))
+    condition = float(np.linalg.cond(stacked / scale[:, None]))
+    return Solution(theta, variance * inverse, inverse @ middle @ inverse, residuals, condition)
+
+
+def _require_excitation(names: Sequence[str], columns: Array) -> None:
+    if columns.shape[1] < SAMPLES_A_PARAMETER * max(1, len(names)):
+        raise NumericsError(
+            f"{columns.shape[1]} filtered samples are too few for {len(names)} parameters",
+            where="init_rigid",
+            hint="record for longer, raise cutoff or lower min_speed",
+        )
+    norms = np.linalg.norm(columns, axis=1)
+    still = [name for name, norm in zip(names, norms, strict=True) if norm == 0]
+    if still:
+        raise NumericsError(f"the records do not excite {', '.join(still)}", where="init_rigid", hint=HINT)
+    _, values, directions = np.linalg.svd((columns / norms[:, None]).T, full_matrices=False)
+    if values[-1] * WORST_CONDITION <= values[0]:
+        together = [name for name, part in zip(names, directions[-1], strict=True) if abs(part) > 0.1]
+        raise NumericsError(f"the records cannot tell {' from '.join(together)}", where="init_rigid", hint=HINT)

@@ -1,0 +1,53 @@
+"""What a person reads off a frequency response: notch, resonance and high-frequency gain (section 6.2 of the paper)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.signal import find_peaks
+
+from robotid.model.array import Array
+from robotid.signals.frf import Frf
+
+PROMINENCE = 3.0  # [dB] of a notch or a resonance over its surroundings
+CERTAIN = 4.0  # standard deviations of the response that the prominence must exceed, too
+FAR = 3.0  # times the resonance: from here on the response is flat
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """notch, resonance : the most prominent ones [rad/s], None where there is none.
+    gain : magnitude at high frequency, 1/Jm."""
+
+    notch: float | None = field(metadata={"unit": "rad/s"})
+    resonance: float | None = field(metadata={"unit": "rad/s"})
+    gain: float = field(metadata={"unit": "rad/s2/Nm"})
+
+
+def read_off(frf: Frf) -> Reading:
+    """Notch, resonance and gain of a response from torque to acceleration."""
+    level = 20 * np.log10(np.abs(frf.response))
+    doubt = CERTAIN * 20 * np.log10(1 + frf.std / np.abs(frf.response))
+    notches, peaks = (_extremes(sign * level, doubt, frf.omega) for sign in (-1, 1))
+    notch = notches[0] if notches else None
+    above = [peak for peak in peaks if notch is None or peak > notch]
+    resonance = above[0] if above else None
+    far = frf.omega > FAR * (resonance or 0.0)
+    high = far if resonance and far.sum() >= 3 else frf.omega >= np.quantile(frf.omega, 0.8)
+    return Reading(notch, resonance, float(np.median(np.abs(frf.response[high]))))
+
+
+def _extremes(level: Array, doubt: Array, omega: Array) -> list[float]:
+    """Frequencies of the maxima of a level [dB], between the lines by a parabola, the most prominent first.
+
+    doubt (n,) [dB] : what noise alone may raise.
+    """
+    where, about = find_peaks(level, prominence=np.maximum(PROMINENCE, doubt))
+    order = np.argsort(-about["prominences"])
+    return [_vertex(level[k - 1 : k + 2], omega[k - 1 : k + 2]) for k in where[order]]
+
+
+def _vertex(level: Array, omega: Array) -> float:
+    a, b, _ = np.polyfit(omega - omega[1], level, 2)
+    return float(omega[1] - b / (2 * a)) if a < 0 else float(omega[1])

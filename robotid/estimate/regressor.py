@@ -1,0 +1,128 @@
+"""The regressor of a rigid joint, eq. (10): what each parameter adds to the motor torque as all masses move together.
+
+Columns are the terms' own derivatives to their parameters, so every effect of the catalogue is known here at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotid.model import term
+from robotid.model.array import Array
+from robotid.model.joint import Joint, Placed
+from robotid.model.parameters import Parameters
+from robotid.model.port import Port
+from robotid.signals.differentiate import Kinematics, decimate, differentiate
+from robotid.signals.record import Record
+
+POSITION_CUTOFF = (
+    5.0  # of the position's filter, in cut-offs of the parallel filter: it must not shape what that one passes
+)
+PARALLEL = 1e-6  # distance, in parts of its length, at which one column is the multiple of another
+
+
+@dataclass(frozen=True, slots=True)
+class Filtering:
+    """How a record is filtered. cutoff [Hz] of the parallel filter; order of the Butterworth filters; samples slower
+    than min_speed [rad/s] are left out."""
+
+    cutoff: float
+    order: int = 4
+    min_speed: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Regression:
+    """One record as tau = columns^T theta, filtered and decimated.
+
+    names (p,); columns (p, n); motor_side (p, n), the columns if their effects sat on the motor; torque (n,) as
+    recorded; tau (n,) less the part of parameters that are held.
+    """
+
+    names: tuple[str, ...]
+    columns: Array
+    motor_side: Array
+    torque: Array
+    tau: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Merged:
+    """An unknown of the rigid joint: a parameter, or a sum of parameters that only act together.
+
+    members, ratios : name = sum of ratio * member.
+    """
+
+    name: str
+    members: tuple[str, ...]
+    ratios: tuple[float, ...]
+
+
+def regress(joint: Joint, parameters: Parameters, record: Record, filtering: Filtering) -> Regression:
+    """The linear regression of one record. Parameters that are not free, shape parameters and memory are held."""
+    h = record.sampling_time
+    motion = differentiate(record.phi_m, h, POSITION_CUTOFF * filtering.cutoff, filtering.order)
+    names, own, motor_side = [], [], []
+    held = np.zeros(len(record))
+    for place, factor in moving(joint):
+        p = list(parameters.values[place.at])
+        held += factor * place.term.torque(_at(motion, record.t, factor), p)
+        here, there = (_columns(place, motion, record.t, c, p) for c in (factor, 1.0))
+        for k, declared in enumerate(place.term.parameters, start=place.at.start):
+            if parameters.free[k] and not declared.is_shape:
+                names.append(joint.names[k])
+                own.append(here[k - place.at.start])
+                motor_side.append(there[k - place.at.start])
+                held -= parameters.values[k] * own[-1]
+    signals = np.vstack([*own, *motor_side, record.tau_m, record.tau_m - held, motion.speed])
+    *rows, torque, tau, speed = decimate(signals, h, filtering.cutoff, filtering.order)
+    kept = np.abs(speed) >= filtering.min_speed
+    columns = np.array(rows).reshape(2, len(names), -1)[:, :, kept]
+    return Regression(tuple(names), columns[0], columns[1], torque[kept], tau[kept])
+
+
+def moving(joint: Joint) -> Iterator[tuple[Placed, float]]:
+    """Terms without memory that move when the joint moves rigidly, with the speed of their port in motor speeds."""
+    factors = {Port.MOTOR: 1.0, Port.ARM: joint.ratio, Port.TOOL: joint.ratio}
+    for place in joint.placed:
+        if place.port in factors and not place.term.states:
+            yield place, factors[place.port]
+
+
+def merge(regressions: list[Regression]) -> tuple[Merged, ...]:
+    """Which columns are one unknown: equal effect and symbol at several ports, columns multiples of each other."""
+    names = regressions[0].names
+    own, motor_side = (np.hstack([getattr(r, key) for r in regressions]) for key in ("columns", "motor_side"))
+    groups: dict[str, list[tuple[str, float]]] = {}
+    for k, name in enumerate(names):
+        _, effect, symbol = name.split(".")
+        twins = [other for other in names if other.split(".")[1:] == [effect, symbol]]
+        ratio = _multiple(own[k], motor_side[names.index(twins[0])])
+        shared = len(twins) > 1 and ratio is not None
+        groups.setdefault(f"joint.{effect}.{symbol}" if shared else name, []).append(
+            (name, ratio if shared and ratio else 1.0)
+        )
+    return tuple(Merged(name, *zip(*members, strict=True)) for name, members in groups.items())
+
+
+def _multiple(column: Array, base: Array) -> float | None:
+    """The factor that makes base the column, None where none does."""
+    square = float(base @ base)
+    if square == 0.0:
+        return None
+    ratio = float(base @ column) / square
+    return ratio if np.linalg.norm(column - ratio * base) <= PARALLEL * np.linalg.norm(column) and ratio else None
+
+
+def _columns(place: Placed, motion: Kinematics, t: Array, factor: float, p: list[float]) -> list[Array]:
+    partials = place.term.partials(_at(motion, t, factor), p).theta
+    return [np.broadcast_to(factor * np.asarray(d, dtype=np.float64), t.shape) for d in partials]
+
+
+def _at(motion: Kinematics, t: Array, factor: float) -> term.Motion:
+    """Motion of a port that moves factor times as fast as the motor."""
+    v = factor * motion.speed
+    return term.Motion(factor * motion.position, v, factor * motion.acceleration, np.sign(v), t, np.zeros((0, len(t))))

@@ -1,0 +1,74 @@
+"""Speed and acceleration from a position, without phase error: zero-phase low-pass filter and central differences.
+
+Whatever filter the motion passes, the torque must pass too, or the regression between them is biased (parallel
+filtering; Gautier & Poignet 2001; Janot, Gautier & Brunot 2019).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from robotid.model.array import Array
+
+NYQUIST_SHARE = 0.8  # a cut-off beyond this share of the Nyquist frequency filters nothing worth having
+SAMPLES_A_CUTOFF = 4.0  # samples kept a period of the cut-off
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Kinematics:
+    """A position [rad], its speed [rad/s] and acceleration [rad/s2], each (n,)."""
+
+    position: Array
+    speed: Array
+    acceleration: Array
+
+
+def low_pass(signal: Array, sampling_time: float, cutoff: float, order: int = 4) -> Array:
+    """Butterworth filter run forwards and backwards, so without phase. signal (..., n) -> (..., n); cutoff [Hz], where
+    the gain is 1/2. A cut-off near the Nyquist frequency or beyond returns the signal."""
+    nyquist = 0.5 / sampling_time
+    if cutoff >= NYQUIST_SHARE * nyquist:
+        return signal
+    sections = butter(order, cutoff / nyquist, output="sos")
+    pad = min(signal.shape[-1] - 1, int(3 / (cutoff * sampling_time)))
+    return np.asarray(sosfiltfilt(sections, signal, axis=-1, padlen=pad))
+
+
+def central_difference(signal: Array, sampling_time: float) -> Array:
+    """Derivative along the last axis by central differences, one-sided of second order at both ends."""
+    return np.asarray(np.gradient(signal, sampling_time, axis=-1, edge_order=2))
+
+
+def differentiate(position: Array, sampling_time: float, cutoff: float, order: int = 4) -> Kinematics:
+    """Filtered position and its first two derivatives. position (n,); cutoff [Hz]."""
+    filtered = low_pass(position, sampling_time, cutoff, order)
+    speed = central_difference(filtered, sampling_time)
+    return Kinematics(filtered, speed, central_difference(speed, sampling_time))
+
+
+def decimate(signal: Array, sampling_time: float, cutoff: float, order: int = 4) -> Array:
+    """The parallel filter: low-pass, cut the ends that the filter spoils, keep as many samples as the cut-off needs.
+
+    signal (..., n) -> (..., n / step). The ends are one period of the cut-off each, an eighth of the signal at most.
+    """
+    n = signal.shape[-1]
+    edge = min(n // 8, round(1 / (cutoff * sampling_time)))
+    step = max(1, int(1 / (SAMPLES_A_CUTOFF * cutoff * sampling_time)))
+    return low_pass(signal, sampling_time, cutoff, order)[..., edge : n - edge : step]
+
+
+def bandwidth(signal: Array, sampling_time: float, share: float = 0.99) -> float:
+    """Frequency [Hz] below which this share of a signal's energy lies, its mean and noise floor left out. signal (n,).
+
+    The floor is the median of the upper half of the spectrum, where a white noise is all there is.
+    """
+    n = len(signal)
+    power = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(n))) ** 2
+    floor = np.median(power[len(power) // 2 :])
+    energy = np.cumsum(np.maximum(power - floor, 0.0))
+    if energy[-1] <= 0:
+        return 0.0
+    return float(np.fft.rfftfreq(n, sampling_time)[np.searchsorted(energy, share * energy[-1])])
