@@ -23,7 +23,10 @@ UNIDENTIFIABLE = 1e-7  # smallest singular value, relative to the largest, of th
 
 @dataclass(frozen=True, slots=True)
 class FitOptions:
-    """How to fit. weights : record name to a factor on the weight that its noise gives it. multistart : further starts."""
+    """How to fit. weights : record name to a factor on the weight that its noise gives it. multistart : further starts.
+
+    horizon [s] : length of the pieces that are simulated from initial states of their own, absent: the whole record.
+    """
 
     output: Quantity = "speed"
     most: int = 50
@@ -32,6 +35,7 @@ class FitOptions:
     estimate_states: bool = True
     multistart: int = 0
     seed: int = 0
+    horizon: float | None = None
 
 
 def fit_model(
@@ -44,8 +48,9 @@ def fit_model(
 ) -> FitResult:
     """Fit one joint to a combination of records from the parameters' values. Raises NumericsError where nothing converges."""
     begin = time.perf_counter()
-    factors = np.array([options.weights.get(record.name, 1.0) for record in records])
-    problem = OutputError(joint, parameters, tuple(records), options.output, factors, options.estimate_states)
+    pieces = [piece for record in records for piece in record.pieces(options.horizon or record.duration)]
+    factors = np.array([options.weights.get(piece.name, 1.0) for piece in pieces])
+    problem = OutputError(joint, parameters, tuple(pieces), options.output, factors.copy(), options.estimate_states)
     solution = _best_of(problem, options, log)
     solution = _reweigh(problem, solution, factors, options, log)
     return _result(name, problem, solution, time.perf_counter() - begin)
@@ -71,41 +76,41 @@ def _reweigh(
 ) -> Solution:
     """Weigh each record by its own residual and fit once more: records of unequal noise or misfit then count alike."""
     sigma = noise_levels(problem, solution)
-    if len(problem.records) == 1 or solution.end is End.INTERRUPTED or np.ptp(sigma) <= 0.1 * sigma.max():
+    if np.ptp(sigma) <= 0.1 * sigma.max() or solution.end is End.INTERRUPTED:
         return solution
     problem.weights = factors * sigma.mean() / np.maximum(sigma, 1e-3 * sigma.max())
     return solve(problem, solution.evaluation.unknowns, most=options.most, tolerance=options.tolerance, log=log)
 
 
 def noise_levels(problem: OutputError, solution: Solution) -> Array:
-    """Standard deviation of each record's unweighted residual, in the unit of the output, (records,)."""
-    unknowns_each = len(problem.free_states) + len(problem.columns) / len(problem.records)
-    return np.array(
-        [
-            np.linalg.norm(r) / w / np.sqrt(max(1.0, len(r) - unknowns_each))
-            for r, w in zip(solution.evaluation.residuals, problem.weights, strict=True)
-        ]
-    )
+    """Standard deviation of the unweighted residual of each piece's record, in the unit of the output, (pieces,)."""
+    names = [r.name for r in problem.records]
+    square, spare = dict.fromkeys(names, 0.0), dict.fromkeys(names, 0.0)
+    for name, r, w in zip(names, solution.evaluation.residuals, problem.weights, strict=True):
+        square[name] += float(r @ r) / w**2
+        spare[name] += len(r) - len(problem.free_states) - len(problem.columns) / len(names)
+    return np.array([np.sqrt(square[name] / max(1.0, spare[name])) for name in names])
 
 
 def _result(name: str, problem: OutputError, solution: Solution, seconds: float) -> FitResult:
     sigma = noise_levels(problem, solution)
     classical, robust, weak = _covariances(problem, solution, sigma)
-    theta = problem.theta(solution.evaluation.unknowns)
+    unknowns, trajectories = solution.evaluation.unknowns, solution.evaluation.trajectories
+    theta = problem.theta(unknowns)
+    names = [r.name for r in problem.records]
+    measured = {n: [_measured(r, problem.output) for r in problem.records if r.name == n] for n in names}
+    simulated = {n: [observed(t, problem.output) for t, m in zip(trajectories, names, strict=True) if m == n] for n in names}
     return FitResult(
         name=name,
-        records=tuple(r.name for r in problem.records),
+        records=tuple(measured),
         output=problem.output,
         structure=problem.joint.structure,
         parameters=_estimates(problem, theta, classical, robust, weak),
         covariance=classical,
         covariance_robust=robust,
-        initial_states={r.name: problem.first_state(solution.evaluation.unknowns, k) for k, r in enumerate(problem.records)},
-        noise_std={r.name: float(s) for r, s in zip(problem.records, sigma, strict=True)},
-        fit_percent={
-            r.name: fit_percent(_measured(r, problem.output), observed(t, problem.output))
-            for r, t in zip(problem.records, solution.evaluation.trajectories, strict=True)
-        },
+        initial_states={n: problem.first_state(unknowns, names.index(n)) for n in measured},
+        noise_std={n: float(sigma[names.index(n)]) for n in measured},
+        fit_percent={n: fit_percent(np.concatenate(measured[n]), np.concatenate(simulated[n])) for n in measured},
         cost=np.array(solution.cost),
         iterations=len(solution.cost) - 1,
         end=solution.end,

@@ -18,6 +18,7 @@ from robotid.model.array import Array, Mask
 
 SMALLEST_DAMPING, LARGEST_DAMPING = 1e-14, 1e10
 FIRST_DAMPING = 1e-3
+MOST_SMALL = 3  # steps in a row that gain less than they promised and less than the tolerance
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,23 +54,24 @@ def solve(
     lower, upper = problem.bounds()
     at = problem.evaluate(np.clip(start, lower, upper))
     factor, gradient = linearise(problem, at)
-    damping, costs, end = FIRST_DAMPING, [at.cost], End.ITERATIONS
+    damping, costs, end, small = FIRST_DAMPING, [at.cost], End.ITERATIONS, 0
     try:
         for number in range(1, most + 1):
+            if _promise(factor, gradient, _held(at, gradient, lower, upper)) < tolerance * at.cost:
+                end = End.CONVERGED
+                break
             step = _improve(problem, at, factor, gradient, damping, (lower, upper))
-            if step is None:
-                end = End.CONVERGED if _promise(factor, gradient, _held(at, gradient, lower, upper)) < tolerance * at.cost else End.STALLED
+            if step is None or small == MOST_SMALL:
+                end = End.STALLED
                 break
             after, damping = step
             decrease = at.cost - after.cost
+            small = small + 1 if decrease < tolerance * at.cost else 0
             factor, gradient = linearise(problem, after)
             at = after
             costs.append(at.cost)
             if log is not None:
                 log(Iteration(number, at.cost, damping, decrease, at))
-            if _promise(factor, gradient, _held(at, gradient, lower, upper)) < tolerance * at.cost:
-                end = End.CONVERGED
-                break
     except KeyboardInterrupt:
         end = End.INTERRUPTED
     return Solution(at, factor, gradient, tuple(costs), end)

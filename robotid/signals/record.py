@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -47,3 +47,18 @@ class Record:
     def duration(self) -> float:
         """Length of the record [s]."""
         return len(self) * self.sampling_time
+
+    def piece(self, first: int, last: int) -> Record:
+        """Samples first .. last - 1 as a record of the same name, no longer periodic."""
+        cut = {
+            name: signal[first:last]
+            for name in ("tau_m", "phi_m", "dphi_m", "phi_a", "ref")
+            if (signal := getattr(self, name)) is not None
+        }
+        return replace(self, period=None, **cut)
+
+    def pieces(self, length: float) -> tuple[Record, ...]:
+        """Consecutive pieces of about this length [s], none shorter than half of it."""
+        count = max(1, round(self.duration / length))
+        edges = np.linspace(0, len(self), count + 1).round().astype(int).tolist()
+        return tuple(self.piece(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True))

@@ -17,6 +17,7 @@ from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.signals.quality import Recordings
 from robotid.simulate.assemble import assemble
+from robotid.stages.known import known_parameters
 
 Log = Callable[[str, Iteration], None]
 
@@ -50,18 +51,12 @@ def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: Flex
 
 def start(settings: Config, joint: Joint, rigid: RigidResult, flex: FlexResult) -> Parameters:
     """The model m0: declared guesses, over them the initialisation's, over them the configuration's."""
-    parameters = joint.parameters()
-    found = {name: value for name, value in (rigid.guesses | flex.guesses).items() if name in parameters.names}
-    parameters = parameters.with_values(found)
-    values, lower, upper = parameters.values.copy(), parameters.lower.copy(), parameters.upper.copy()
-    free = parameters.free.copy()
-    for name, known in settings.robot.parameters.items():
-        k = parameters.names.index(name)
-        if known.guess is not None:
-            values[k] = known.guess
-        if known.bounds is not None:
-            lower[k], upper[k] = known.bounds
-        free[k] = not known.fixed
-    for name in settings.fit.fix:
-        free[parameters.names.index(name)] = False
-    return replace(parameters, values=np.clip(values, lower, upper), lower=lower, upper=upper, free=free)
+    known, given = known_parameters(settings, joint), settings.robot.parameters
+    found = rigid.guesses | flex.guesses
+    values, free = known.values.copy(), known.free.copy()
+    for k, name in enumerate(known.names):
+        said = given.get(name)
+        if name in found and (said is None or said.guess is None):
+            values[k] = found[name]
+        free[k] = name not in settings.fit.fix and not (said is not None and said.fixed)
+    return replace(known, values=np.clip(values, known.lower, known.upper), free=free)
