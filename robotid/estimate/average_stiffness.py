@@ -1,7 +1,7 @@
 """From the stiffness of each record to a linear and a cubic part: eq. (14) of the paper, and equivalent linearisation.
 
-The minimum of (14) is attenuated: a record by itself asks for k3 = 0, as its k_i came from a linear spring, and only the
-difference between records pulls k3 away. The stiffness of the linear spring nearest to k1 x + k3 x^3 is
+The minimum of (14) is attenuated: a record by itself asks for k3 = 0, as its k_i came from a linear spring, and only
+the difference between records pulls k3 away. The stiffness of the linear spring nearest to k1 x + k3 x^3 is
 k1 + k3 sum(x^4) / sum(x^2) (equivalent linearisation, Caughey 1963); solving that over the records does not attenuate.
 """
 

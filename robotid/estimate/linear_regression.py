@@ -13,6 +13,7 @@ from robotid.model.array import Array
 
 WORST_CONDITION = 1e3  # of the columns scaled to unit norm; beyond, friction and filter errors decide the estimate
 SAMPLES_A_PARAMETER = 5
+PASSES = 10  # in which the blocks' weights settle
 HINT = "record a motion that excites them, fix some of them, or leave effects out of the model"
 
 
@@ -37,14 +38,14 @@ class Solution:
 
 
 def solve(names: Sequence[str], blocks: Sequence[Block]) -> Solution:
-    """Least squares in two passes: the second weighs each block by its own residual, lest a poor one spoil the others.
+    """Least squares, each block weighted by its own residual in the end, lest a poor one spoil the others.
 
     Raises NumericsError, with the parameters' names, where the columns do not determine them.
     """
     _require_excitation(names, np.hstack([b.columns for b in blocks]))
     weights = np.ones(len(blocks))
     theta = _minimise(blocks, weights)
-    if len(blocks) > 1:
+    for _ in range(PASSES if len(blocks) > 1 else 0):
         rms = np.array([np.sqrt(np.mean((b.tau - theta @ b.columns) ** 2)) for b in blocks])
         weights = 1.0 / np.maximum(rms, 1e-6 * max(np.ptp(b.tau) for b in blocks))
         theta = _minimise(blocks, weights)

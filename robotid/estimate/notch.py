@@ -11,7 +11,9 @@ from robotid.model.array import Array
 from robotid.signals.frf import Frf
 
 PROMINENCE = 3.0  # [dB] of a notch or a resonance over its surroundings
-CERTAIN = 4.0  # standard deviations of the response that the prominence must exceed, too
+CERTAIN = (
+    7.0  # standard deviations of the response that the prominence must exceed, too: hundreds of lines scatter so far
+)
 FAR = 3.0  # times the resonance: from here on the response is flat
 
 

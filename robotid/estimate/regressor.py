@@ -80,7 +80,7 @@ def regress(joint: Joint, parameters: Parameters, record: Record, filtering: Fil
     signals = np.vstack([*own, *motor_side, record.tau_m, record.tau_m - held, motion.speed])
     *rows, torque, tau, speed = decimate(signals, h, filtering.cutoff, filtering.order)
     kept = np.abs(speed) >= filtering.min_speed
-    columns = np.array(rows).reshape(2, len(names), -1)[:, :, kept]
+    columns = np.array(rows).reshape(2, len(names), len(tau))[:, :, kept]
     return Regression(tuple(names), columns[0], columns[1], torque[kept], tau[kept])
 
 

@@ -2,7 +2,7 @@
 
 The reference is the instrument: both torque and acceleration are regressed on it, and the response is the ratio of the
 two, so that noise which the controller feeds back does not bias it (Pintelon & Schoukens 2001). Without a reference the
-torque itself is the instrument, and that bias is said.
+torque itself is the instrument, and that bias is said; the mean over periods needs neither.
 """
 
 from __future__ import annotations
@@ -91,7 +91,9 @@ def estimate_frf(
         )
     periodic = record.period is not None and window is None
     spread = 1 if periodic else max(1, round(record.duration / (window or min(record.duration, LONGEST_WINDOW))))
-    frf = _average(record.name, spectra, lines) if count > 1 else _smooth(record.name, spectra, lines, spread)
+    if count > 1:
+        return _average(record.name, spectra, lines)
+    frf = _smooth(record.name, spectra, lines, spread)
     return frf if record.ref is not None else replace(frf, remarks=(*frf.remarks, IN_CLOSED_LOOP))
 
 
@@ -159,12 +161,11 @@ def _excited(spectra: _Spectra, band: tuple[float, float]) -> NDArray[np.intp]:
 
 
 def _average(name: str, spectra: _Spectra, lines: NDArray[np.intp]) -> Frf:
-    """Periods averaged; their scatter is the noise."""
-    u, y, r = (z[:, lines] for z in (spectra.torque, spectra.acceleration, spectra.instrument))
-    response = (y / r).mean(axis=0) / (u / r).mean(axis=0)
-    error = (y - response * u) / r
-    variance = np.var(error, axis=0, ddof=1) / len(u)
-    std = np.sqrt(variance) / np.abs((u / r).mean(axis=0))
+    """Periods averaged; their scatter is the noise. Any reference is the same in all of them, so none is needed."""
+    u, y = spectra.torque[:, lines], spectra.acceleration[:, lines]
+    response = y.mean(axis=0) / u.mean(axis=0)
+    variance = np.var(y - response * u, axis=0, ddof=1) / len(u)
+    std = np.sqrt(variance) / np.abs(u.mean(axis=0))
     return Frf(name, spectra.frequency[lines], response, std, noise_std=std, remarks=(f"{len(u)} periods averaged",))
 
 

@@ -1,0 +1,225 @@
+"""Linear regression of the rigid joint: known answers, excuses, and a real machine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+
+from robotid.errors import NumericsError
+from robotid.estimate.rigid import RigidResult, fit_rigid
+from robotid.model.array import Array
+from robotid.model.parameters import Parameters
+from robotid.model.structure import Structure
+from robotid.signals.record import Record
+from robotid.simulate.assemble import assemble
+
+EMPS = Path(__file__).parents[2] / "../shared/data/emps/DATA_EMPS.mat"
+H = 1e-3
+T = np.arange(20_000) * H
+R = 0.01
+FRICTION = ("motor.inertia", "motor.viscous", "motor.coulomb")
+ARM = (*FRICTION, "gear.spring", "arm.inertia", "arm.viscous", "arm.gravity")
+TRUTH = {
+    "motor.inertia.J": 0.02,
+    "motor.viscous.Fv": 0.03,
+    "motor.coulomb.Fc": 0.5,
+    "gear.spring.k1": 1e6,
+    "arm.inertia.J": 150.0,
+    "arm.viscous.Fv": 100.0,
+    "arm.gravity.G": 80.0,
+    "arm.gravity.H": 40.0,
+}
+
+
+def motion() -> tuple[Array, Array, Array]:
+    """Angle, speed and acceleration of a slow and a faster sine."""
+    x, v, a = np.zeros((3, len(T)))
+    for amplitude, omega, phase in ((150.0, 0.7, 0.1), (8.0, 5.0, 1.0), (1.5, 11.0, 2.0)):
+        x += amplitude * np.sin(omega * T + phase)
+        v += amplitude * omega * np.cos(omega * T + phase)
+        a -= amplitude * omega**2 * np.sin(omega * T + phase)
+    return x, v, a
+
+
+def rigid_record(noise: float = 0.0, seed: int = 0, name: str = "r") -> Record:
+    """What a perfectly rigid joint with TRUTH would record."""
+    x, v, a = motion()
+    J, Fv = (TRUTH[f"motor.{s}"] + R**2 * TRUTH[f"arm.{s}"] for s in ("inertia.J", "viscous.Fv"))
+    gravity = R * (TRUTH["arm.gravity.G"] * np.sin(R * x) + TRUTH["arm.gravity.H"] * np.cos(R * x))
+    tau = J * a + Fv * v + TRUTH["motor.coulomb.Fc"] * np.sign(v) + gravity
+    tau = tau + noise * np.random.default_rng(seed).standard_normal(len(T))
+    return Record(name, "estimate", "rigid", H, tau, x, v)
+
+
+def fit(
+    terms: tuple[str, ...], *records: Record, fixed: Mapping[str, float] | None = None, cutoff: float | None = 20.0
+) -> RigidResult:
+    joint = assemble(Structure(terms, gear_ratio=None if terms[-1].startswith("motor") else R))
+    return fit_rigid(joint, hold(joint.parameters(), fixed or {}), records, cutoff=cutoff)
+
+
+def hold(parameters: Parameters, fixed: Mapping[str, float]) -> Parameters:
+    free = np.array([name not in fixed for name in parameters.names])
+    return replace(parameters.with_values(fixed), free=free)
+
+
+def test_exact_parameters_from_noiseless_data() -> None:
+    result = fit(ARM, rigid_record())
+    assert result["joint.inertia.J"].value == pytest.approx(0.02 + R**2 * 150, rel=1e-3)
+    assert result["joint.viscous.Fv"].value == pytest.approx(0.03 + R**2 * 100, rel=2e-3)
+    assert result["motor.coulomb.Fc"].value == pytest.approx(0.5, rel=2e-3)
+    assert result["arm.gravity.G"].value == pytest.approx(80, rel=5e-3)
+    assert result["arm.gravity.H"].value == pytest.approx(40, rel=5e-3)
+    assert result.torque_error_percent["r"] < 0.3
+    assert 1 < result.condition_number < 100
+
+
+def test_what_acts_together_is_one_sum_on_the_motor_side() -> None:
+    result = fit(ARM, rigid_record())
+    assert [p.name for p in result.parameters][:2] == ["joint.inertia.J", "joint.viscous.Fv"]
+    assert "motor.inertia.J, arm.inertia.J" in result["joint.inertia.J"].remark
+    assert result.guesses["motor.inertia.J"] + R**2 * result.guesses["arm.inertia.J"] == pytest.approx(
+        result["joint.inertia.J"].value
+    )
+    assert result.guesses["motor.viscous.Fv"] == result["joint.viscous.Fv"].value
+    assert result.guesses["arm.viscous.Fv"] == 0.0
+    assert "gear.spring.k1" in result.remarks[0]
+    assert "gear.spring.k1" not in result.guesses
+
+
+def test_a_held_parameter_keeps_its_value() -> None:
+    held = {"motor.inertia.J": 0.02, "motor.viscous.Fv": 0.03, "motor.coulomb.Fc": 0.5}
+    result = fit(ARM, rigid_record(), fixed=held)
+    assert [p.name for p in result.parameters] == [
+        "arm.inertia.J",
+        "arm.viscous.Fv",
+        "arm.gravity.G",
+        "arm.gravity.H",
+    ]
+    assert result["arm.inertia.J"].value == pytest.approx(150, rel=5e-3)
+
+
+def test_nothing_left_to_estimate() -> None:
+    held = {"motor.inertia.J": 0.035, "motor.viscous.Fv": 0.04, "motor.coulomb.Fc": 0.5}
+    result = fit(FRICTION, rigid_record(), fixed=held)
+    assert result.parameters == ()
+    assert "fixed" in result.remarks[0]
+
+
+def test_standard_deviations_are_those_of_repeated_experiments() -> None:
+    results = [fit(ARM, rigid_record(noise=0.3, seed=k)) for k in range(25)]
+    for name in ("joint.inertia.J", "joint.viscous.Fv", "motor.coulomb.Fc"):
+        spread = np.std([r[name].value for r in results], ddof=1)
+        for key in ("std", "std_robust"):
+            assert 0.5 < np.mean([getattr(r[name], key) for r in results]) / spread < 2.0
+
+
+def test_a_poor_record_does_not_spoil_a_good_one() -> None:
+    good, poor = rigid_record(0.01, 1, "good"), rigid_record(0.0, 2, "poor")
+    poor = replace(poor, tau_m=1.5 * poor.tau_m + 3 * np.sin(2 * np.pi * 1.3 * T))
+    result = fit(ARM, good, poor)
+    assert result["joint.inertia.J"].value == pytest.approx(0.035, rel=0.01)
+    assert result.torque_error_percent["poor"] > 10 * result.torque_error_percent["good"]
+
+
+def test_a_parameter_that_is_nothing_is_said() -> None:
+    result = fit((*FRICTION, "motor.constant_torque"), without_gravity())
+    assert "not distinct from zero" in result["motor.constant_torque.tau0"].remark
+    assert result["motor.coulomb.Fc"].remark == ""
+
+
+def without_gravity(noise: float = 0.3) -> Record:
+    record = rigid_record(noise)
+    gravity = R * (80 * np.sin(R * record.phi_m) + 40 * np.cos(R * record.phi_m))
+    return replace(record, tau_m=record.tau_m - gravity)
+
+
+def test_slow_samples_may_be_left_out() -> None:
+    joint = assemble(Structure(FRICTION))
+    stuck = without_gravity(noise=0.0)
+    slow = np.abs(stuck.dphi_m) < 15.0
+    stuck = replace(stuck, tau_m=np.where(slow, stuck.tau_m + 0.3, stuck.tau_m))
+    with_slow, without = (
+        fit_rigid(joint, joint.parameters(), [stuck], cutoff=100.0, min_speed=s)["motor.coulomb.Fc"].value
+        for s in (0.0, 20.0)
+    )
+    assert abs(without - 0.5) < 0.02
+    assert abs(without - 0.5) < abs(with_slow - 0.5)
+
+
+def test_collinear_effects_are_named() -> None:
+    terms = (*FRICTION, "motor.constant_torque", "motor.asymmetric_coulomb")
+    with pytest.raises(
+        NumericsError, match=r"cannot tell motor\.constant_torque\.tau0 from motor\.asymmetric_coulomb\.dFc"
+    ):
+        fit(terms, rigid_record())
+
+
+def test_one_way_motion_cannot_tell_coulomb_friction() -> None:
+    record = without_gravity(noise=0.0)
+    record = replace(record, phi_m=record.phi_m + 300 * T, tau_m=record.tau_m + 0.04 * 300)
+    with pytest.raises(NumericsError, match=r"cannot tell motor\.coulomb\.Fc from motor\.constant_torque\.tau0"):
+        fit((*FRICTION, "motor.constant_torque"), record)
+
+
+def test_a_motor_at_rest_excites_nothing() -> None:
+    record = rigid_record()
+    with pytest.raises(NumericsError, match=r"do not excite motor\.inertia\.J, motor\.viscous\.Fv, motor\.coulomb\.Fc"):
+        fit(FRICTION, replace(record, phi_m=0 * T))
+
+
+def test_a_constant_torque_excites_nothing() -> None:
+    with pytest.raises(NumericsError, match="r: the torque is constant"):
+        fit(FRICTION, replace(rigid_record(), tau_m=1.0 + 0 * T), cutoff=None)
+
+
+def test_a_short_record_is_refused() -> None:
+    record = rigid_record()
+    cut = replace(record, tau_m=record.tau_m[:300], phi_m=record.phi_m[:300], dphi_m=record.dphi_m[:300])
+    with pytest.raises(NumericsError, match="too few for 3 parameters"):
+        fit(FRICTION, cut, cutoff=5.0)
+
+
+def test_no_record_is_refused() -> None:
+    with pytest.raises(NumericsError, match="no record serves the rigid initialisation"):
+        fit(FRICTION)
+
+
+@pytest.fixture(scope="module")
+def emps() -> Record:
+    """The real linear axis, read by hand."""
+    if not EMPS.exists():
+        pytest.skip(f"the measured records are not here: {EMPS.parent}")
+    data = loadmat(EMPS)
+    q, force = data["qm"].ravel(), 35.1507 * data["vir"].ravel()
+    return Record("emps", "estimate", "both", H, force, q, np.gradient(q, H))
+
+
+def fit_emps(emps: Record, *more: str, cutoff: float | None = None) -> RigidResult:
+    joint = assemble(Structure((*FRICTION, *(f"motor.{name}" for name in more)), linear=True))
+    return fit_rigid(joint, joint.parameters(), [emps], cutoff=cutoff)
+
+
+@pytest.mark.parametrize("cutoff", [None, 20.0, 40.0])
+def test_emps_as_published(emps: Record, cutoff: float | None) -> None:
+    result = fit_emps(emps, "constant_torque", cutoff=cutoff)
+    assert result["motor.inertia.J"].value == pytest.approx(95.11, rel=0.01)
+    assert result["motor.viscous.Fv"].value == pytest.approx(203.5, rel=0.01)
+    assert result["motor.coulomb.Fc"].value == pytest.approx(20.39, rel=0.01)
+    assert result["motor.constant_torque.tau0"].value == pytest.approx(-3.165, rel=0.03)
+    assert result.torque_error_percent["emps"] <= 4.1
+
+
+def test_emps_with_friction_by_direction(emps: Record) -> None:
+    result = fit_emps(emps, "asymmetric_viscous", "asymmetric_coulomb")
+    Fv, dFv = (result[f"motor.{n}"].value for n in ("viscous.Fv", "asymmetric_viscous.dFv"))
+    Fc, dFc = (result[f"motor.{n}"].value for n in ("coulomb.Fc", "asymmetric_coulomb.dFc"))
+    assert result["motor.inertia.J"].value == pytest.approx(95.15, rel=0.01)
+    assert (Fv + dFv, Fv - dFv) == pytest.approx((166.7, 240.4), rel=0.01)
+    assert (Fc + dFc, Fc - dFc) == pytest.approx((20.14, 20.63), rel=0.01)
+    assert result.torque_error_percent["emps"] <= 3.2

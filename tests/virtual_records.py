@@ -1,0 +1,28 @@
+"""Records of the paper's joint, or one like it, from the virtual robot, for tests."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from paper_joint import SAMPLING_TIME, references
+
+from robotid.model.structure import Structure
+from robotid.signals.record import Record
+from robotid.signals.reference import Reference
+from robotid.simulate.assemble import assemble
+from robotid.simulate.controller import Controller
+from robotid.simulate.plant import Plant
+
+
+def paper_records(structure: Structure, truth: Mapping[str, float]) -> tuple[Record, Record, Record]:
+    """Sets 1 (use: rigid), 2 and 3 (use: flex), with a 16-bit encoder and some noise."""
+    joint = assemble(structure, angle=True)
+    theta = joint.parameters().with_values(truth).values
+    plant = Plant(joint, theta, Controller("speed", 0.5, 5.0), 2 * np.pi / 2**16, 0.01, 0.01, seed=1)
+    set1, set2, set3 = (
+        plant.record(Reference(f"set{k + 1}", SAMPLING_TIME, ref, "speed", 5.0, (1.0, 40.0) if k else None), k)
+        for k, ref in enumerate(references())
+    )
+    return replace(set1, use="rigid"), replace(set2, use="flex"), replace(set3, use="flex")
