@@ -1,18 +1,24 @@
 """Uncertainty of least-squares estimates: classical, and robust to coloured residuals.
 
 Output errors of a simulation are coloured as soon as the model or the torque is not perfect, and the classical
-covariance then promises too much. The robust one is the sandwich H^-1 B H^-1 with B = J^T R J, R the residual's covariance
-from an autoregressive model of it (Ljung 1999, section 9.5; Andrews & Monahan 1992 for the autoregressive estimate).
+covariance then promises too much. The robust one is the sandwich H^-1 B H^-1 with B = J^T R J (Ljung 1999, section 9.5).
+R, the covariance of the residual, is taken as the sum of two parts: a stationary one, an autoregression (Andrews & Monahan
+1992), and the response of the joint itself to a white error of the torque. The second grows along the record and hides at
+frequencies that the fit absorbs; its level is read off where it does show (Whittle 1953).
 """
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import solve_toeplitz
+from scipy.linalg import expm, solve_toeplitz
+from scipy.linalg.lapack import dtbtrs
+from scipy.optimize import minimize
 
 from robotid.model.array import Array
+from robotid.model.joint import Joint
 
 HIGHEST_ORDER = 30
+ABSORBED = 4  # lowest frequencies of a record, which the fit shapes
 
 
 def autoregression(residual: Array, highest: int = HIGHEST_ORDER) -> tuple[Array, float]:
@@ -34,13 +40,65 @@ def autoregression(residual: Array, highest: int = HIGHEST_ORDER) -> tuple[Array
     return best
 
 
-def coloured_information(jacobian: Array, residual: Array) -> Array:
-    """B = J^T R J with R the covariance of the residual as an autoregression. jacobian (m, n), residual (n,) -> (m, m)."""
+def impulse_response(joint: Joint, theta: Array, row: int, sampling_time: float, n: int) -> Array:
+    """State `row` after a torque of 1 Nm held for one interval, while slipping with the spring at rest, (n,)."""
+    x = np.zeros((joint.nx, 1))
+    s = np.ones((joint.masses, 1))
+    at = joint.evaluate(x, np.zeros(1), s, np.zeros(1), theta, columns=())
+    assert at.B is not None
+    d = joint.nx
+    block = np.zeros((d + 1, d + 1))
+    block[:d, :d], block[:d, d] = at.A[:, :, 0], at.B[:, -1, 0]
+    held = expm(block * sampling_time)
+    band = np.zeros((2 * d, d * n))
+    for i in range(d):
+        for j in range(d):
+            band[d + i - j, j : d * (n - 1) : d] = -held[i, j]
+    rhs = np.zeros((d * n, 1), order="F")
+    if n > 1:
+        rhs[d : 2 * d, 0] = held[:d, d]
+    states, _ = dtbtrs(band, rhs, uplo="L", diag="U")
+    return np.asarray(states[row::d, 0])
+
+
+def coloured_information(jacobian: Array, residual: Array, impulse: Array | None = None) -> Array:
+    """B = J^T R J with R the covariance of the residual. jacobian (m, n), residual (n,) -> (m, m).
+
+    impulse : (n,) of the output to the torque; without it R has its stationary part only.
+    """
+    n = len(residual)
     a, variance = autoregression(residual)
-    length = 2 * jacobian.shape[1]
-    response = np.fft.rfft(np.concatenate([[1.0], -a]), length)
-    columns = np.fft.rfft(jacobian, length, axis=1)
-    weight = np.full(columns.shape[1], 2.0)
+    response = np.fft.rfft(np.concatenate([[1.0], -a]), 2 * n)
+    stationary = variance / np.abs(response) ** 2
+    columns = np.fft.rfft(jacobian, 2 * n, axis=1)
+    weight = np.full(n + 1, 2.0)
     weight[[0, -1]] = 1.0
-    shaped = columns * np.sqrt(weight * variance / length) / np.abs(response)
-    return np.asarray((shaped @ shaped.conj().T).real)
+    shaped = columns * np.sqrt(weight * stationary / (2 * n))
+    information = (shaped @ shaped.conj().T).real
+    if impulse is None:
+        return np.asarray(information)
+    torque = np.fft.rfft(impulse, 2 * n)
+    share, level = _levels(residual, stationary[::2], np.abs(torque[::2]) ** 2)
+    back = np.fft.irfft(columns * torque.conj(), 2 * n, axis=1)[:, :n]
+    return np.asarray(share * information + level * back @ back.T)
+
+
+def _levels(residual: Array, stationary: Array, torque: Array) -> tuple[float, float]:
+    """Whittle estimates of how much of each spectrum a residual holds; both spectra (n // 2 + 1,)."""
+    n = len(residual)
+    seen = slice(ABSORBED, (n + 1) // 2)
+    periodogram = np.abs(np.fft.rfft(residual))[seen] ** 2 / n
+    if periodogram.size == 0 or not periodogram.any():
+        return 1.0, 0.0
+    bases = np.stack([stationary[seen], torque[seen]])
+    sizes = periodogram.mean() / bases.mean(axis=1)
+
+    def cost(logs: Array) -> float:
+        model = np.exp(logs) * sizes @ bases
+        return float(np.mean(np.log(model) + periodogram / model))
+
+    found = minimize(cost, np.log([0.9, 0.1]), method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-8})
+    share, level = np.exp(found.x) * sizes
+    alone = np.mean(np.log(bases[0]) + periodogram / bases[0])
+    significant = 2 * len(periodogram) * (alone - found.fun) > 6.0
+    return (float(share), float(level)) if significant else (1.0, 0.0)

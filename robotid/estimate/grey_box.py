@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robotid.errors import NumericsError
-from robotid.estimate.covariance import coloured_information
+from robotid.estimate.covariance import coloured_information, impulse_response
 from robotid.estimate.least_squares import Iteration, Solution, solve
 from robotid.estimate.residual import OutputError, observed
 from robotid.estimate.result import End, Estimate, FitResult
@@ -132,12 +132,14 @@ def _covariances(problem: OutputError, solution: Solution, sigma: Array) -> tupl
     """Classical and robust covariance of all parameters (p, p) each, zero where fixed, and what is unidentifiable."""
     m, count = len(solution.evaluation.unknowns), len(problem.columns)
     information, middle = np.zeros((m, m)), np.zeros((m, m))
+    theta = problem.theta(solution.evaluation.unknowns)
     for k, residual in enumerate(solution.evaluation.residuals):
         where, jacobian = problem.jacobian(solution.evaluation, k)
         scaled = jacobian / (sigma[k] * problem.weights[k])
         block = np.ix_(where, where)
+        impulse = impulse_response(problem.joint, theta, problem.row, problem.records[k].sampling_time, len(residual))
         information[block] += scaled @ scaled.T
-        middle[block] += coloured_information(scaled, residual / (sigma[k] * problem.weights[k]))
+        middle[block] += coloured_information(scaled, residual / (sigma[k] * problem.weights[k]), impulse)
     scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
     known = values > UNIDENTIFIABLE**2 * values[-1]

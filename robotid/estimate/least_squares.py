@@ -18,6 +18,7 @@ from robotid.model.array import Array, Mask
 
 SMALLEST_DAMPING, LARGEST_DAMPING = 1e-14, 1e10
 FIRST_DAMPING = 1e-3
+IN_NOISE = 0.1  # of the decrease that fitting pure noise brings, unknowns / samples: less is not worth a step
 MOST_SMALL = 3  # steps in a row that gain less than they promised and less than the tolerance
 
 
@@ -48,21 +49,23 @@ def solve(
 ) -> Solution:
     """Minimise the problem's cost from start (m,).
 
-    Converged when the decrease that a full step promises is below tolerance times the cost. An interrupt from the keyboard
-    ends the iteration with the last iterate. Raises NumericsError where the very first simulation diverges.
+    Converged when the decrease that a full step promises is below tolerance times the cost, or when steps stall (friction
+    leaves kinks) at a promise lost in the noise. An interrupt from the keyboard ends the iteration with the last iterate. Raises NumericsError where the very first simulation diverges.
     """
     lower, upper = problem.bounds()
     at = problem.evaluate(np.clip(start, lower, upper))
     factor, gradient = linearise(problem, at)
     damping, costs, end, small = FIRST_DAMPING, [at.cost], End.ITERATIONS, 0
+    in_noise = IN_NOISE * len(start) / sum(map(len, at.residuals))
     try:
         for number in range(1, most + 1):
-            if _promise(factor, gradient, _held(at, gradient, lower, upper)) < tolerance * at.cost:
+            promised = _promise(factor, gradient, _held(at, gradient, lower, upper)) / max(at.cost, 1e-300)
+            if promised < tolerance:
                 end = End.CONVERGED
                 break
             step = _improve(problem, at, factor, gradient, damping, (lower, upper))
             if step is None or small == MOST_SMALL:
-                end = End.STALLED
+                end = End.CONVERGED if promised < in_noise else End.STALLED
                 break
             after, damping = step
             decrease = at.cost - after.cost

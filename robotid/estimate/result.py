@@ -75,3 +75,8 @@ class Fits:
 
     models: dict[str, FitResult]
     best: str
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the keyboard ended it, so that it must not count as done."""
+        return any(model.end is End.INTERRUPTED for model in self.models.values())
