@@ -69,36 +69,48 @@ def coloured_information(jacobian: Array, residual: Array, impulse: Array | None
     n = len(residual)
     a, variance = autoregression(residual)
     response = np.fft.rfft(np.concatenate([[1.0], -a]), 2 * n)
-    stationary = variance / np.abs(response) ** 2
+    stationary, level = variance / np.abs(response) ** 2, 0.0
     columns = np.fft.rfft(jacobian, 2 * n, axis=1)
+    if impulse is not None:
+        torque = np.fft.rfft(impulse, 2 * n)
+        stationary, level = _compose(residual, stationary, np.abs(torque) ** 2, len(a))
     weight = np.full(n + 1, 2.0)
     weight[[0, -1]] = 1.0
     shaped = columns * np.sqrt(weight * stationary / (2 * n))
     information = (shaped @ shaped.conj().T).real
-    if impulse is None:
+    if impulse is None or level == 0.0:
         return np.asarray(information)
-    torque = np.fft.rfft(impulse, 2 * n)
-    share, level = _levels(residual, stationary[::2], np.abs(torque[::2]) ** 2)
     back = np.fft.irfft(columns * torque.conj(), 2 * n, axis=1)[:, :n]
-    return np.asarray(share * information + level * back @ back.T)
+    return np.asarray(information + level * back @ back.T)
 
 
-def _levels(residual: Array, stationary: Array, torque: Array) -> tuple[float, float]:
-    """Whittle estimates of how much of each spectrum a residual holds; both spectra (n // 2 + 1,)."""
+def _compose(residual: Array, coloured: Array, torque: Array, order: int) -> tuple[Array, float]:
+    """The stationary spectrum of a residual and the variance of the torque error in it, spectra (n + 1,).
+
+    White or autoregressive, with or without a torque error: what the Bayesian information criterion prefers.
+    """
     n = len(residual)
     seen = slice(ABSORBED, (n + 1) // 2)
     periodogram = np.abs(np.fft.rfft(residual))[seen] ** 2 / n
     if periodogram.size == 0 or not periodogram.any():
-        return 1.0, 0.0
-    bases = np.stack([stationary[seen], torque[seen]])
+        return coloured, 0.0
+    best, answer = np.inf, (coloured, 0.0)
+    for stationary, known in ((np.ones(n + 1), 1), (coloured, order + 1)):
+        for bases in ((stationary,), (stationary, torque)):
+            fit, levels = _whittle(periodogram, np.stack([b[::2][seen] for b in bases]))
+            bic = 2 * len(periodogram) * fit + (known + len(bases) - 1) * np.log(n)
+            if bic < best:
+                best, answer = bic, (levels[0] * stationary, float(levels[1]) if len(bases) == 2 else 0.0)
+    return answer
+
+
+def _whittle(periodogram: Array, bases: Array) -> tuple[float, Array]:
+    """Levels of spectra (k, f) that explain a periodogram (f,) best, and half the mean negative log-likelihood."""
     sizes = periodogram.mean() / bases.mean(axis=1)
 
     def cost(logs: Array) -> float:
         model = np.exp(logs) * sizes @ bases
         return float(np.mean(np.log(model) + periodogram / model))
 
-    found = minimize(cost, np.log([0.9, 0.1]), method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-8})
-    share, level = np.exp(found.x) * sizes
-    alone = np.mean(np.log(bases[0]) + periodogram / bases[0])
-    significant = 2 * len(periodogram) * (alone - found.fun) > 6.0
-    return (float(share), float(level)) if significant else (1.0, 0.0)
+    found = minimize(cost, np.full(len(bases), -0.7), method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-8})
+    return float(found.fun), np.exp(found.x) * sizes

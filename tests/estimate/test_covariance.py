@@ -1,0 +1,50 @@
+"""Standard deviations against the scatter of repeated experiments."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from robotid.estimate.covariance import autoregression, coloured_information
+
+N = 2000
+T = np.linspace(0, 1, N)
+JACOBIAN = np.stack([np.ones(N), T, np.sin(40 * T)])
+
+
+def scatter(errors: np.ndarray) -> np.ndarray:
+    """Covariance of J e over many draws of e, (3, 3). errors (draws, N)."""
+    return np.cov(JACOBIAN @ errors.T)
+
+
+def test_autoregression_finds_a_known_one() -> None:
+    e = lfilter([1.0], [1.0, -0.8], np.random.default_rng(0).standard_normal(20_000))
+    a, variance = autoregression(e)
+    assert a[0] == pytest.approx(0.8, abs=0.02)
+    assert variance == pytest.approx(1.0, rel=0.03)
+
+
+def test_white_residuals_give_the_classical_information() -> None:
+    e = np.random.default_rng(1).standard_normal(N)
+    assert coloured_information(JACOBIAN, e) == pytest.approx(np.var(e) * JACOBIAN @ JACOBIAN.T, rel=0.05)
+
+
+def test_coloured_residuals_give_the_scatter_of_repetitions() -> None:
+    rng = np.random.default_rng(2)
+    errors = lfilter([1.0], [1.0, -0.9], rng.standard_normal((400, N + 200)), axis=1)[:, 200:]
+    expected = np.sqrt(np.diag(scatter(errors)))
+    found = np.mean([np.sqrt(np.diag(coloured_information(JACOBIAN, e))) for e in errors[:40]], axis=0)
+    assert found == pytest.approx(expected, rel=0.15)
+
+
+def test_integrated_torque_noise_is_seen_beneath_white_noise() -> None:
+    rng = np.random.default_rng(3)
+    impulse = np.concatenate([[0.0], 0.02 * 0.999 ** np.arange(N - 1)])
+    torque = lfilter(impulse[:N], [1.0], rng.standard_normal((200, N)), axis=1)
+    errors = torque + 0.5 * rng.standard_normal((200, N))
+    expected = np.sqrt(np.diag(scatter(errors)))
+    found = np.median([np.sqrt(np.diag(coloured_information(JACOBIAN, e, impulse))) for e in errors[:60]], axis=0)
+    assert found == pytest.approx(expected, rel=0.35)
+    blind = np.median([np.sqrt(np.diag(coloured_information(JACOBIAN, e))) for e in errors[:60]], axis=0)
+    assert blind[0] < 0.75 * expected[0]

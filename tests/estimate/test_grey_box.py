@@ -1,0 +1,116 @@
+"""The third step recovers what a virtual robot is made of, and says how sure it is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH, references
+
+from robotid.errors import NumericsError
+from robotid.estimate.grey_box import FitOptions, fit_model
+from robotid.estimate.least_squares import Iteration
+from robotid.estimate.result import End, FitResult
+from robotid.model.parameters import Parameters
+from robotid.signals.record import Record
+from robotid.signals.reference import Reference
+from robotid.simulate.assemble import assemble
+from robotid.simulate.controller import Controller
+from robotid.simulate.plant import Plant
+
+JOINT = assemble(STRUCTURE)
+TYPICAL = {"motor.inertia.J": 0.0123, "arm.inertia.J": 1000.0, "gear.spring.k1": 1.2e6, "gear.damper.d": 2000.0}
+
+
+def start(**changed: float) -> Parameters:
+    return JOINT.parameters().with_values(TRUTH | TYPICAL | changed)
+
+
+@pytest.fixture(scope="module")
+def records() -> tuple[Record, ...]:
+    joint = assemble(STRUCTURE, angle=True)
+    truth = joint.parameters().with_values(TRUTH).values
+    plant = Plant(joint, truth, Controller("speed", kp=0.5, ki=5.0), 1e-4, 0.005, 0.02, seed=7)
+    made = [Reference(f"set{k + 1}", SAMPLING_TIME, ref[:6000], "speed") for k, ref in enumerate(references())]
+    return tuple(plant.record(reference, k) for k, reference in enumerate(made))
+
+
+@pytest.fixture(scope="module")
+def fitted(records: tuple[Record, ...]) -> FitResult:
+    return fit_model("m3", JOINT, start(), records, FitOptions())
+
+
+def test_recovers_the_truth_within_its_own_uncertainty(fitted: FitResult) -> None:
+    assert fitted.end is End.CONVERGED
+    for estimate in fitted.parameters:
+        assert abs(estimate.value - TRUTH[estimate.name]) < 3.5 * estimate.std_robust, estimate
+
+
+def test_torque_errors_count_in_the_robust_deviation_only(fitted: FitResult) -> None:
+    friction = fitted["motor.viscous.Fv"]
+    assert friction.std_robust > 2 * friction.std
+
+
+def test_finds_the_noise_of_the_speed_sensor(fitted: FitResult) -> None:
+    assert list(fitted.noise_std.values()) == pytest.approx([0.02] * 3, rel=0.05)
+    assert min(fitted.fit_percent.values()) > 99
+
+
+def test_a_fixed_parameter_stays_and_has_no_deviation(records: tuple[Record, ...]) -> None:
+    held = start()
+    held = replace(held, free=np.array([name != "gear.damper.d" for name in held.names]))
+    fit = fit_model("m", JOINT, held, records[1:2], FitOptions(most=15))
+    damper = fit["gear.damper.d"]
+    assert damper.value == 2000.0
+    assert damper.fixed
+    assert np.isnan(damper.std)
+
+
+def test_a_bound_holds_and_is_said(records: tuple[Record, ...]) -> None:
+    bounded = start()
+    upper = bounded.upper.copy()
+    upper[bounded.names.index("arm.inertia.J")] = 1050.0
+    fit = fit_model("m", JOINT, replace(bounded, upper=upper), records[1:2], FitOptions(most=15))
+    assert fit["arm.inertia.J"].value == 1050.0
+    assert fit["arm.inertia.J"].remark == "at its upper bound"
+
+
+def test_twins_are_named_as_one_unidentifiable_direction() -> None:
+    structure = STRUCTURE.extended("motor.constant_torque").extended("motor.asymmetric_coulomb")
+    joint = assemble(structure)
+    t = np.arange(3000) * SAMPLING_TIME
+    u = 1.5 + 0.8 * np.sin(2 * np.pi * 5 * t)
+    record = Record("one way", "estimate", "both", SAMPLING_TIME, u, 0 * u, 20.0 + 0 * u)
+    values = TRUTH | {"motor.constant_torque.tau0": 0.1, "motor.asymmetric_coulomb.dFc": 0.1}
+    fit = fit_model("m", joint, joint.parameters().with_values(values), (record,), FitOptions(most=3))
+    assert "motor.asymmetric_coulomb.dFc" in fit["motor.constant_torque.tau0"].remark
+    assert fit["motor.constant_torque.tau0"].remark.startswith("unidentifiable together with")
+
+
+def test_the_keyboard_leaves_the_last_iterate(records: tuple[Record, ...]) -> None:
+    def interrupt(iteration: Iteration) -> None:
+        if iteration.number == 2:
+            raise KeyboardInterrupt
+
+    fit = fit_model("m", JOINT, start(), records[1:2], FitOptions(), interrupt)
+    assert fit.end is End.INTERRUPTED
+    assert fit.iterations == 2
+    assert fit["arm.inertia.J"].value != 1000.0
+
+
+def test_a_horizon_fits_pieces_and_reports_whole_records(records: tuple[Record, ...]) -> None:
+    fit = fit_model("m", JOINT, start(), records[:1], FitOptions(horizon=1.0))
+    assert list(fit.fit_percent) == ["set1"]
+    assert fit["motor.viscous.Fv"].value == pytest.approx(TRUTH["motor.viscous.Fv"], rel=0.02)
+
+
+def test_multistart_keeps_the_best(records: tuple[Record, ...]) -> None:
+    once = fit_model("m", JOINT, start(), records[1:2], FitOptions())
+    more = fit_model("m", JOINT, start(), records[1:2], FitOptions(multistart=1))
+    assert more.cost[-1] <= once.cost[-1] * (1 + 1e-6)
+
+
+def test_a_diverging_start_is_refused(records: tuple[Record, ...]) -> None:
+    with pytest.raises(NumericsError, match="the simulation diverges"):
+        fit_model("m", JOINT, start(**{"motor.inertia.J": np.nan}), records[1:2], FitOptions())
