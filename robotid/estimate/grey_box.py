@@ -16,6 +16,7 @@ from robotid.estimate.result import End, Estimate, FitResult
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
+from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Quantity, Record
 
 UNIDENTIFIABLE = 1e-7  # smallest singular value, relative to the largest, of the Jacobian with unit columns
@@ -120,12 +121,6 @@ def _result(name: str, problem: OutputError, solution: Solution, seconds: float)
 
 def _measured(record: Record, output: Quantity) -> Array:
     return record.phi_m if output == "position" else record.dphi_m
-
-
-def fit_percent(measured: Array, simulated: Array) -> float:
-    """Eq. (15): 100 (1 - ||y - yhat|| / ||y - mean y||)."""
-    spread = np.linalg.norm(measured - measured.mean())
-    return float(100 * (1 - np.linalg.norm(measured - simulated) / spread)) if spread > 0 else 0.0
 
 
 def _covariances(problem: OutputError, solution: Solution, sigma: Array) -> tuple[Array, Array, dict[int, str]]:

@@ -1,0 +1,86 @@
+"""A joint linearised at an operating point: the same partials as the equations of motion, read as matrices.
+
+Dry friction is constant while the direction of motion lasts, and a cubic spring has no slope where it is untwisted: both
+drop out by themselves, as in Figure 3 of the paper.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.model.port import Signal
+
+Complex = NDArray[np.complex128]
+
+FADED = 4096  # samples after which the response of a channel has faded
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinearJoint:
+    """M ddq + D dq + K q = B u at an operating point, and the same with all states, dx/dt = A x + b u.
+
+    K, D, M : (nv, nv) over the angles (phi_m, phi_a, phi_b), memory of the terms held; A (nx, nx), b (nx,) over the
+    joint's states; motor : row of the motor speed.
+    """
+
+    K: Array
+    D: Array
+    M: Array
+    A: Array
+    b: Array
+    motor: int
+
+    def speed_response(self, omega: Array) -> Complex:
+        """From motor torque to motor speed [rad/s/Nm]. omega (n,) [rad/s] -> (n,)."""
+        s = 1j * np.asarray(omega)[:, None, None]
+        torque = np.broadcast_to(self.b[:, None], (len(s), len(self.b), 1))
+        return np.asarray(np.linalg.solve(s * np.eye(len(self.b)) - self.A, torque)[:, self.motor, 0])
+
+    def response(self, omega: Array) -> Complex:
+        """From motor torque to motor acceleration [rad/s2/Nm]. omega (n,) [rad/s] -> (n,)."""
+        return np.asarray(1j * np.asarray(omega) * self.speed_response(omega))
+
+
+def linearise(joint: Joint, theta: Array, speed: float = 0.0) -> LinearJoint:
+    """The joint about a steady motor speed [rad/s], at angle zero, untwisted, all masses moving together.
+
+    At rest the joint is about to move forwards: friction slips. theta : (p,) in the order of joint.names.
+    """
+    x, zero = np.zeros((joint.nx, 1)), np.zeros(1)
+    x[joint.speeds, 0] = speed * np.array([1.0, joint.ratio, joint.ratio])[: joint.masses]
+    s = np.full((joint.masses, 1), 1.0 if speed >= 0 else -1.0)
+    K, D, M = np.zeros((3, joint.masses, joint.masses))
+    for place in joint.placed:
+        m = joint.motion(place, x, None, s, zero)
+        for row, value in enumerate(place.term.settled(m, theta[place.at]), start=place.z.start):
+            x[row] = value
+        d = place.term.partials(joint.motion(place, x, None, s, zero), theta[place.at])
+        S = np.zeros(joint.masses)
+        for j, c in place.q:
+            S[j] = c
+        for matrix, partial in ((K, d.x), (D, d.v), (M, d.a)):
+            matrix += np.outer(S, S) * float(np.asarray(partial).flat[0])
+    point = joint.evaluate(x, zero, s, zero, theta, columns=())
+    assert point.B is not None
+    return LinearJoint(K, D, M, point.A[..., 0], point.B[:, -1, 0], joint.speeds.start)
+
+
+def channel_response(joint: Joint, theta: Array, omega: Array, sampling_time: float) -> Complex:
+    """What the channels on torque and speed make of small signals, (n,): the transform of their impulse response."""
+    impulse = np.zeros(FADED)
+    impulse[1] = 1.0  # not the first: a channel takes that for what was before the record
+    t, quiet, first = np.arange(-1, FADED - 1) * sampling_time, np.zeros(FADED), joint.n_theta
+    response = np.ones(len(omega), dtype=np.complex128)
+    for signal, channel in joint.channels:
+        p = theta[first : first + len(channel.parameters)]
+        first += len(channel.parameters)
+        if signal in (Signal.TORQUE, Signal.SPEED):
+            after = channel.push(impulse, quiet, sampling_time, p)
+            lasting = np.flatnonzero(after)
+            response *= np.exp(-1j * np.outer(omega, t[lasting])) @ after[lasting]
+    return response
