@@ -1,0 +1,125 @@
+"""The command line: it parses, calls and prints. Everything heavy is imported inside the command that needs it."""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from robotid import __version__
+from robotid.cli.console import say
+from robotid.cli.options import AsJson, ConfigPath, Debug, Out, Set
+from robotid.cli.stages import add_stages
+from robotid.errors import InputError, RobotidError
+
+app = typer.Typer(
+    name="robotid",
+    help="From torque and motor-angle recordings of a robot joint to a validated physical model.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command line (by default the process's own) and return its exit code."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    try:
+        app(list(arguments), prog_name="robotid")
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else int(end.code is not None)
+    except RobotidError as error:
+        if "--debug" in arguments:
+            traceback.print_exc()
+        say(str(error))
+        return error.exit_code
+    except OSError as error:
+        return _system(error, debug="--debug" in arguments)
+    except Exception:
+        traceback.print_exc()
+        say("this is a bug of ours; please report it with the lines above")
+        return 1
+    return 0
+
+
+def _system(error: OSError, *, debug: bool) -> int:
+    """A full disk or a forbidden folder is nobody's bug."""
+    if debug or error.filename is None:
+        traceback.print_exc()
+    say(f"{error.filename or 'system'}: {error.strerror or error}")
+    return InputError.exit_code
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"robotid {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and stop.")
+    ] = False,
+) -> None:
+    """From torque and motor-angle recordings of a robot joint to a validated physical model."""
+
+
+add_stages(app)
+
+
+@app.command()
+def status(
+    config: ConfigPath, out: Out = None, overrides: Set = None, as_json: AsJson = False, debug: Debug = False
+) -> None:
+    """Which artifacts are fresh, stale or absent, and why."""
+    from robotid.cli.perform import open_run
+    from robotid.cli.status import show_status
+
+    show_status(open_run(config, out, overrides or []), as_json=as_json)
+
+
+@app.command()
+def show(
+    artifact: Annotated[Path, typer.Argument(metavar="FILE.h5", help="An artifact of a run directory.")],
+    as_json: AsJson = False,
+    debug: Debug = False,
+) -> None:
+    """What an artifact holds and where it comes from, as tables."""
+    from robotid.cli.show import show_artifact
+
+    show_artifact(artifact, as_json=as_json)
+
+
+@app.command()
+def explain(
+    effect: Annotated[str | None, typer.Argument(metavar="EFFECT", help="Such as coulomb or gear.spring.")] = None,
+    as_json: AsJson = False,
+    debug: Debug = False,
+) -> None:
+    """Equation, parameters and source of an effect, or a list."""
+    from robotid.cli.explain import explain_effect, list_effects
+
+    if effect is None:
+        list_effects(as_json=as_json)
+    else:
+        explain_effect(effect, as_json=as_json)
+
+
+@app.command()
+def new(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Of the robot; NAME.yaml is written.")],
+    from_data: Annotated[
+        Path | None, typer.Option("--from-data", metavar="FILE", help="Guess columns and sampling time from FILE.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite NAME.yaml.")] = False,
+    debug: Debug = False,
+) -> None:
+    """A commented configuration to start from."""
+    from robotid.cli.new import write_configuration
+
+    write_configuration(name, from_data, force=force)

@@ -1,0 +1,22 @@
+"""The arguments and options that commands share, each said once."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+ConfigPath = Annotated[Path, typer.Argument(metavar="CONFIG", help="Configuration, a YAML file.", show_default=False)]
+Out = Annotated[
+    Path | None, typer.Option("--out", metavar="DIR", help="Run directory; by default runs/<stem of CONFIG>.")
+]
+Set = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY.PATH=VALUE", help="Change the configuration; repeatable.")
+]
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No talk on stderr but errors.")]
+Force = Annotated[bool, typer.Option("--force", help="Run even what is up to date.")]
+Jobs = Annotated[
+    int | None, typer.Option("--jobs", "-j", min=1, metavar="N", help="Threads to compute with; by default all.")
+]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Say what would run, and why, and stop.")]
+Debug = Annotated[bool, typer.Option("--debug", help="A traceback with every error.")]

@@ -1,0 +1,110 @@
+"""Running stages: what the pipeline does, told to a person on stderr and handed to scripts on stdout."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import typer
+
+from robotid.artifacts.store import load as load_artifact
+from robotid.cli.console import Json, Table, fixed, print_json, print_tables, say
+from robotid.cli.progress import Log, iteration_log
+from robotid.cli.stages import INTERRUPTED
+from robotid.cli.views import view
+from robotid.config.load import load
+from robotid.errors import ThresholdError
+from robotid.stages.pipeline import STAGES, Outcome, Run, execute, execute_all
+
+WORTH_PRINTING = ("fit", "validate")  # of a whole run
+
+
+@dataclass(frozen=True, slots=True)
+class Manner:
+    """How stages are run and told of."""
+
+    as_json: bool = False
+    quiet: bool = False
+    force: bool = False
+    dry_run: bool = False
+
+
+def open_run(config: Path, out: Path | None, overrides: Sequence[str]) -> Run:
+    """A configuration and its run directory, by default runs/<stem> of the current directory."""
+    return Run(load(config, overrides), out or Path("runs") / config.stem)
+
+
+def perform(stage: str | None, run: Run, manner: Manner) -> None:
+    """Run one stage, or all of them, and print what came of it. Raises what the stages raise."""
+    models = run.loaded.config.fit.models or {}
+    done: list[Outcome] = []
+    failure = None
+    with iteration_log(len(models), quiet=manner.quiet or manner.dry_run) as log:
+        try:
+            for outcome in _outcomes(stage, run, manner, log):
+                done.append(outcome)
+                say(_told(outcome), quiet=manner.quiet or manner.dry_run)
+        except ThresholdError as error:
+            failure = error
+            done.append(_kept(stage or "validate", run))
+    (_print_plan if manner.dry_run else _print_results)(stage, run, done, manner)
+    if failure is not None:
+        raise failure
+    if any(outcome.interrupted for outcome in done):
+        say("interrupted; what was reached is saved, and the next run begins this stage again")
+        raise typer.Exit(INTERRUPTED)
+
+
+def _outcomes(stage: str | None, run: Run, manner: Manner, log: Log | None) -> Iterator[Outcome]:
+    if stage is None:
+        yield from execute_all(run, force=manner.force, dry_run=manner.dry_run, log=log)
+    else:
+        yield execute(run, stage, force=manner.force, dry_run=manner.dry_run, log=log)
+
+
+def _kept(stage: str, run: Run) -> Outcome:
+    """What a stage saved before it missed its threshold."""
+    file = run.file(STAGES[stage])
+    return Outcome(stage, file, True, "", content=load_artifact(file, STAGES[stage].type()).content)
+
+
+def _told(outcome: Outcome) -> str:
+    if not outcome.ran:
+        return f"{outcome.stage}: {outcome.file} is fresh"
+    return f"{outcome.stage}: {outcome.file} written in {outcome.seconds:.2f} s ({outcome.why})"
+
+
+def _print_plan(stage: str | None, run: Run, plan: Sequence[Outcome], manner: Manner) -> None:
+    if manner.as_json:
+        print_json({"out": str(run.out), "stages": [_entry(o) for o in plan]})
+        return
+    rows = tuple((o.stage, "no" if o.why == "fresh" else "yes", o.why, str(o.file)) for o in plan)
+    print_tables([Table("", ("stage", "would run", "why", "file"), rows)])
+
+
+def _print_results(stage: str | None, run: Run, done: Sequence[Outcome], manner: Manner) -> None:
+    shown = [o for o in done if o.stage == stage or (stage is None and o.stage in WORTH_PRINTING)]
+    if manner.as_json and stage is not None:
+        print_json(view(stage).document(shown[-1].content))
+    elif manner.as_json:
+        results: dict[str, Json] = {o.stage: view(o.stage).document(o.content) for o in shown}
+        print_json({"out": str(run.out), "stages": [_entry(o) for o in done], **results})
+    else:
+        tables: list[Table] = [table for o in shown for table in view(o.stage).tables(o.content)]
+        print_tables(tables if stage is not None else [_summary(done), *tables])
+
+
+def _entry(outcome: Outcome) -> Json:
+    return {
+        "stage": outcome.stage,
+        "file": str(outcome.file),
+        "ran": outcome.ran,
+        "why": outcome.why,
+        "seconds": outcome.seconds,
+    }
+
+
+def _summary(done: Sequence[Outcome]) -> Table:
+    rows = tuple((o.stage, "made" if o.ran else "fresh", fixed(o.seconds), str(o.file)) for o in done)
+    return Table("Stages", ("stage", "state", "seconds", "file"), rows)

@@ -1,0 +1,54 @@
+"""The command show: an artifact's content and where it comes from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from robotid.artifacts.provenance import Provenance
+from robotid.artifacts.store import Label, load, peek
+from robotid.cli.console import Json, Table, print_json, print_tables
+from robotid.cli.views import view
+from robotid.errors import InputError
+from robotid.stages.pipeline import STAGES
+
+
+def show_artifact(file: Path, *, as_json: bool = False) -> None:
+    """Print an artifact of any stage. Raises InputError where it is missing, foreign or damaged."""
+    label = peek(file)
+    stage = label.provenance.stage
+    if stage not in STAGES:
+        raise InputError(f'made by a stage "{stage}" that this version does not know', where=str(file))
+    content = load(file, STAGES[stage].type()).content
+    if as_json:
+        print_json({"content": view(stage).document(content), "provenance": _document(label)})
+    else:
+        print_tables([*view(stage).tables(content), _provenance(label)])
+
+
+def _document(label: Label) -> Json:
+    made = label.provenance
+    return {
+        "kind": label.kind,
+        "digest": label.digest,
+        "stage": made.stage,
+        "version": made.version,
+        "created": made.created,
+        "inputs": made.inputs,
+        "seed": made.seed,
+        "environment": made.environment,
+        "configuration": made.configuration,
+    }
+
+
+def _provenance(label: Label) -> Table:
+    made: Provenance = label.provenance
+    facts = [
+        ("kind", label.kind),
+        ("made by", f"robotid {made.stage}, version {made.version}"),
+        ("on", made.created),
+        ("seed", "-" if made.seed is None else str(made.seed)),
+        ("from", "; ".join(f"{name} {digest[:12]}" for name, digest in made.inputs.items()) or "the configuration"),
+        ("content", label.digest[:12]),
+        ("with", ", ".join(f"{name} {version}" for name, version in made.environment.items())),
+    ]
+    return Table("Provenance", ("", ""), tuple(facts), "the configuration itself: --json")

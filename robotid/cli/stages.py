@@ -1,0 +1,62 @@
+"""The stage commands, all alike: one row a stage."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+
+import typer
+
+from robotid.cli.console import say
+from robotid.cli.options import AsJson, ConfigPath, Debug, DryRun, Force, Jobs, Out, Quiet, Set
+
+INTERRUPTED = 130
+
+STAGES: dict[str, str] = {
+    "excite": "Reference signals for the records of the virtual robot.",
+    "collect": "Records from the virtual robot or from files, with their flaws.",
+    "init-rigid": "Inertia and friction of the rigid joint, by least squares.",
+    "init-flex": "Arm inertia and stiffness, from frequency responses.",
+    "fit": "Every model over its records by simulation.",
+    "validate": "What the fitted models are worth, on every record.",
+}
+"""Names as in `robotid.stages.pipeline`, and what --help says of them without importing a stage."""
+
+
+def add_stages(app: typer.Typer) -> None:
+    """One command a stage, and `run` for all of them."""
+    app.command("run", help="Every stage that is not up to date, in order.")(_command(None))
+    for name, summary in STAGES.items():
+        app.command(name, help=summary)(_command(name))
+
+
+def _command(stage: str | None) -> Callable[..., None]:
+    def command(
+        config: ConfigPath,
+        out: Out = None,
+        overrides: Set = None,
+        as_json: AsJson = False,
+        quiet: Quiet = False,
+        force: Force = False,
+        jobs: Jobs = None,
+        dry_run: DryRun = False,
+        debug: Debug = False,
+    ) -> None:
+        limit_threads(jobs)
+        from robotid.cli.perform import Manner, open_run, perform
+
+        try:
+            manner = Manner(as_json=as_json, quiet=quiet, force=force, dry_run=dry_run)
+            perform(stage, open_run(config, out, overrides or []), manner)
+        except KeyboardInterrupt:
+            say("interrupted")
+            raise typer.Exit(INTERRUPTED) from None
+
+    return command
+
+
+def limit_threads(jobs: int | None) -> None:
+    """Let linear algebra use so many threads. It reads this when numpy is imported, so it comes before."""
+    if jobs is not None:
+        for library in ("OPENBLAS", "OMP", "MKL", "VECLIB_MAXIMUM"):
+            os.environ[f"{library}_NUM_THREADS"] = str(jobs)

@@ -1,0 +1,174 @@
+"""What one section must know of another: effects, ports, parameters and records that are named must exist."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from robotid.channels import CHANNELS
+from robotid.config.robot import Effects
+from robotid.config.schema import Config
+from robotid.config.suggest import suggest
+from robotid.config.tree import Step
+from robotid.model.parameters import Parameter
+from robotid.model.port import Port, Signal
+from robotid.model.structure import Structure
+from robotid.terms import TERMS
+
+FLEXIBLE = (Port.GEAR, Port.LINK, Port.TOOL)
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Something to mend. loc : keys and indices that lead to it."""
+
+    loc: tuple[Step, ...]
+    what: str
+    hint: str = ""
+
+
+def problems(config: Config) -> Iterator[Problem]:
+    """Everything that does not fit together, the most basic first."""
+    robot, plant = config.robot, config.plant
+    yield from _effects(robot.model, robot.gear_ratio, ("robot", "model"))
+    yield from _parameters(config)
+    if plant is not None:
+        if plant.model is not None:
+            yield from _effects(plant.model, robot.gear_ratio, ("plant", "model"))
+        yield from _truth(plant.parameters, config.plant_structure())
+    yield from _records(config)
+    yield from _fit(config)
+    yield from _thresholds(config)
+
+
+def declared(structure: Structure) -> dict[str, Parameter]:
+    """What the effects of a structure declare, by dotted name; effects that do not exist are passed over."""
+    found = {}
+    for effect in (*structure.terms, *structure.channels):
+        name = effect.partition(".")[2]
+        kind = TERMS.get(name) or CHANNELS.get(name)
+        found.update({f"{effect}.{p.symbol}": p for p in (kind.parameters if kind else ())})
+    return found
+
+
+def _effects(model: Effects, gear_ratio: float | None, at: tuple[Step, ...]) -> Iterator[Problem]:
+    places = [*map(str, Port), *map(str, Signal)]
+    for place, effects in model.items():
+        if place not in places:
+            yield Problem((*at, place), f'there is no port or signal "{place}"', suggest(place, places))
+            continue
+        for i, effect in enumerate(effects):
+            loc = (*at, place, i)
+            yield from _placed(place, effect, loc)
+            if effect in effects[:i]:
+                yield Problem(loc, f"{effect} is listed twice", "an effect acts once at a port")
+    yield from _masses(model, gear_ratio, at)
+
+
+def _placed(place: str, effect: str, loc: tuple[Step, ...]) -> Iterator[Problem]:
+    """Whether an effect exists and may act where it is listed."""
+    if effect not in TERMS and effect not in CHANNELS:
+        known: Mapping[str, object] = CHANNELS if place in list(Signal) else TERMS
+        hint = suggest(effect, known, many=0) or suggest(effect, {**TERMS, **CHANNELS}, many=0)
+        yield Problem(loc, f'there is no effect "{effect}"', hint or "`robotid explain` lists them all")
+        return
+    allowed = [str(p) for p in (TERMS[effect].ports if effect in TERMS else CHANNELS[effect].signals)]
+    if place not in allowed:
+        yield Problem(loc, f"{effect} does not act at {place}", f"list it under {' or '.join(allowed)}")
+
+
+def _masses(model: Effects, gear_ratio: float | None, at: tuple[Step, ...]) -> Iterator[Problem]:
+    """Whether every mass has inertia and the gear a ratio."""
+    beyond = [port for port in Port if port is not Port.MOTOR and model.get(port)]
+    flexible = [port for port in FLEXIBLE if model.get(port)]
+    if gear_ratio is None and beyond:
+        yield Problem(
+            (*at, beyond[0]), "effects beyond the motor need robot.gear_ratio", "add gear_ratio: phi_a / phi_m"
+        )
+    needed = [Port.MOTOR] + [Port.ARM] * bool(flexible) + [Port.TOOL] * bool(model.get(Port.TOOL))
+    for port in needed:
+        if "inertia" not in model.get(port, ()):
+            yield Problem(
+                at if port not in model else (*at, port), f"the {port} has no inertia", f"add inertia to {port}"
+            )
+    if flexible and "spring" not in model.get(Port.GEAR, ()):
+        yield Problem(at, "nothing carries torque from the motor to the arm", "add spring to gear")
+    if model.get(Port.TOOL) and "spring" not in model.get(Port.LINK, ()):
+        yield Problem(at, "nothing carries torque from the arm to the tool", "add spring to link")
+
+
+def _parameters(config: Config) -> Iterator[Problem]:
+    known = declared(config.structure())
+    for name, settings in config.robot.parameters.items():
+        loc = ("robot", "parameters", name)
+        if name not in known:
+            yield Problem(loc, f'the model has no parameter "{name}"', suggest(name, known))
+        elif settings.guess is not None:
+            bounds = settings.bounds or known[name].bounds
+            yield from _within(settings.guess, bounds, known[name].unit, (*loc, "guess"), "the guess")
+    for i, name in enumerate(config.fit.fix):
+        if name not in known:
+            yield Problem(("fit", "fix", i), f'the model has no parameter "{name}"', suggest(name, known))
+
+
+def _truth(parameters: Mapping[str, float], structure: Structure) -> Iterator[Problem]:
+    known = declared(structure)
+    for name, value in parameters.items():
+        loc = ("plant", "parameters", name)
+        if name not in known:
+            yield Problem(loc, f'the virtual robot has no parameter "{name}"', suggest(name, known))
+        else:
+            yield from _within(value, known[name].bounds, known[name].unit, loc, "the truth")
+    for name in (name for name in known if name not in parameters):
+        yield Problem(
+            ("plant", "parameters"), f'"{name}" is missing', "the virtual robot needs every parameter of its model"
+        )
+
+
+def _within(
+    value: float, bounds: tuple[float, float], unit: str, loc: tuple[Step, ...], what: str
+) -> Iterator[Problem]:
+    lower, upper = bounds
+    if not lower <= value <= upper:
+        yield Problem(loc, f"{what} {value:g} lies outside the bounds {lower:g} to {upper:g} {unit}".rstrip())
+
+
+def _records(config: Config) -> Iterator[Problem]:
+    names = [r.name for r in config.records]
+    for i, record in enumerate(config.records):
+        if record.name in names[:i]:
+            yield Problem(("records", i, "name"), f'two records have the name "{record.name}"')
+        if record.excite is not None and config.plant is None:
+            yield Problem(
+                ("records", i, "excite"), "there is no robot to excite", "add a plant section, or give a file instead"
+            )
+    if not any(r.role == "estimate" for r in config.records):
+        yield Problem(("records",), "no record has the role estimate", "at least one is needed to fit a model to")
+
+
+def _fit(config: Config) -> Iterator[Problem]:
+    roles = {name: record.role for record in config.records for name in record.names}
+    models = config.fit.models or {"m1": config.names("estimate")}
+    for model, records in models.items():
+        loc = ("fit", "models", model)
+        if not records:
+            yield Problem(loc, "a model needs at least one record")
+        for i, name in enumerate(records):
+            if name not in roles:
+                yield Problem((*loc, i), f'there is no record "{name}"', suggest(name, roles))
+            elif roles[name] == "validate":
+                yield Problem((*loc, i), f"{name} has the role validate and is held out of every fit")
+            elif name in records[:i]:
+                yield Problem((*loc, i), f"{name} is listed twice")
+    if config.fit.best is not None and config.fit.best not in models:
+        yield Problem(("fit", "best"), f'there is no model "{config.fit.best}"', suggest(config.fit.best, models))
+    for name in (name for name in config.fit.weights if name not in roles):
+        yield Problem(("fit", "weights", name), f'there is no record "{name}"', suggest(name, roles))
+
+
+def _thresholds(config: Config) -> Iterator[Problem]:
+    names = [name for record in config.records for name in record.names]
+    for name in config.validation.thresholds.fit_percent:
+        if name not in names:
+            loc = ("validate", "thresholds", "fit_percent", name)
+            yield Problem(loc, f'there is no record "{name}"', suggest(name, names))

@@ -1,0 +1,101 @@
+"""A configuration file, checked, with every complaint at its line."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import yaml
+from pydantic import ValidationError
+from yaml.nodes import MappingNode
+
+from robotid.config.check import problems
+from robotid.config.complain import complaint
+from robotid.config.override import override
+from robotid.config.schema import Config, ParameterSettings
+from robotid.config.tree import Plain, compose, follow, plain
+from robotid.errors import ConfigError
+from robotid.model.structure import Structure
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """A configuration that fits together. text : as written; overrides : what --set changed."""
+
+    config: Config
+    path: Path
+    text: str
+    overrides: tuple[str, ...] = ()
+
+    @property
+    def directory(self) -> Path:
+        """Where the record files are looked for."""
+        return self.path.parent
+
+    @property
+    def structure(self) -> Structure:
+        """The joint to identify."""
+        return self.config.structure()
+
+    @property
+    def parameter_settings(self) -> Mapping[str, ParameterSettings]:
+        """What is known of parameters beforehand, by dotted name."""
+        return self.config.robot.parameters
+
+    def resolved_text(self) -> str:
+        """The complete configuration, defaults included, as YAML that loads to the same."""
+        return resolved(self.config)
+
+    def section_text(self, name: str) -> str:
+        """One section with its defaults, the same text whenever it means the same."""
+        return json.dumps(_dump(self.config)[name], sort_keys=True)
+
+
+def load(path: Path | str, overrides: Sequence[str] = ()) -> Loaded:
+    """Read and check a configuration file. overrides : "key.path=value". Raises ConfigError."""
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise ConfigError("there is no such file", where=str(path), hint="`robotid new NAME` writes one") from None
+    except UnicodeDecodeError:
+        raise ConfigError("this is not UTF-8 text", where=str(path)) from None
+    except OSError as error:
+        raise ConfigError(f"cannot be read: {error.strerror}", where=str(path)) from error
+    return Loaded(parse(text, str(path), overrides), path, text, tuple(overrides))
+
+
+def parse(text: str, name: str = "configuration", overrides: Sequence[str] = ()) -> Config:
+    """Check a configuration's text and complete it. name : what errors call it. Raises ConfigError."""
+    root = compose(text, name)
+    if root is None:
+        raise ConfigError("this file is empty", where=name, hint="`robotid new NAME` writes one to start from")
+    if not isinstance(root, MappingNode):
+        raise ConfigError("expected sections such as robot: and records:", where=f"{name}:1")
+    for assignment in overrides:
+        override(root, assignment)
+    try:
+        # strict JSON takes a list for a tuple and a word for an enum, and coerces nothing else
+        config = Config.model_validate_json(json.dumps(_written(root)), strict=True)
+    except ValidationError as error:
+        raise complaint(error, root, Config) from error
+    for problem in problems(config):
+        where, path, _ = follow(root, problem.loc)
+        raise ConfigError(problem.what, where=f"{where}  {path}", hint=problem.hint)
+    return config.completed()
+
+
+def _written(root: MappingNode) -> dict[str, Plain]:
+    """The sections; one in which every line is commented out is not there."""
+    return {key.value: plain(value) for key, value in root.value if plain(value) is not None}
+
+
+def resolved(config: Config) -> str:
+    """A complete configuration as YAML."""
+    return yaml.safe_dump(_dump(config), sort_keys=False, allow_unicode=True, default_flow_style=None, width=120)
+
+
+def _dump(config: Config) -> dict[str, object]:
+    return config.model_dump(mode="json", by_alias=True)

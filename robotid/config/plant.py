@@ -1,0 +1,78 @@
+"""The virtual robot: true parameters, controller, encoder and noise."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from robotid.config.robot import Effects
+from robotid.config.section import Finite, NonNegative, Positive, Section
+
+
+class ControllerSettings(Section):
+    """The joint's controller, sampled with the record, its torque held from sample to sample.
+
+    speed :    tau = kp e + ki integral(e) dt, e = ref - dphi_m, kp [Nm s/rad], ki [Nm/rad]
+    position : the same with kpos (ref - phi_m) as the reference of speed, kpos [1/s]
+    limit [Nm] clips the torque (and stops the integral); feedforward_inertia [kg m2], of a speed controller, adds the
+    torque of the reference's acceleration. A sliding axis reads N, m, kg.
+    """
+
+    kind: Literal["speed", "position"]
+    kp: Finite
+    ki: Finite = 0.0
+    kpos: Positive | None = None
+    limit: Positive | None = None
+    feedforward_inertia: NonNegative = 0.0
+
+    @model_validator(mode="after")
+    def _kpos_for_position(self) -> Self:
+        if (self.kind == "position") != (self.kpos is not None):
+            raise ValueError(
+                "a position controller needs kpos [1/s]"
+                if self.kind == "position"
+                else "a speed controller has no kpos"
+            )
+        if self.kind == "position" and self.feedforward_inertia:
+            raise ValueError("feedforward_inertia goes with a speed controller only")
+        return self
+
+
+class EncoderSettings(Section):
+    """Resolution of the motor angle: quantum [rad] or counts per revolution; neither for a perfect encoder."""
+
+    quantum: Positive | None = None
+    counts_per_rev: Annotated[int, Field(gt=0)] | None = None
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if self.quantum is not None and self.counts_per_rev is not None:
+            raise ValueError("give quantum or counts_per_rev, not both")
+        return self
+
+    @property
+    def step(self) -> float:
+        """Smallest difference of angle [rad], zero for a perfect encoder."""
+        if self.counts_per_rev is not None:
+            return 2 * pi / self.counts_per_rev
+        return self.quantum or 0.0
+
+
+class NoiseSettings(Section):
+    """Standard deviations of white noise: torque [Nm] on what is recorded, speed [rad/s] on what is measured."""
+
+    torque: NonNegative = 0.0
+    speed: NonNegative = 0.0
+
+
+class PlantSettings(Section):
+    """The virtual robot. model : its effects, by default robot.model. parameters : the truth, by dotted name, in SI."""
+
+    model: Effects | None = None
+    parameters: dict[str, Finite]
+    controller: ControllerSettings
+    encoder: EncoderSettings = EncoderSettings()
+    noise: NoiseSettings = NoiseSettings()
+    seed: Annotated[int, Field(ge=0)] = 0

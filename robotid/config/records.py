@@ -1,0 +1,42 @@
+"""The records section: experiments to make on the virtual robot, or measured files to read."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+from pydantic import model_validator
+
+from robotid.config.columns import ColumnsSettings, RepairSettings
+from robotid.config.excitation import ExcitationSettings
+from robotid.config.section import Name, Positive, Section
+
+
+class RecordSettings(Section):
+    """One experiment: `excite` for the virtual robot, or `file`, relative to the configuration.
+
+    role : estimate, or validate to be held out of every fit. use : which initialisation it serves, by default both.
+    columns : which column of the file is what, absent: found by name. sampling_time [s] : instead of a time column.
+    """
+
+    name: Name
+    role: Literal["estimate", "validate"] = "estimate"
+    use: Literal["rigid", "flex", "both"] = "both"
+    excite: ExcitationSettings | None = None
+    file: str | None = None
+    columns: ColumnsSettings | None = None
+    sampling_time: Positive | None = None
+    repair: RepairSettings | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the records that come of it: name, and for further realisations name_r2, name_r3."""
+        count = 1 if self.excite is None else self.excite.realisations
+        return (self.name, *(f"{self.name}_r{k}" for k in range(2, count + 1)))
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        if (self.excite is None) == (self.file is None):
+            raise ValueError("a record needs either excite or file" + ("" if self.file is None else ", not both"))
+        if self.excite is not None and (self.columns or self.sampling_time or self.repair):
+            raise ValueError("columns, sampling_time and repair belong to a record with a file")
+        return self

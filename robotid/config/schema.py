@@ -1,0 +1,143 @@
+"""The whole configuration, section by section, as CLI.md shows it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from robotid.config.plant import ControllerSettings, EncoderSettings, NoiseSettings, PlantSettings
+from robotid.config.records import RecordSettings
+from robotid.config.robot import Effects, ParameterSettings, RobotSettings
+from robotid.config.section import Name, NonNegative, Positive, Section
+from robotid.model.structure import Structure
+
+__all__ = [
+    "Config",
+    "ControllerSettings",
+    "DiagnoseSettings",
+    "Effects",
+    "EncoderSettings",
+    "ExtendSettings",
+    "FitSettings",
+    "InitFlexSettings",
+    "InitRigidSettings",
+    "NoiseSettings",
+    "ParameterSettings",
+    "PlantSettings",
+    "RecordSettings",
+    "ReportSettings",
+    "RobotSettings",
+    "ThresholdSettings",
+    "ValidateSettings",
+]
+
+Count = Annotated[int, Field(gt=0)]
+
+
+class InitRigidSettings(Section):
+    """Least squares of eq. (10)-(11). cutoff [Hz] and order of the zero-phase low-pass filter, absent: chosen from the
+    excitation; samples slower than min_speed [rad/s] are left out, where the sign of friction is in doubt."""
+
+    cutoff: Positive | None = None
+    order: Annotated[int, Field(ge=1, le=10)] = 4
+    min_speed: NonNegative = 0.0
+
+
+class InitFlexSettings(Section):
+    """Frequency responses and eq. (12)-(14). band [Hz] : where the responses are read, absent: the excitation's own;
+    window [s] : length of a segment, absent: the excitation's period."""
+
+    band: tuple[Positive, Positive] | None = None
+    window: Positive | None = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.band is not None and not self.band[0] < self.band[1]:
+            raise ValueError(f"the band {self.band[0]:g} to {self.band[1]:g} Hz is empty")
+        return self
+
+
+class FitSettings(Section):
+    """Output-error fit. output : what is compared. models : name to the records that it is fitted to, absent: one model
+    of all records with role estimate. best : the model that later stages use, by default the last. weights : factor of
+    a record on the weight that its noise gives it. multistart : further starts, drawn about the first. fix : dotted
+    names of parameters that keep their start."""
+
+    output: Literal["speed", "position"] = "speed"
+    models: Annotated[dict[Name, tuple[str, ...]], Field(min_length=1)] | None = None
+    best: str | None = None
+    max_iterations: Count = 50
+    tolerance: Positive = 1e-6
+    weights: dict[str, Positive] = {}
+    initial_states: Literal["free", "fixed"] = "free"
+    multistart: Annotated[int, Field(ge=0)] = 0
+    fix: tuple[str, ...] = ()
+
+
+class ThresholdSettings(Section):
+    """What the best model must reach; below it `validate` ends with exit code 5. fit_percent : by record, eq. (15)."""
+
+    fit_percent: dict[str, Annotated[float, Field(le=100, allow_inf_nan=False)]] = {}
+
+
+class ValidateSettings(Section):
+    """perturbation [%] of each parameter in turn (Table 3). horizon [s] : length of the pieces that are simulated from
+    fresh initial states, absent: the whole record at once."""
+
+    perturbation: Annotated[float, Field(gt=0, lt=100)] = 20.0
+    thresholds: ThresholdSettings = ThresholdSettings()
+    horizon: Positive | None = None
+
+
+class DiagnoseSettings(Section):
+    """Settings of the diagnosis."""
+
+
+class ExtendSettings(Section):
+    """Settings of the extension."""
+
+
+class ReportSettings(Section):
+    """Settings of the report."""
+
+
+class Config(Section):
+    """A configuration whose sections fit together once `robotid.config.load` has checked it."""
+
+    robot: RobotSettings
+    records: Annotated[tuple[RecordSettings, ...], Field(min_length=1)]
+    plant: PlantSettings | None = None
+    controller: ControllerSettings | None = None
+    init_rigid: InitRigidSettings = InitRigidSettings()
+    init_flex: InitFlexSettings = InitFlexSettings()
+    fit: FitSettings = FitSettings()
+    # the section is called `validate`, a name that the base class gave to a method long ago
+    validation: ValidateSettings = Field(default=ValidateSettings(), alias="validate")
+    diagnose: DiagnoseSettings = DiagnoseSettings()
+    extend: ExtendSettings = ExtendSettings()
+    report: ReportSettings = ReportSettings()
+
+    def structure(self) -> Structure:
+        """The joint to identify."""
+        return self.robot.structure()
+
+    def plant_structure(self) -> Structure:
+        """The virtual robot's joint."""
+        return self.robot.structure(self.plant.model if self.plant else None)
+
+    def names(self, role: Literal["estimate", "validate"]) -> tuple[str, ...]:
+        """Names of the records of a role, further realisations included."""
+        return tuple(name for record in self.records if record.role == role for name in record.names)
+
+    @property
+    def loop(self) -> ControllerSettings | None:
+        """The controller that closed the loop of the records, where it is known."""
+        return self.controller or (self.plant.controller if self.plant else None)
+
+    def completed(self) -> Self:
+        """With the defaults that depend on other sections filled in: fit.models, fit.best, plant.model."""
+        models = self.fit.models or {"m1": self.names("estimate")}
+        fit = self.fit.model_copy(update={"models": models, "best": self.fit.best or list(models)[-1]})
+        plant = self.plant and self.plant.model_copy(update={"model": self.plant.model or self.robot.model})
+        return self.model_copy(update={"fit": fit, "plant": plant})
