@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
-from pydantic import model_validator
+from pydantic import field_serializer, model_validator
 
 from robotid.config.columns import ColumnsSettings, RepairSettings
 from robotid.config.excitation import ExcitationSettings
@@ -32,6 +32,11 @@ class RecordSettings(Section):
         """Names of the records that come of it: name, and for further realisations name_r2, name_r3."""
         count = 1 if self.excite is None else self.excite.realisations
         return (self.name, *(f"{self.name}_r{k}" for k in range(2, count + 1)))
+
+    @field_serializer("columns")
+    def _as_said(self, columns: ColumnsSettings | None) -> dict[str, Any] | None:
+        """A signal that is null differs from one that is left out."""
+        return None if columns is None else columns.model_dump(mode="json", exclude_unset=True)
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:

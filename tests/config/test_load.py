@@ -70,6 +70,14 @@ def test_the_resolved_text_means_the_same(text: str) -> None:
     assert resolved(parse(resolved(config))) == resolved(config)
 
 
+def test_a_column_that_is_left_out_is_not_one_that_is_not_there() -> None:
+    config = parse(RIGID, overrides=["records.day1.columns={t: time, dphi_m: null, phi_m: {name: enc, unit: deg}}"])
+    again = parse(resolved(config)).records[0].columns
+    assert again is not None
+    assert again == config.records[0].columns
+    assert again.model_fields_set == {"t", "dphi_m", "phi_m"}
+
+
 def test_a_section_has_one_text_however_it_is_written(tmp_path: Path) -> None:
     short, long = tmp_path / "short.yaml", tmp_path / "long.yaml"
     short.write_text(RIGID)
