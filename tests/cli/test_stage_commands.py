@@ -1,0 +1,112 @@
+"""Stage commands: what is run, what is told where, what is fresh."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from robotid.cli.app import main
+
+TEXT = """\
+robot: {name: axis, model: {motor: [inertia, viscous, coulomb]}}
+records:
+  - name: slow
+    excite: {kind: triangle, amplitude: 20, period: 2, sampling_time: 0.005}
+plant:
+  parameters: {motor.inertia.J: 0.01, motor.viscous.Fv: 0.02, motor.coulomb.Fc: 0.5}
+  controller: {kind: speed, kp: 0.5, ki: 5}
+  noise: {speed: 0.01}
+"""
+
+
+@pytest.fixture
+def config(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "axis.yaml").write_text(TEXT)
+    return "axis.yaml"
+
+
+def test_a_stage_writes_its_artifact_and_a_table(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["excite", config]) == 0
+    out, err = capsys.readouterr()
+    assert Path("runs/axis/excitation.h5").is_file()
+    assert "slow" in out
+    assert err.startswith("excite: runs/axis/excitation.h5 written in ")
+    assert err.endswith(" s (not made yet)\n")
+
+
+def test_what_is_fresh_is_not_made_again_unless_forced(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["excite", config])
+    first = capsys.readouterr().out
+    assert main(["excite", config]) == 0
+    assert capsys.readouterr() == (first, "excite: runs/axis/excitation.h5 is fresh\n")
+    assert main(["excite", config, "--force"]) == 0
+    assert capsys.readouterr().err.endswith(" s (forced)\n")
+
+
+def test_a_change_by_option_makes_it_stale(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["excite", config])
+    capsys.readouterr()
+    assert main(["excite", config, "--set", "records.slow.excite.amplitude=10"]) == 0
+    assert capsys.readouterr().err.endswith(" s (configuration changed: records)\n")
+
+
+def test_json_is_one_document_and_quiet_is_quiet(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["excite", config, "--json", "--quiet"]) == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out)["references"]["slow"]["samples"] == 400
+    assert err == ""
+
+
+def test_a_dry_run_makes_nothing(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", config, "--dry-run", "--json"]) == 0
+    out, err = capsys.readouterr()
+    plan = json.loads(out)["stages"]
+    assert [entry["why"] for entry in plan] == ["not made yet"] + ["an earlier stage would run"] * 5
+    assert err == ""
+    assert not Path("runs").exists()
+
+
+def test_a_missing_input_names_the_command_that_makes_it(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["fit", config, "--out", "elsewhere"]) == 3
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("elsewhere/records.h5: is missing; run `robotid collect axis.yaml")
+
+
+def test_status_tells_what_is_fresh(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["excite", config, "--quiet"])
+    capsys.readouterr()
+    assert main(["status", config, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["stages"]
+    assert (found["excite"]["state"], found["excite"]["why"]) == ("fresh", "")
+    assert (found["collect"]["state"], found["collect"]["why"]) == ("absent", "not made yet")
+    assert main(["status", config, "--set", "plant.seed=7"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[:2] for line in lines[2:4]] == [["excite", "stale"], ["collect", "absent"]]
+    assert "configuration changed: plant" in lines[2]
+
+
+def test_show_prints_content_and_provenance(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["excite", config])
+    table = capsys.readouterr().out
+    assert main(["show", "runs/axis/excitation.h5"]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith(table)
+    assert "robotid excite, version" in out
+    assert main(["show", "runs/axis/excitation.h5", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert list(document["content"]["references"]) == ["slow"]
+    assert "motor.viscous.Fv: 0.02" in document["provenance"]["configuration"]
+
+
+def test_show_what_is_no_artifact(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "model.h5"
+    path.write_text("not HDF5")
+    assert main(["show", str(path)]) == 3
+    assert capsys.readouterr() == (
+        "",
+        f"{path}: this is not a readable HDF5 file: foreign or damaged; run its stage again\n",
+    )
