@@ -1,7 +1,7 @@
 """A joint linearised at an operating point: the same partials as the equations of motion, read as matrices.
 
-Dry friction is constant while the direction of motion lasts, and a cubic spring has no slope where it is untwisted: both
-drop out by themselves, as in Figure 3 of the paper.
+Dry friction is constant while the direction of motion lasts, and a cubic spring has no slope where it is untwisted:
+both drop out by themselves, as in Figure 3 of the paper.
 """
 
 from __future__ import annotations
@@ -56,10 +56,10 @@ def linearise(joint: Joint, theta: Array, speed: float = 0.0) -> LinearJoint:
     s = np.full((joint.masses, 1), 1.0 if speed >= 0 else -1.0)
     K, D, M = np.zeros((3, joint.masses, joint.masses))
     for place in joint.placed:
-        m = joint.motion(place, x, None, s, zero)
-        for row, value in enumerate(place.term.settled(m, theta[place.at]), start=place.z.start):
+        m, p = joint.motion(place, x, None, s, zero), theta[place.at].tolist()
+        for row, value in enumerate(place.term.settled(m, p), start=place.z.start):
             x[row] = value
-        d = place.term.partials(joint.motion(place, x, None, s, zero), theta[place.at])
+        d = place.term.partials(joint.motion(place, x, None, s, zero), p)
         S = np.zeros(joint.masses)
         for j, c in place.q:
             S[j] = c
@@ -77,7 +77,7 @@ def channel_response(joint: Joint, theta: Array, omega: Array, sampling_time: fl
     t, quiet, first = np.arange(-1, FADED - 1) * sampling_time, np.zeros(FADED), joint.n_theta
     response = np.ones(len(omega), dtype=np.complex128)
     for signal, channel in joint.channels:
-        p = theta[first : first + len(channel.parameters)]
+        p = theta[first : first + len(channel.parameters)].tolist()
         first += len(channel.parameters)
         if signal in (Signal.TORQUE, Signal.SPEED):
             after = channel.push(impulse, quiet, sampling_time, p)

@@ -8,7 +8,7 @@ from robotid.model.array import Array
 
 
 def fit_percent(measured: Array, simulated: Array) -> float:
-    """Share of the measured variation that is explained, 100 (1 - ||y - yhat|| / ||y - mean y||); zero where nothing varies.
+    """100 (1 - ||y - yhat|| / ||y - mean y||) [%]; zero where nothing varies. Both (n,).
 
     Wernholt & Gunnarsson 2005, eq. (15).
     """

@@ -1,0 +1,50 @@
+"""The linearised model beside the measured frequency responses: Figures 2 and 3 of the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.model.linear import channel_response, linearise
+from robotid.signals.frf import Frf
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bode:
+    """Magnitudes of a linearised model from motor torque, (n,) at all frequencies of the measured responses.
+
+    distance : per response the RMS of the ratio to it.
+    """
+
+    frequency: Array = field(metadata={"unit": "Hz"})
+    acceleration: Array = field(metadata={"unit": "rad/s2/Nm"})
+    speed: Array = field(metadata={"unit": "rad/s/Nm"})
+    distance: dict[str, float] = field(metadata={"unit": "dB"})
+
+
+def bode(joint: Joint, theta: Array, frfs: Sequence[Frf], sampling_time: float) -> Bode | None:
+    """Bode magnitudes of a joint about rest, channels included; None without measured responses."""
+    if not frfs:
+        return None
+    linear = linearise(joint, theta)
+
+    def speed(omega: Array) -> Array:
+        return np.abs(linear.speed_response(omega) * channel_response(joint, theta, omega, sampling_time))
+
+    frequency = np.unique(np.concatenate([frf.frequency for frf in frfs]))
+    magnitude = speed(2 * np.pi * frequency)
+    return Bode(
+        frequency=frequency,
+        acceleration=2 * np.pi * frequency * magnitude,
+        speed=magnitude,
+        distance={frf.record: _distance(speed(frf.omega), np.abs(frf.speed_response)) for frf in frfs},
+    )
+
+
+def _distance(model: Array, measured: Array) -> float:
+    """RMS of the ratio of two magnitudes [dB]."""
+    return float(np.sqrt(np.mean((20 * np.log10(model / measured)) ** 2)))

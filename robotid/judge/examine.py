@@ -1,0 +1,117 @@
+"""Everything that is to be said of one model: every record, every parameter, every measured response."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotid.errors import NumericsError
+from robotid.estimate.result import FitResult
+from robotid.judge.bode import bode
+from robotid.judge.closed_loop import loop_errors
+from robotid.judge.identifiability import Identifiability, correlations, identify
+from robotid.judge.inverse_dynamics import torque_error
+from robotid.judge.perturbation import perturb
+from robotid.judge.simulated import Model, Simulated, simulate_record
+from robotid.judge.torque_share import torque_shares
+from robotid.judge.validation import ModelValidation, RecordValidation, Trace
+from robotid.judge.whiteness import residual_test
+from robotid.model.array import Array
+from robotid.signals.frf import Frf
+from robotid.signals.metrics import fit_percent, rmse
+from robotid.signals.record import Record
+from robotid.simulate.controller import Controller
+
+LONGEST_TRACE = 6000  # samples kept for figures
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """How to validate. perturbation [%]; horizon [s] : of the pieces simulated afresh, absent: none; controller : of
+    the records' loop, where known; cutoff [Hz], order, min_speed [rad/s] : of the filter of the torque error."""
+
+    perturbation: float = 20.0
+    horizon: float | None = None
+    controller: Controller | None = None
+    cutoff: float | None = None
+    order: int = 4
+    min_speed: float = 0.0
+
+
+def examine(
+    model: Model, records: Sequence[Record], frfs: Sequence[Frf], options: Options, fit: FitResult | None = None
+) -> ModelValidation:
+    """Validate a model on records, used for its fit or not. fit : what made the model, absent for the initial one."""
+    simulated, remarks = _simulate(model, records, options.horizon)
+    covariance = np.zeros((0, 0)) if fit is None else fit.covariance_robust
+    return ModelValidation(
+        names=model.parameters.names,
+        units=model.parameters.units,
+        values=model.theta,
+        output=model.output,
+        structure=model.joint.structure,
+        records={name: examine_record(model, one, options) for name, one in simulated.items()},
+        covariance=covariance,
+        correlation=correlations(covariance),
+        identifiability=() if fit is None else _identifiability(fit, simulated),
+        bode=bode(model.joint, model.theta, frfs, records[0].sampling_time),
+        remarks=remarks,
+    )
+
+
+def _identifiability(fit: FitResult, simulated: Mapping[str, Simulated]) -> tuple[Identifiability, ...]:
+    used = [(name, t) for name, one in simulated.items() if name in fit.records for t in one.trajectories]
+    return identify(fit, torque_shares(used))
+
+
+def examine_record(model: Model, simulated: Simulated, options: Options) -> RecordValidation:
+    """All that can be said of a model on a record that it was simulated on."""
+    record, remarks = simulated.record, list[str]()
+    position, speed = simulated.signal("position"), simulated.signal("speed")
+    measured, output = simulated.measured(model.output), position if model.output == "position" else speed
+    closed_loop = None
+    try:
+        if options.controller is not None:
+            closed_loop = loop_errors(model.joint.structure, model.theta, options.controller, record)
+    except NumericsError as error:
+        remarks.append(f"closed loop: {error.what}")
+    return RecordValidation(
+        role=record.role,
+        used=record.name in model.records,
+        fit_percent=fit_percent(measured, output),
+        rmse_speed=rmse(record.dphi_m, speed),
+        rmse_position=rmse(record.phi_m, position),
+        torque_error_percent=_torque_error(model, simulated, options),
+        closed_loop=closed_loop,
+        residual=residual_test(measured - output, record.tau_m),
+        perturbation=perturb(model, simulated, options.perturbation),
+        trace=_trace(record, measured, output),
+        remarks=tuple(remarks),
+    )
+
+
+def _simulate(
+    model: Model, records: Sequence[Record], horizon: float | None
+) -> tuple[dict[str, Simulated], tuple[str, ...]]:
+    """A model on all records; those on which it diverges are only remarked."""
+    found, remarks = {}, []
+    for record in records:
+        try:
+            found[record.name] = simulate_record(model, record, horizon)
+        except NumericsError as error:
+            remarks.append(f"{record.name}: {error.what}")
+    return found, tuple(remarks)
+
+
+def _torque_error(model: Model, simulated: Simulated, options: Options) -> float | None:
+    first_state = simulated.trajectories[0].x[:, 0]
+    return torque_error(
+        model.joint, model.theta, simulated.record, first_state, options.cutoff, options.order, options.min_speed
+    )
+
+
+def _trace(record: Record, measured: Array, simulated: Array) -> Trace:
+    step = -(-len(record) // LONGEST_TRACE)
+    return Trace(record.t[::step], measured[::step], np.asarray(simulated[::step]))

@@ -1,0 +1,84 @@
+"""A model's motion on a record, perhaps one it never saw: parameters held, first states found on that record alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robotid.estimate.least_squares import solve
+from robotid.estimate.residual import OutputError, observed
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.model.parameters import Parameters
+from robotid.signals.record import Quantity, Record
+from robotid.simulate.simulate import Trajectory
+
+TOLERANCE = 1e-4  # of the cost; the first states of a record need no more
+MOST_ITERATIONS = 8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Model:
+    """A joint with its values as it comes to be judged.
+
+    output : what its fit compared. records : those of its fit. first_states : record name to (nx,), where known.
+    estimate_states : whether first states are found by least squares or taken as measured.
+    """
+
+    name: str
+    joint: Joint
+    parameters: Parameters
+    output: Quantity
+    records: tuple[str, ...]
+    first_states: Mapping[str, Array]
+    estimate_states: bool = True
+
+    @property
+    def theta(self) -> Array:
+        return self.parameters.values
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Simulated:
+    """A simulated record: one trajectory a piece, each from first states of its own."""
+
+    record: Record
+    pieces: tuple[Record, ...]
+    trajectories: tuple[Trajectory, ...]
+
+    def measured(self, quantity: Quantity) -> Array:
+        """Measured position or speed, (n,)."""
+        return measured(self.record, quantity)
+
+    def signal(self, quantity: Quantity) -> Array:
+        """Simulated position or speed as its sensor would show it, (n,)."""
+        return np.concatenate([observed(t, quantity) for t in self.trajectories])
+
+
+def simulate_record(model: Model, record: Record, horizon: float | None = None) -> Simulated:
+    """Open-loop simulation of a record from the first states that suit it best.
+
+    horizon [s] : length of the pieces that start afresh, absent: the whole record at once. Raises NumericsError where
+    the simulation diverges.
+    """
+    pieces = record.pieces(horizon) if horizon else (record,)
+    known = model.first_states.get(record.name)
+    starts = [known if k == 0 else None for k in range(len(pieces))]
+    trajectories = (_simulate(model, piece, start) for piece, start in zip(pieces, starts, strict=True))
+    return Simulated(record, pieces, tuple(trajectories))
+
+
+def measured(record: Record, quantity: Quantity) -> Array:
+    """Position or speed of a record, (n,)."""
+    return record.phi_m if quantity == "position" else record.dphi_m
+
+
+def _simulate(model: Model, piece: Record, first_state: Array | None) -> Trajectory:
+    held = replace(model.parameters, free=np.zeros(len(model.theta), dtype=bool))
+    problem = OutputError(model.joint, held, (piece,), model.output, np.ones(1), model.estimate_states)
+    start = problem.start() if first_state is None else first_state[list(problem.free_states)]
+    if not problem.free_states:
+        return problem.evaluate(start).trajectories[0]
+    return solve(problem, start, most=MOST_ITERATIONS, tolerance=TOLERANCE).evaluation.trajectories[0]

@@ -1,0 +1,117 @@
+"""Is there anything left in a residual? Its own correlation, its correlation with the torque, and its noise floor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.linalg import eigh, toeplitz
+from scipy.stats import chi2, norm
+
+from robotid.estimate.covariance import autoregression
+from robotid.model.array import Array
+
+LAGS = 25
+CONFIDENCE = 0.99
+QUANTILE = float(norm.ppf(0.5 + CONFIDENCE / 2))
+COLLINEAR = 1e-6  # share of the largest variance below which lagged torques tell nothing of their own
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ResidualTest:
+    """Residual tests (Ljung 1999, section 16.6).
+
+    autocorrelation (lags,) at lags 1 to LAGS samples, within +- band at 99 % if the residual is white.
+    crosscorrelation (2 LAGS + 1,) of the residual at t with the torque at t - lag, lags -LAGS to LAGS, within
+    +- cross_band if independent; negative lags show feedback, and do not count. p values : of the portmanteau tests
+    over all positive lags. noise_floor : standard deviation of a white noise as dense as the residual is in the upper
+    half of its spectrum; misfit : what the residual holds beyond it.
+    """
+
+    autocorrelation: Array
+    band: float
+    crosscorrelation: Array
+    cross_band: float
+    whiteness_p: float
+    independence_p: float
+    noise_floor: float = field(metadata={"unit": "rad/s or rad"})
+    misfit: float = field(metadata={"unit": "rad/s or rad"})
+
+    @property
+    def white(self) -> bool:
+        """No pattern in time at 99 %."""
+        return self.whiteness_p >= 1 - CONFIDENCE
+
+    @property
+    def independent(self) -> bool:
+        """Nothing that the torque explains at 99 %."""
+        return self.independence_p >= 1 - CONFIDENCE
+
+    @property
+    def verdict(self) -> str:
+        """In words."""
+        if self.white and self.independent:
+            return "white and independent of the torque: nothing is left to explain"
+        if self.independent:
+            return "coloured, but not by the torque: noise with a memory, or a torque that was not recorded"
+        return "follows the torque: the model lacks something" + ("" if self.white else ", and is coloured")
+
+
+def residual_test(residual: Array, torque: Array, lags: int = LAGS) -> ResidualTest:
+    """Test a residual against itself and against the torque, both (n,); the means are taken off first."""
+    e, u = residual - residual.mean(), torque - torque.mean()
+    n, lags = len(e), min(lags, len(e) // 4)
+    auto = _covariance(e, e, lags)[lags:]
+    cross = _covariance(e, u, lags)
+    scale = float(auto[0]) or 1.0
+    r = auto[1:] / scale
+    spread = _cross_variance(e, u, lags)
+    both = np.sqrt(scale * float(u @ u) / n) or 1.0
+    floor = _noise_floor(e)
+    return ResidualTest(
+        autocorrelation=r,
+        band=QUANTILE / np.sqrt(n),
+        crosscorrelation=cross / both,
+        cross_band=float(QUANTILE * np.sqrt(spread[0] / n) / both),
+        # Ljung & Box 1978
+        whiteness_p=float(chi2.sf(n * (n + 2) * np.sum(r**2 / (n - np.arange(1, lags + 1))), lags)),
+        independence_p=_independence(cross[lags + 1 :], spread, n),
+        noise_floor=floor,
+        misfit=float(np.sqrt(max(0.0, auto[0] - floor**2))),
+    )
+
+
+def _covariance(a: Array, b: Array, lags: int) -> Array:
+    """sum over t of a[t] b[t - lag] / n for lags -lags to lags, (2 lags + 1,)."""
+    n = len(a)
+    spectrum = np.fft.rfft(a, n + lags) * np.fft.rfft(b, n + lags).conj()
+    c = np.fft.irfft(spectrum, n + lags) / n
+    return np.concatenate([c[len(c) - lags :], c[: lags + 1]])
+
+
+def _cross_variance(e: Array, u: Array, lags: int) -> Array:
+    """n times the covariance of two cross-covariances at lags k apart, sum_j R_e(j) R_u(j + k), (lags,), k from 0.
+
+    Ljung 1999, eq. (16.81), with the residual's spectrum from an autoregressive model of it.
+    """
+    n = len(e)
+    a, variance = autoregression(e)
+    length = n + max(lags, len(a) + 1)
+    density = variance / np.abs(np.fft.rfft(np.concatenate([[1.0], -a]), length)) ** 2
+    power = np.abs(np.fft.rfft(u, length)) ** 2 / n
+    return np.asarray(np.fft.irfft(density * power, length)[:lags])
+
+
+def _independence(cross: Array, spread: Array, n: int) -> float:
+    """p value of all cross-covariances at once, their mutual covariance allowed for."""
+    values, vectors = eigh(toeplitz(spread))
+    told = values > COLLINEAR * values[-1]
+    if values[-1] <= 0:
+        return 1.0
+    return float(chi2.sf(n * np.sum((vectors.T @ cross)[told] ** 2 / values[told]), int(told.sum())))
+
+
+def _noise_floor(e: Array) -> float:
+    """Standard deviation of a white noise with the mean density of the upper half of the spectrum."""
+    power = np.abs(np.fft.rfft(e)) ** 2 / len(e)
+    return float(np.sqrt(power[len(power) // 2 :].mean()))

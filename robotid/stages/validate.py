@@ -1,0 +1,69 @@
+"""Stage validate: what every model is worth on every record, the initial one included."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from robotid.config.schema import Config
+from robotid.estimate.flexible import FlexResult
+from robotid.estimate.result import FitResult, Fits
+from robotid.estimate.rigid import RigidResult
+from robotid.judge.examine import Options, examine
+from robotid.judge.simulated import Model
+from robotid.judge.validation import ModelValidation, Validation
+from robotid.model.joint import Joint
+from robotid.signals.quality import Recordings
+from robotid.simulate.assemble import assemble
+from robotid.stages.fit import start
+from robotid.stages.virtual import controller_of
+
+
+def validate(settings: Config, recordings: Recordings, rigid: RigidResult, flex: FlexResult, fits: Fits) -> Validation:
+    """Validate the initial model and every fitted one on every record.
+
+    A model that diverges on a record is without that record, and says so. The best model's fit below a threshold is a
+    sentence in `failed`, not an error: the artifact is saved first.
+    """
+    joint = assemble(settings.structure(), angle=settings.fit.output == "position")
+    initial = _initial(settings, joint, rigid, flex, fits)
+    models = {initial.name: examine(initial, recordings.records, flex.frfs, _options(settings))}
+    for name, fit in fits.models.items():
+        model = _fitted(settings, joint, fit)
+        models[name] = examine(model, recordings.records, flex.frfs, _options(settings), fit)
+    failed = tuple(_failed(settings, fits.best, models[fits.best]))
+    return Validation(models, fits.best, flex.frfs, failed)
+
+
+def _options(settings: Config) -> Options:
+    section, filtering = settings.validation, settings.init_rigid
+    return Options(
+        perturbation=section.perturbation,
+        horizon=section.horizon,
+        controller=None if settings.loop is None else controller_of(settings.loop),
+        cutoff=filtering.cutoff,
+        order=filtering.order,
+        min_speed=filtering.min_speed,
+    )
+
+
+def _initial(settings: Config, joint: Joint, rigid: RigidResult, flex: FlexResult, fits: Fits) -> Model:
+    """Where the fits started, first states as measured: m0, unless a fitted model took the name."""
+    parameters = start(settings, joint, rigid, flex)
+    name = "m0" if "m0" not in fits.models else "initial"
+    return Model(name, joint, parameters, settings.fit.output, (), {}, estimate_states=False)
+
+
+def _fitted(settings: Config, joint: Joint, fit: FitResult) -> Model:
+    parameters = joint.parameters().with_values(np.array([p.value for p in fit.parameters]))
+    free = settings.fit.initial_states == "free"
+    return Model(fit.name, joint, parameters, settings.fit.output, fit.records, fit.initial_states, free)
+
+
+def _failed(settings: Config, best: str, model: ModelValidation) -> Iterator[str]:
+    for record, least in settings.validation.thresholds.fit_percent.items():
+        if record not in model.records:
+            yield f"{best} cannot be simulated on {record}, where a fit of {least:g} % is asked"
+        elif model.records[record].fit_percent < least:
+            yield f"{best} fits {record} to {model.records[record].fit_percent:.2f} %, below the {least:g} % asked"
