@@ -100,4 +100,6 @@ def number(value: float | None, digits: int = 4) -> str:
 
 def fixed(value: float | None, decimals: int = 2) -> str:
     """A number with so many decimals; a dash where there is none."""
-    return "-" if value is None or not isfinite(value) else f"{value:.{decimals}f}"
+    if value is None or not isfinite(value):
+        return "-"
+    return f"{round(value, decimals) + 0.0:.{decimals}f}"  # + 0.0 takes the sign from zero

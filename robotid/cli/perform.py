@@ -17,7 +17,7 @@ from robotid.config.load import load
 from robotid.errors import ThresholdError
 from robotid.stages.pipeline import STAGES, Outcome, Run, execute, execute_all
 
-WORTH_PRINTING = ("fit", "validate")  # of a whole run
+WORTH_PRINTING = ("fit", "validate")  # of a whole run, the last that was reached
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +84,7 @@ def _print_plan(stage: str | None, run: Run, plan: Sequence[Outcome], manner: Ma
 
 
 def _print_results(stage: str | None, run: Run, done: Sequence[Outcome], manner: Manner) -> None:
-    shown = [o for o in done if o.stage == stage or (stage is None and o.stage in WORTH_PRINTING)]
+    shown = [o for o in done if o.stage == stage or (stage is None and o.stage in WORTH_PRINTING)][-1:]
     if manner.as_json and stage is not None:
         print_json(view(stage).document(shown[-1].content))
     elif manner.as_json:

@@ -62,7 +62,8 @@ class FitSettings(Section):
     """Output-error fit. output : what is compared. models : name to the records that it is fitted to, absent: one model
     of all records with role estimate. best : the model that later stages use, by default the last. weights : factor of
     a record on the weight that its noise gives it. multistart : further starts, drawn about the first. fix : dotted
-    names of parameters that keep their start."""
+    names of parameters that keep their start. horizon [s] : length of the pieces of a record that are simulated from
+    first states of their own, absent: the whole record at once."""
 
     output: Literal["speed", "position"] = "speed"
     models: Annotated[dict[Name, tuple[str, ...]], Field(min_length=1)] | None = None
@@ -73,6 +74,7 @@ class FitSettings(Section):
     initial_states: Literal["free", "fixed"] = "free"
     multistart: Annotated[int, Field(ge=0)] = 0
     fix: tuple[str, ...] = ()
+    horizon: Positive | None = None
 
 
 class ThresholdSettings(Section):

@@ -44,4 +44,4 @@ def test_number(value: float | None, text: str) -> None:
 
 
 def test_fixed() -> None:
-    assert (fixed(96.389), fixed(float("inf")), fixed(1.0, 0)) == ("96.39", "-", "1")
+    assert (fixed(96.389), fixed(float("inf")), fixed(1.0, 0), fixed(-0.001)) == ("96.39", "-", "1", "0.00")

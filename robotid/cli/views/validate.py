@@ -33,7 +33,7 @@ def document(validation: Validation) -> Json:
 def _model(model: ModelValidation) -> Json:
     return {
         "records": {name: _record(record) for name, record in model.records.items()},
-        "perturbation": {name: _changes(record.perturbation) for name, record in model.records.items()},
+        "perturbation": {name: _changes(p) for name, p in _perturbations(model).items()},
         "identifiability": {i.name: {"verdict": i.verdict, "why": i.why} for i in model.identifiability},
         "bode_distance_db": model.bode.distance if model.bode is not None else {},
         "remarks": model.remarks,
@@ -64,6 +64,10 @@ def _record(record: RecordValidation) -> Json:
         },
         "remarks": record.remarks,
     }
+
+
+def _perturbations(model: ModelValidation) -> dict[str, Perturbation]:
+    return {name: r.perturbation for name, r in model.records.items() if r.perturbation is not None}
 
 
 def _changes(p: Perturbation) -> Json:
@@ -110,7 +114,7 @@ def _errors(name: str, model: ModelValidation) -> Table:
         for record, r in model.records.items()
     )
     columns = ("record", "role", "RMSE speed", "RMSE position", "torque error [%]", "remark")
-    return Table(f"Errors of {name} in open loop", columns, rows, "\n".join(model.remarks))
+    return Table(f"Errors of {name} in open loop, SI", columns, rows, "\n".join(model.remarks))
 
 
 def _closed_loop(name: str, model: ModelValidation) -> tuple[Table, ...]:
@@ -130,9 +134,9 @@ def _closed_loop(name: str, model: ModelValidation) -> tuple[Table, ...]:
 
 def _perturbation(name: str, model: ModelValidation) -> tuple[Table, ...]:
     """Table 3: a row a parameter, the change of the fit of each record."""
-    if not model.records:
+    found = _perturbations(model)
+    if not found:
         return ()
-    found = {record: r.perturbation for record, r in model.records.items()}
     first = next(iter(found.values()))
     rows = tuple(
         (parameter, *(f"{fixed(p.plus[k])} / {fixed(p.minus[k])}" for p in found.values()))
