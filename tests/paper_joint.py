@@ -50,8 +50,8 @@ def multisine(t: Array, peak: float) -> Array:
 def set_valued(u: Array, h: float, truth: dict[str, float], substeps: int = 40) -> tuple[Array, Array, Array]:
     """Twist, motor speed and arm speed under held torque u, from rest, with dry friction as a set-valued law.
 
-    Semi-implicit time stepping in plain floats: in every substep friction first takes what it needs to bring the motor to
-    rest, at most its level (Moreau 1988). First order in the substep; shares nothing with the package.
+    Semi-implicit time stepping in plain floats: in every substep friction first takes what it needs to bring the
+    motor to rest, at most its level (Moreau 1988). First order in the substep; shares nothing with the package.
     """
     jm, fv, fc, k1, k3, d, ja = (truth[k] for k in TRUTH)
     dt, r = h / substeps, RATIO

@@ -1,10 +1,10 @@
 """Uncertainty of least-squares estimates: classical, and robust to coloured residuals.
 
 Output errors of a simulation are coloured as soon as the model or the torque is not perfect, and the classical
-covariance then promises too much. The robust one is the sandwich H^-1 B H^-1 with B = J^T R J (Ljung 1999, section 9.5).
-R, the covariance of the residual, is taken as the sum of two parts: a stationary one, an autoregression (Andrews & Monahan
-1992), and the response of the joint itself to a white error of the torque. The second grows along the record and hides at
-frequencies that the fit absorbs; its level is read off where it does show (Whittle 1953).
+covariance then promises too much. The robust one is the sandwich H^-1 B H^-1 with B = J^T R J (Ljung 1999, section
+9.5). R, the covariance of the residual, is taken as the sum of two parts: a stationary one, an autoregression
+(Andrews & Monahan 1992), and the response of the joint itself to a white error of the torque. The second grows along
+the record and hides at frequencies that the fit absorbs; its level is read off where it does show (Whittle 1953).
 """
 
 from __future__ import annotations

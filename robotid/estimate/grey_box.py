@@ -47,7 +47,10 @@ def fit_model(
     options: FitOptions,
     log: Callable[[Iteration], None] | None = None,
 ) -> FitResult:
-    """Fit one joint to a combination of records from the parameters' values. Raises NumericsError where nothing converges."""
+    """Fit one joint to a combination of records from the parameters' values.
+
+    Raises NumericsError where nothing converges.
+    """
     begin = time.perf_counter()
     pieces = [piece for record in records for piece in record.pieces(options.horizon or record.duration)]
     factors = np.array([options.weights.get(piece.name, 1.0) for piece in pieces])
@@ -73,7 +76,11 @@ def _best_of(problem: OutputError, options: FitOptions, log: Callable[[Iteration
 
 
 def _reweigh(
-    problem: OutputError, solution: Solution, factors: Array, options: FitOptions, log: Callable[[Iteration], None] | None
+    problem: OutputError,
+    solution: Solution,
+    factors: Array,
+    options: FitOptions,
+    log: Callable[[Iteration], None] | None,
 ) -> Solution:
     """Weigh each record by its own residual and fit once more: records of unequal noise or misfit then count alike."""
     sigma = noise_levels(problem, solution)
@@ -100,7 +107,9 @@ def _result(name: str, problem: OutputError, solution: Solution, seconds: float)
     theta = problem.theta(unknowns)
     names = [r.name for r in problem.records]
     measured = {n: [_measured(r, problem.output) for r in problem.records if r.name == n] for n in names}
-    simulated = {n: [observed(t, problem.output) for t, m in zip(trajectories, names, strict=True) if m == n] for n in names}
+    simulated = {
+        n: [observed(t, problem.output) for t, m in zip(trajectories, names, strict=True) if m == n] for n in names
+    }
     return FitResult(
         name=name,
         records=tuple(measured),
@@ -158,7 +167,9 @@ def _weak(directions: Array, names: Sequence[str]) -> dict[int, str]:
     return said
 
 
-def _estimates(problem: OutputError, theta: Array, classical: Array, robust: Array, weak: Mapping[int, str]) -> tuple[Estimate, ...]:
+def _estimates(
+    problem: OutputError, theta: Array, classical: Array, robust: Array, weak: Mapping[int, str]
+) -> tuple[Estimate, ...]:
     p, estimates = problem.parameters, []
     for k, name in enumerate(p.names):
         fixed = k not in problem.columns

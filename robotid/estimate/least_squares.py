@@ -1,7 +1,7 @@
 """Bounded Gauss-Newton with Levenberg-Marquardt damping (Nocedal & Wright 2006, section 10.3; bounds by active set).
 
-Steps are taken in columns scaled to unit norm. Only the triangular factor of the Jacobian is kept, so memory does not grow
-with the records.
+Steps are taken in columns scaled to unit norm. Only the triangular factor of the Jacobian is kept, so memory does not
+grow with the records.
 """
 
 from __future__ import annotations
@@ -35,7 +35,10 @@ class Iteration:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solution:
-    """Where the iteration ended. factor : (m, m) upper triangular with factor^T factor = J^T J at the end; gradient (m,)."""
+    """Where the iteration ended.
+
+    factor : (m, m) upper triangular with factor^T factor = J^T J at the end; gradient (m,).
+    """
 
     evaluation: Evaluation
     factor: Array
@@ -45,12 +48,18 @@ class Solution:
 
 
 def solve(
-    problem: OutputError, start: Array, *, most: int = 50, tolerance: float = 1e-8, log: Callable[[Iteration], None] | None = None
+    problem: OutputError,
+    start: Array,
+    *,
+    most: int = 50,
+    tolerance: float = 1e-8,
+    log: Callable[[Iteration], None] | None = None,
 ) -> Solution:
     """Minimise the problem's cost from start (m,).
 
-    Converged when the decrease that a full step promises is below tolerance times the cost, or when steps stall (friction
-    leaves kinks) at a promise lost in the noise. An interrupt from the keyboard ends the iteration with the last iterate. Raises NumericsError where the very first simulation diverges.
+    Converged when the decrease that a full step promises is below tolerance times the cost, or when steps stall
+    (friction leaves kinks) at a promise lost in the noise. An interrupt from the keyboard ends the iteration with the
+    last iterate. Raises NumericsError where the very first simulation diverges.
     """
     lower, upper = problem.bounds()
     at = problem.evaluate(np.clip(start, lower, upper))
@@ -87,8 +96,8 @@ def linearise(problem: OutputError, at: Evaluation) -> tuple[Array, Array]:
     for k, residual in enumerate(at.residuals):
         where, jacobian = problem.jacobian(at, k)
         block = np.zeros((len(where), m))
-        block[:, where] = np.linalg.qr(jacobian.T, mode="r") if len(residual) >= len(where) else jacobian.T
-        factor = np.linalg.qr(np.vstack([factor, block]), mode="r")
+        block[:, where] = np.linalg.qr(jacobian.T, mode="r")
+        factor = np.asarray(np.linalg.qr(np.vstack([factor, block]), mode="r"))
         gradient[where] += jacobian @ residual
     return factor, gradient
 
@@ -106,7 +115,7 @@ def _newton_step(factor: Array, gradient: Array, held: Mask, damping: float) -> 
     if free.any():
         scaled = factor[:, free] / scale[free]
         normal = np.vstack([scaled, np.sqrt(damping) * np.eye(int(free.sum()))])
-        q, r = np.linalg.qr(normal)
+        r = np.asarray(np.linalg.qr(normal, mode="r"))
         goal = np.linalg.lstsq(r.T, -gradient[free] / scale[free], rcond=None)[0]
         step[free] = np.linalg.lstsq(r, goal, rcond=None)[0] / scale[free]
     return step

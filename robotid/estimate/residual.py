@@ -24,7 +24,8 @@ LARGEST_PREDICTION = 5_000_000  # derivatives kept of one record to predict its 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evaluation:
-    """Weighted residuals at one point: one (n,) a record, the trajectories behind them, and the cost, half their square sum.
+    """Weighted residuals at one point: one (n,) a record, the trajectories behind them, and the cost, half their
+    square sum.
 
     derivatives : record number to those of all states to the unknowns (nx, m, n), where they were worked out.
     """
@@ -74,7 +75,9 @@ class OutputError:
 
     def start(self) -> Array:
         """Unknowns at the parameters' values and the measured first states."""
-        states = [initial_state(self.joint, self.parameters.values, record)[list(self.free_states)] for record in self.records]
+        states = [
+            initial_state(self.joint, self.parameters.values, record)[list(self.free_states)] for record in self.records
+        ]
         return np.concatenate([self.parameters.values[list(self.columns)], *states])
 
     def bounds(self) -> tuple[Array, Array]:
@@ -158,11 +161,11 @@ def output_columns(trajectory: Trajectory, output: Quantity, columns: Sequence[i
     return inner
 
 
-def _sensors(trajectory: Trajectory, output: Quantity) -> Iterator[tuple[Array, Channel, int]]:
+def _sensors(trajectory: Trajectory, output: Quantity) -> Iterator[tuple[list[float], Channel, int]]:
     joint, first = trajectory.joint, trajectory.joint.n_theta
     wanted = Signal.ANGLE if output == "position" else Signal.SPEED
     for signal, channel in joint.channels:
         count = len(channel.parameters)
         if signal is wanted:
-            yield trajectory.theta[first : first + count], channel, first
+            yield trajectory.theta[first : first + count].tolist(), channel, first
         first += count

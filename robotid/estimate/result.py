@@ -22,8 +22,9 @@ class End(StrEnum):
 class Estimate:
     """One parameter with its uncertainty.
 
-    std : standard deviation for white residuals; std_robust : for residuals as coloured as they are; both nan when the
-    parameter was not estimated. remark : what a person should know ("fixed", "at its lower bound", "unidentifiable ...").
+    std : standard deviation for white residuals; std_robust : for residuals as coloured as they are; both nan when
+    the parameter was not estimated. remark : what a person should know ("fixed", "at its lower bound",
+    "unidentifiable ...").
     """
 
     name: str
@@ -41,9 +42,9 @@ class Estimate:
 class FitResult:
     """A model fitted to a combination of records.
 
-    covariance, covariance_robust : (p, p) over all parameters in order, zero where fixed. initial_states : record name to
-    (nx,) in the joint's state order. noise_std : per record, in the unit of the output. cost : (iterations + 1,).
-    fit_percent : per record of the fit, eq. (15).
+    covariance, covariance_robust : (p, p) over all parameters in order, zero where fixed. initial_states : record
+    name to (nx,) in the joint's state order. noise_std : per record, in the unit of the output. cost : (iterations +
+    1,). fit_percent : per record of the fit, eq. (15).
     """
 
     name: str

@@ -42,7 +42,10 @@ class Placed:
 
 @dataclass(frozen=True, slots=True)
 class Dynamics:
-    """Right-hand side and derivatives at n points. f (nx, n); A = df/dx (nx, nx, n); B = df/d(theta[columns], u) (nx, k + 1, n)."""
+    """Right-hand side and derivatives at n points.
+
+    f (nx, n); A = df/dx (nx, nx, n); B = df/d(theta[columns], u) (nx, k + 1, n), or None.
+    """
 
     f: Array
     A: Array
@@ -133,7 +136,7 @@ class Joint:
         force = np.zeros((self.masses, len(u)))
         force[0] = u
         for place, m in zip(self.placed, motions, strict=True):
-            tau = place.term.torque(m, theta[place.at])
+            tau = place.term.torque(m, theta[place.at].tolist())
             for j, c in place.q:
                 force[j] -= c * tau
         return force
@@ -143,7 +146,7 @@ class Joint:
         mass = np.zeros((self.masses, self.masses, 1))
         for place, m in zip(self.placed, motions, strict=True):
             if place.reads_acceleration:
-                a = place.term.partials(m, theta[place.at]).a
+                a = place.term.partials(m, theta[place.at].tolist()).a
                 added = np.zeros((self.masses, self.masses, np.size(a)))
                 for i, ci in place.q:
                     for j, cj in place.q:
@@ -201,7 +204,7 @@ class Joint:
     def _add_torque(
         self, place: Placed, m: Motion, theta: Array, jacobian: Array, response: Array | None, where: dict[int, int]
     ) -> None:
-        d = place.term.partials(m, theta[place.at])
+        d = place.term.partials(m, theta[place.at].tolist())
         for j, c in place.q:
             for partial, selection in ((d.x, place.x), (d.v, place.v)):
                 if not _absent(partial):
@@ -217,9 +220,12 @@ class Joint:
     def _add_memory(
         self, place: Placed, m: Motion, theta: Array, f: Array, A: Array, B: Array | None, where: dict[int, int]
     ) -> None:
-        rates = place.term.rate(m, theta[place.at])
+        rates = place.term.rate(m, theta[place.at].tolist())
         for row, rate, d in zip(
-            range(place.z.start, place.z.stop), rates, place.term.rate_partials(m, theta[place.at]), strict=True
+            range(place.z.start, place.z.stop),
+            rates,
+            place.term.rate_partials(m, theta[place.at].tolist()),
+            strict=True,
         ):
             f[row] = rate
             for partial, selection in ((d.x, place.x), (d.v, place.v)):

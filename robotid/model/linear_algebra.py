@@ -15,7 +15,7 @@ def solve(matrices: Array, columns: Array) -> Array:
     d = len(matrices)
     if matrices.shape[2] == 1:
         solved = np.linalg.solve(matrices[:, :, 0], np.moveaxis(columns, 2, 0))
-        return np.moveaxis(solved, 0, 2)
+        return np.asarray(np.moveaxis(solved, 0, 2))
     if d == 1:
         return np.asarray(columns / matrices)
     work = np.concatenate([matrices, columns], axis=1)

@@ -34,7 +34,8 @@ class Motion:
 class Partials:
     """Derivatives of one quantity (a torque, or the rate of a state), each (n,) or a plain number.
 
-    The plain number 0.0 says that the quantity never depends on that argument. z : one a state; theta : one a parameter.
+    The plain number 0.0 says that the quantity never depends on that argument. z : one a state; theta : one a
+    parameter.
     """
 
     x: Array | float = 0.0

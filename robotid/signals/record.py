@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -41,7 +42,7 @@ class Record:
     @property
     def t(self) -> Array:
         """Time from the first sample [s], (n,)."""
-        return np.arange(len(self)) * self.sampling_time
+        return np.arange(len(self), dtype=np.float64) * self.sampling_time
 
     @property
     def duration(self) -> float:
@@ -61,4 +62,4 @@ class Record:
         """Consecutive pieces of about this length [s], none shorter than half of it."""
         count = max(1, round(self.duration / length))
         edges = np.linspace(0, len(self), count + 1).round().astype(int).tolist()
-        return tuple(self.piece(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True))
+        return tuple(self.piece(a, b) for a, b in pairwise(edges))

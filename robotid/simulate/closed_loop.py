@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robotid.model.array import Array
-from robotid.model.joint import Joint
 from robotid.model.port import Signal
 from robotid.simulate.controller import Controller
 from robotid.simulate.fallback import lsoda
@@ -24,7 +23,8 @@ from robotid.simulate.steps import Motive, Steps, linearise
 class ClosedLoop(Problem):
     """State (x, I) of a joint that keeps its angle, with controller integral I [rad]; u (n,) is found on the way.
 
-    ref (n + 1,) of the controller's kind; speed_noise (n + 1,) added to the measured speed; quantum [rad] of the encoder.
+    ref (n + 1,) of the controller's kind; speed_noise (n + 1,) added to the measured speed; quantum [rad] of the
+    encoder.
     """
 
     controller: Controller
@@ -50,7 +50,7 @@ class ClosedLoop(Problem):
         """The torque that acts in intervals 0 .. last - 1, after the channels on it, (last,)."""
         u, first = self.command[:last], self.joint.n_theta
         for signal, channel in self.joint.channels:
-            p = self.theta[first : first + len(channel.parameters)]
+            p = self.theta[first : first + len(channel.parameters)].tolist()
             first += len(channel.parameters)
             if signal is Signal.TORQUE:
                 u = channel.apply(u, self.sampling_time, p)
@@ -61,7 +61,14 @@ class ClosedLoop(Problem):
         error, self.command[at], slope = self.drive(at, x[:, :-1])
         self.u[at] = self.effective(last)[at]
         m = last - first
-        motive = Motive(self.joint, self.theta, self.u[at], np.arange(first, last) * h, np.full(m, h), ())
+        motive = Motive(
+            self.joint,
+            self.theta,
+            self.u[at],
+            np.arange(first, last, dtype=np.float64) * h,
+            np.full(m, h, dtype=np.float64),
+            (),
+        )
         steps = linearise(motive, x[:nx, :-1], x[:nx, 1:])
         assert steps.S is not None
         gain, c = self._error_gain(), self.controller

@@ -16,8 +16,8 @@ class Controller:
 
     kind "speed":    e = ref - dphi_m.                    kp [Nm s/rad], ki [Nm/rad], limit [Nm]
     kind "position": e = kpos (ref - phi_m) - dphi_m.     kpos [1/s]
-    feedforward [kg m2] is applied to the reference's derivative (speed control only). The integral holds while the torque
-    saturates.
+    feedforward [kg m2] is applied to the reference's derivative (speed control only). The integral holds while the
+    torque saturates.
     """
 
     kind: str

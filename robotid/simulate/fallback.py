@@ -1,7 +1,7 @@
-"""LSODA where Newton's method fails, with a cache on disk: slow, robust, and asked the same thing again and again by a fit.
+"""LSODA where Newton's method fails, with a cache on disk: slow, robust, and asked the same thing again by every fit.
 
-The cache holds plain .npy files named by a hash of everything that decides the answer. It is bounded in size (the oldest
-files go first), safe to delete at any time, and lives in ROBOTID_CACHE, or robotid/ in the user's cache folder.
+The cache holds plain .npy files named by a hash of everything that decides the answer. It is bounded in size (the
+oldest files go first), safe to delete at any time, and lives in ROBOTID_CACHE, or robotid/ in the user's cache folder.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import hashlib
 import os
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -19,13 +20,15 @@ from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.simulate.solver import Problem
 
+_solve_ivp: Any = solve_ivp  # its types take every right-hand side for complex
+
 RTOL, ATOL = 1e-8, 1e-11
 SMOOTHING = 1e-4  # rad/s: LSODA needs a continuous friction law
 LARGEST_CACHE = 64_000_000  # bytes
 
 
 def lsoda(problem: Problem, first: int, stop: int, start: Array) -> Array:
-    """Nodes first .. stop by LSODA from the state start (nx,), (nx, stop - first + 1). Raises NumericsError on divergence."""
+    """Nodes first .. stop by LSODA from start (nx,), (nx, stop - first + 1). Raises NumericsError on divergence."""
     file = cache_folder() / f"{_key(problem, first, stop, start)}.npy"
     try:
         return np.asarray(np.load(file, allow_pickle=False))
@@ -51,8 +54,8 @@ def smooth_rate(joint: Joint, x: Array, u: float, t: float, theta: Array) -> Arr
 def _integrate(problem: Problem, first: int, stop: int, start: Array) -> Array:
     h, x = problem.sampling_time, [start]
     for k in range(first, stop):
-        step = solve_ivp(
-            lambda t, y, k=k: smooth_rate(problem.joint, y, problem.u[k], t, problem.theta),
+        step = _solve_ivp(
+            lambda t, y, k=k: smooth_rate(problem.joint, y, float(problem.u[k]), t, problem.theta),
             (k * h, (k + 1) * h),
             x[-1],
             method="LSODA",
@@ -60,7 +63,9 @@ def _integrate(problem: Problem, first: int, stop: int, start: Array) -> Array:
             atol=ATOL,
         )
         if not step.success or not np.isfinite(step.y[:, -1]).all():
-            raise NumericsError(f"the simulation diverges at t = {k * h:.4g} s", hint="check the parameters' guesses and bounds")
+            raise NumericsError(
+                f"the simulation diverges at t = {k * h:.4g} s", hint="check the parameters' guesses and bounds"
+            )
         x.append(step.y[:, -1])
     return np.stack(x, axis=1)
 

@@ -114,7 +114,7 @@ def effective_torque(joint: Joint, theta: Array, record: Record) -> Array:
     """The torque that acts, mean over each interval, after the channels on it, (n,)."""
     u, first = record.tau_m, joint.n_theta
     for signal, channel in joint.channels:
-        p = theta[first : first + len(channel.parameters)]
+        p = theta[first : first + len(channel.parameters)].tolist()
         first += len(channel.parameters)
         if signal is Signal.TORQUE:
             u = channel.apply(u, record.sampling_time, p)
@@ -125,7 +125,7 @@ def torque_columns(joint: Joint, theta: Array, record: Record) -> dict[int, Arra
     """Derivatives of the effective torque to the channels' parameters: index into theta -> (n,)."""
     u, first, columns = record.tau_m, joint.n_theta, dict[int, Array]()
     for signal, channel in joint.channels:
-        p = theta[first : first + len(channel.parameters)]
+        p = theta[first : first + len(channel.parameters)].tolist()
         if signal is Signal.TORQUE:
             columns = {k: channel.push(c, u, record.sampling_time, p) for k, c in columns.items()}
             own = channel.partials(u, record.sampling_time, p)
@@ -155,7 +155,7 @@ def measured_guess(joint: Joint, theta: Array, record: Record) -> Array:
     for place in joint.placed:
         if place.term.states:
             m = joint.motion(place, x, None, np.sign(x[joint.speeds]), record.t)
-            for row, value in enumerate(place.term.settled(m, theta[place.at]), start=place.z.start):
+            for row, value in enumerate(place.term.settled(m, theta[place.at].tolist()), start=place.z.start):
                 x[row] = value
     return x
 
@@ -178,7 +178,9 @@ def sensitivities(
     out[:, :, 0] = start[list(rows)]
     for first in range(0, n - 1, BLOCK):
         last = min(n - 1, first + BLOCK)
-        steps = linearise(problem.motive(first, last, mechanical), trajectory.x[:, first:last], trajectory.x[:, first + 1 : last + 1])
+        steps = linearise(
+            problem.motive(first, last, mechanical), trajectory.x[:, first:last], trajectory.x[:, first + 1 : last + 1]
+        )
         assert steps.S is not None
         forcing = np.zeros((joint.nx, width, last - first + 1))
         forcing[:, :, 0] = start

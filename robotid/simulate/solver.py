@@ -1,8 +1,8 @@
 """TrajectoryNewton: a solver for scipy's solve_ivp whose one step is a window of many samples.
 
-All nodes of a window are unknowns at once. Newton's matrix is block bidiagonal; divided by its diagonal blocks it is unit
-lower triangular and banded, and one LAPACK call (dtbtrs) solves the window. The problem is causal: nodes that have settled
-stay settled whatever comes after them, so a window that converges in part advances by that part.
+All nodes of a window are unknowns at once. Newton's matrix is block bidiagonal; divided by its diagonal blocks it is
+unit lower triangular and banded, and one LAPACK call (dtbtrs) solves the window. The problem is causal: nodes that have
+settled stay settled whatever comes after them, so a window that converges in part advances by that part.
 """
 
 from __future__ import annotations
@@ -27,7 +27,6 @@ SHORT_WINDOW = 250
 SMALLEST_WINDOW = 8
 FEW_ITERATIONS = 5
 TOLERANCE = 1e-5  # of the last Newton step, relative; the error left is of the order of its square
-
 
 
 @dataclass(slots=True, eq=False)
@@ -59,12 +58,14 @@ class Problem:
     def motive(self, first: int, last: int, columns: Sequence[int] | None = None) -> Motive:
         """What acts in intervals first .. last - 1."""
         h = self.sampling_time
-        t = np.arange(first, last) * h
-        return Motive(self.joint, self.theta, self.u[first:last], t, np.full(last - first, h), columns)
+        t = np.arange(first, last, dtype=np.float64) * h
+        return Motive(
+            self.joint, self.theta, self.u[first:last], t, np.full(last - first, h, dtype=np.float64), columns
+        )
 
 
 def carry(steps: Steps, columns: Array) -> Array:
-    """Solve z[n+1] = G[n] z[n] + columns[n+1] with z[0] = columns[0]. columns (nx, q, n + 1), overwritten -> same shape."""
+    """Solve z[n+1] = G[n] z[n] + columns[n+1] with z[0] = columns[0]. columns (nx, q, n + 1) -> the same shape."""
     d, q, nodes = columns.shape
     band = np.zeros((2 * d, d * nodes))
     for i in range(d):
@@ -76,21 +77,21 @@ def carry(steps: Steps, columns: Array) -> Array:
 
 
 def newton(problem: Problem, first: int, start: Array, guess: Array) -> tuple[Array, int, int]:
-    """Nodes of one window from its known first state. guess (nx, m + 1) -> nodes, how many intervals settled, iterations."""
+    """One window from its known first state. guess (nx, m + 1) -> nodes, how many intervals settled, iterations."""
     x = guess.copy()
     x[:, 0] = start
     settled, last, idle = 0, guess.shape[1] - 1, 0
     for iteration in range(1, MOST_ITERATIONS + 1):
         active = x[:, settled : last + 1]
         change = _newton_step(problem, first + settled, first + last, active)
-        finite = np.isfinite(change).all(axis=0)
+        finite = np.asarray(np.isfinite(change).all(axis=0))
         whole = len(finite) if finite.all() else int(np.argmin(finite))
         before = active[problem.dry]
         active[:, :whole] += change[:, :whole]
         reversed_ = before * active[problem.dry] < 0.0
         active[problem.dry] = np.where(reversed_, 0.0, active[problem.dry])
         size = np.maximum(np.maximum.accumulate(np.abs(active[:, :whole]), axis=1), problem.scale[:, None])
-        small = (np.abs(change[:, :whole]) <= TOLERANCE * size).all(axis=0)
+        small = np.asarray((np.abs(change[:, :whole]) <= TOLERANCE * size).all(axis=0))
         gained = whole - 1 if small.all() else int(np.argmin(small)) - 1
         settled, idle = settled + gained, 0 if gained else idle + 1
         if settled == last or whole < len(finite) or idle == MOST_IDLE:
@@ -108,10 +109,11 @@ def _newton_step(problem: Problem, first: int, last: int, x: Array) -> Array:
         return carry(steps, rhs)[:, 0]
 
 
+_solve_ivp: Any = solve_ivp  # its types know no options of other people's solvers
 Rescue = Callable[[Problem, int, int, Array], Array]
 
 
-class Nodes(DenseOutput):  # type: ignore[misc]
+class Nodes(DenseOutput):
     """A window's solution at its samples."""
 
     def __init__(self, t_old: float, t: float, sampling_time: float, first: int, x: Array) -> None:
@@ -123,7 +125,7 @@ class Nodes(DenseOutput):  # type: ignore[misc]
         return np.asarray(self.x[:, nearest])
 
 
-class TrajectoryNewton(OdeSolver):  # type: ignore[misc]
+class TrajectoryNewton(OdeSolver):
     """Window after window of a `Problem`; `rescue` integrates the few samples at which Newton's method fails."""
 
     def __init__(
@@ -185,8 +187,14 @@ class TrajectoryNewton(OdeSolver):  # type: ignore[misc]
 def march(problem: Problem, x0: Array, rescue: Rescue) -> Array:
     """All nodes of a problem from its first state x0 (nx,), (nx, n + 1). Raises NumericsError on divergence."""
     n, h = len(problem.u), problem.sampling_time
-    solution = solve_ivp(
-        _never_called, (0.0, n * h), x0, method=TrajectoryNewton, t_eval=np.arange(n + 1) * h, problem=problem, rescue=rescue
+    solution = _solve_ivp(
+        _never_called,
+        (0.0, n * h),
+        x0,
+        method=TrajectoryNewton,
+        t_eval=np.arange(n + 1) * h,
+        problem=problem,
+        rescue=rescue,
     )
     if not solution.success or not np.isfinite(solution.y).all():
         raise NumericsError("the simulation diverges", hint="check the parameters' guesses and bounds")

@@ -1,9 +1,10 @@
 """One implicit step for every sampling interval at once, with dry friction exact inside the step.
 
-Regular steps are Hermite-Simpson (Lobatto IIIA, order 4; Hairer & Wanner 1996, table IV.5.7), one residual an interval.
-Coulomb friction is set-valued, sgn(0) = [-1, 1]: a coordinate slips one way, the other way, or rests while the friction
-it needs is within its level. Where the speed would cross zero inside an interval, the crossing instant is solved for, and
-the rest of the interval goes on in the mode that the forces demand (Filippov 1988). Derivatives pass through the crossing.
+Regular steps are Hermite-Simpson (Lobatto IIIA, order 4; Hairer & Wanner 1996, table IV.5.7), one residual an
+interval. Coulomb friction is set-valued, sgn(0) = [-1, 1]: a coordinate slips one way, the other way, or rests while
+the friction it needs is within its level. Where the speed would cross zero inside an interval, the crossing instant
+is solved for, and the rest of the interval goes on in the mode that the forces demand (Filippov 1988). Derivatives
+pass through the crossing.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotid.model.array import Array, Mask
+from robotid.model.array import Array, Index, Mask
 from robotid.model.joint import Joint
 from robotid.model.linear_algebra import product, solve
 
@@ -23,8 +24,9 @@ CROSSING_TOLERANCE = 1e-5  # before the last, quadratically convergent, correcti
 
 @dataclass(frozen=True, slots=True)
 class Steps:
-    """Linearised steps x[n+1] = x1[n] + c + G (x[n] - x0[n]) + S dtheta. G (nx, nx, n), c (nx, n), S (nx, k + 1, n) or None.
+    """Linearised steps x[n+1] = x1[n] + c + G (x[n] - x0[n]) + S dtheta.
 
+    G (nx, nx, n), c (nx, n), S (nx, k + 1, n) or None, end : (nx, n) rate of the states where each step ends.
     The last column of S is the derivative to the torque held over the interval.
     """
 
@@ -33,7 +35,7 @@ class Steps:
     S: Array | None
     end: Array
 
-    def put(self, where: Array, other: Steps) -> None:
+    def put(self, where: Index, other: Steps) -> None:
         """Replace the steps at these indices."""
         self.G[:, :, where], self.c[:, where] = other.G, other.c
         if self.S is not None and other.S is not None:
@@ -42,7 +44,7 @@ class Steps:
 
 @dataclass(frozen=True, slots=True)
 class Motive:
-    """What acts during n steps: torque u (n,), start times t (n,), lengths h (n,), theta, and derivative columns wanted."""
+    """What acts during n steps: torque u, start times t, lengths h, each (n,), theta, and derivative columns wanted."""
 
     joint: Joint
     theta: Array
@@ -51,7 +53,7 @@ class Motive:
     h: Array
     columns: Sequence[int] | None = None
 
-    def part(self, where: Array, h: Array, t: Array) -> Motive:
+    def part(self, where: Index, h: Array, t: Array) -> Motive:
         """The steps at these indices, with other lengths and start times."""
         return Motive(self.joint, self.theta, self.u[where], t, h, self.columns)
 
@@ -63,7 +65,7 @@ class Mode:
     s: Array
     locked: Mask | None
 
-    def part(self, where: Array) -> Mode:
+    def part(self, where: Index) -> Mode:
         return Mode(self.s[:, where], None if self.locked is None else self.locked[:, where])
 
 
@@ -79,12 +81,13 @@ def modes(motive: Motive, x: Array) -> Mode:
     return Mode(s, locked if locked.any() else None)
 
 
-def _break_away(motive: Motive, x: Array, s: Array, j: int, still: Array) -> tuple[Array, Mask]:
+def _break_away(motive: Motive, x: Array, s: Array, j: int, still: Index) -> tuple[Array, Mask]:
     joint, trial = motive.joint, s[:, still].copy()
 
     def pull(direction: float) -> Array:
         trial[j] = direction
-        return joint.force(x[:, still], motive.u[still], trial, motive.t[still], motive.theta)[j]
+        force = joint.force(x[:, still], motive.u[still], trial, motive.t[still], motive.theta)
+        return np.asarray(force[j])
 
     forward, backward = pull(1.0) > 0.0, pull(-1.0) < 0.0
     return np.where(forward, 1.0, np.where(backward, -1.0, 0.0)), ~(forward | backward)
@@ -139,7 +142,7 @@ def regular(motive: Motive, x0: Array, x1: Array, mode: Mode) -> Steps:
 
 
 def cross(
-    motive: Motive, where: Array, x0: Array, x1: Array, reached: Array, mode: Mode, first: Array, share: Array
+    motive: Motive, where: Index, x0: Array, x1: Array, reached: Array, mode: Mode, first: Index, share: Array
 ) -> Steps:
     """Steps in which coordinate `first` (m,) comes to rest at about `share` (m,) of the interval, from x0 (nx, m).
 
@@ -169,7 +172,7 @@ def cross(
     return _chain(step, rest, row, end - x1)
 
 
-def _chain(before: Steps, after: Steps, row: Array, c: Array) -> Steps:
+def _chain(before: Steps, after: Steps, row: Index, c: Array) -> Steps:
     """Derivatives of two steps in a row whose border moves so that state `row` (m,) is zero there."""
     every = np.arange(len(row))
     start = before.G if before.S is None else np.concatenate([before.G, before.S], axis=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -36,10 +36,12 @@ def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: Flex
         weights=settings.fit.weights,
         estimate_states=settings.fit.initial_states == "free",
         multistart=settings.fit.multistart,
+        horizon=settings.fit.horizon,
     )
     records = {record.name: record for record in recordings.records}
     models: dict[str, FitResult] = {}
-    assert settings.fit.models is not None and settings.fit.best is not None
+    assert settings.fit.models is not None
+    assert settings.fit.best is not None
     for name, members in settings.fit.models.items():
         line = None if log is None else (lambda iteration, name=name: log(name, iteration))
         models[name] = fit_model(name, joint, parameters, [records[m] for m in members], options, line)

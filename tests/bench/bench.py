@@ -1,4 +1,4 @@
-"""Speed of the simulator and of the fit, side by side with others in one process. Prints ratios; run by `make bench`."""
+"""Speed of the simulator and of the fit, beside others in one process. Prints ratios; run by `make bench`."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from robotid.estimate.least_squares import linearise, solve
 from robotid.estimate.residual import OutputError
 from robotid.model.array import Array
 from robotid.signals.record import Record
+from robotid.signals.reference import Reference
 from robotid.simulate.assemble import assemble
 from robotid.simulate.controller import Controller
 from robotid.simulate.plant import Plant
 from robotid.simulate.simulate import simulate
-from robotid.signals.reference import Reference
 
 M0 = {
     "motor.inertia.J": 0.0123,
@@ -136,7 +136,9 @@ def scipy_seconds_per_iteration(data: tuple[Record, ...], start: Array) -> float
             torque = u[min(int(t / h), len(u) - 1)]
             return [slip, (torque - fv * wm - fc * float(np.tanh(wm / 0.02)) - RATIO * gear) / jm, gear / ja]
 
-        return np.asarray(solve_ivp(rate, (0, record.t[-1]), x0, t_eval=record.t, max_step=h, rtol=1e-4, atol=1e-7).y[1])
+        return np.asarray(
+            solve_ivp(rate, (0, record.t[-1]), x0, t_eval=record.t, max_step=h, rtol=1e-4, atol=1e-7).y[1]
+        )
 
     def residual(z: Array) -> Array:
         return np.concatenate([r.dphi_m - speeds(z[:7], z[7 + 3 * k : 10 + 3 * k], r) for k, r in enumerate(data)])
@@ -178,7 +180,10 @@ def bench_fit(with_scipy: bool) -> None:
     print(f"  robotid {mine:.2f} s, Gauss-Newton on CasADi's Jacobian {theirs:.2f} s: {theirs / mine:.2f} times faster")
     if with_scipy:
         each = scipy_seconds_per_iteration(data, start)
-        print(f"  least_squares on solve_ivp: {each:.1f} s for its first iteration alone: {each / mine:.0f} times the whole fit")
+        print(
+            f"  least_squares on solve_ivp: {each:.1f} s for its first iteration alone,"
+            f" {each / mine:.0f} times the whole fit"
+        )
 
 
 def worst(theta: Array) -> float:
@@ -191,7 +196,9 @@ def bench_length() -> None:
     print("simulation, and simulation with Jacobian, against the number of samples")
     for n in (20_000, 200_000, 2_000_000):
         record = long_record(n)
-        problem = OutputError(assemble(STRUCTURE), assemble(STRUCTURE).parameters().with_values(TRUTH), (record,), "speed", np.ones(1))
+        problem = OutputError(
+            assemble(STRUCTURE), assemble(STRUCTURE).parameters().with_values(TRUTH), (record,), "speed", np.ones(1)
+        )
         start = problem.start()
         begin = time.perf_counter()
         at = problem.evaluate(start)
@@ -200,8 +207,8 @@ def bench_length() -> None:
         end = time.perf_counter()
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
         print(
-            f"  {n:>9} samples: {1e6 * (middle - begin) / n:.2f} us a sample, with Jacobian {1e6 * (end - begin) / n:.2f} us,"
-            f" peak memory so far {peak:.2f} GB"
+            f"  {n:>9} samples: {1e6 * (middle - begin) / n:.2f} us a sample,"
+            f" with Jacobian {1e6 * (end - begin) / n:.2f} us, peak memory so far {peak:.2f} GB"
         )
 
 

@@ -34,7 +34,9 @@ def test_simulates_with_exact_sensitivities(effect: str) -> None:
             structure = structure if needed in structure.terms else structure.extended(needed)
     joint = assemble(structure)
     declared = joint.parameters()
-    values = {n: TRUTH.get(n, lively(n, v, hi)) for n, v, hi in zip(joint.names, declared.values, declared.upper, strict=True)}
+    values = {
+        n: TRUTH.get(n, lively(n, v, hi)) for n, v, hi in zip(joint.names, declared.values, declared.upper, strict=True)
+    }
     theta = declared.with_values(values).values
     trajectory = simulate(joint, theta, RECORD, x0=np.zeros(joint.nx))
     assert trajectory.rescued == ()
@@ -44,9 +46,9 @@ def test_simulates_with_exact_sensitivities(effect: str) -> None:
     for k, column in zip(columns, exact, strict=True):
         step = np.zeros(len(theta))
         step[k] = 1e-5 * abs(theta[k])
-        plus, minus = (simulate(joint, theta + s * step, RECORD, np.zeros(joint.nx), trajectory.x).dphi_m for s in (1, -1))
+        plus, minus = (
+            simulate(joint, theta + s * step, RECORD, np.zeros(joint.nx), trajectory.x).dphi_m for s in (1, -1)
+        )
         expected = (plus - minus) / (2 * step[k])
         assert np.abs(expected).max() > 0
         assert column == pytest.approx(expected, abs=2e-4 * np.abs(expected).max())
-
-
