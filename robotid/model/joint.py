@@ -21,6 +21,7 @@ from robotid.model.parameters import Parameter, Parameters
 from robotid.model.port import Port, Signal
 from robotid.model.structure import Structure
 from robotid.model.term import Motion, Term
+from robotid.model.units import sliding
 
 Selection = tuple[tuple[int, float], ...]
 
@@ -117,7 +118,7 @@ class Joint:
         """Declared guesses and bounds, all free, terms first and then channels."""
         lower, upper = np.array([p.bounds for p in self.declared], dtype=np.float64).reshape(-1, 2).T
         values = np.array([p.guess for p in self.declared], dtype=np.float64)
-        units = tuple(p.unit for p in self.declared)
+        units = tuple(sliding(p.unit) if self.structure.linear else p.unit for p in self.declared)
         return Parameters(self.names, units, values, lower, upper, np.ones(len(values), dtype=bool))
 
     def motion(self, place: Placed, x: Array, ddq: Array | None, s: Array, t: Array) -> Motion:
