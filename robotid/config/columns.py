@@ -10,8 +10,10 @@ from robotid.config.section import Finite, Section
 
 
 class ColumnSettings(Section):
-    """One signal. name : of the column, dotted inside structs; column : of a matrix, counted from 0; unit : as recorded,
-    absent: the header's or SI; value = scale * recorded + offset, in that unit."""
+    """One signal: scale * recorded + offset, in the unit.
+
+    name : of the column, dotted inside structs; column : of a matrix, counted from 0; unit : absent, as the file says.
+    """
 
     name: str
     column: Annotated[int, Field(ge=0)] | None = None

@@ -33,11 +33,12 @@ class Column:
 
 def find(table: Table, signal: str) -> Column | None:
     """The column that bears a usual name of a signal, or None. Raises ConfigError where several do."""
-    names = {name.lower().rsplit(".", 1)[-1]: name for name, values in table.columns.items() if values.ndim == 1}
-    found = [names[alias] for alias in ALIASES[signal] if alias in names]
-    if len(found) > 1 and found[0].lower() != signal:
-        hint = f"say which under columns: {signal}"
-        raise ConfigError(f"{' and '.join(found)} could both be {signal}", where=table.path, hint=hint)
+    names = [(name.lower().rsplit(".", 1)[-1], name) for name, values in table.columns.items() if values.ndim == 1]
+    exact = [name for short, name in names if short == signal]
+    found = exact or [name for short, name in names if short in ALIASES[signal]]
+    if len(found) > 1:
+        what = f"{' and '.join(found)} could both be {signal}"
+        raise ConfigError(what, where=table.path, hint=f"say which under columns: {signal}")
     return Column(found[0]) if found else None
 
 
@@ -51,4 +52,5 @@ def convert(table: Table, signal: str, column: Column) -> tuple[Array, float]:
 
 def missing(table: Table, signal: str) -> ConfigError:
     """What to say where a needed signal is nowhere."""
-    return ConfigError(f"no column was found for {signal}", where=table.path, hint=f"name it under columns: {signal}; {table.offer()}")
+    hint = f"name it under columns: {signal}; {table.offer()}"
+    return ConfigError(f"no column was found for {signal}", where=table.path, hint=hint)

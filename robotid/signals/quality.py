@@ -19,9 +19,9 @@ FEWEST = 50  # samples of a record
 class Report:
     """One record as it was found. jitter : largest deviation of a sampling interval, share of the sampling time.
 
-    missing, duplicated, not_finite, wraps : samples mended. ranges : of each signal. quantum : of the motor angle, 0 where
-    none shows. saturation : share of samples at the largest or smallest torque. reversals : of the motor. still : share of
-    samples at rest. torque_bandwidth : 99 % of the torque's energy is below.
+    missing, duplicated, not_finite, wraps : samples mended. quantum : of the motor angle, 0 where none shows.
+    saturation : share of samples at the largest or smallest torque. reversals : of the motor. still : share of samples
+    at rest. torque_bandwidth : 99 % of the torque's energy is below.
     """
 
     name: str
@@ -95,7 +95,7 @@ def _range(signal: Array) -> tuple[float, float]:
 
 
 def quantum(angle: Array) -> float:
-    """Resolution of an angle: the smallest step, where all steps are multiples of it; 0 where none shows. angle : (n,)."""
+    """Resolution of an angle (n,): the smallest step, where all steps are multiples of it; 0 where none shows."""
     steps = np.abs(np.diff(angle))
     floor = 1e-9 * float(np.abs(angle).max())
     steps = steps[steps > floor]

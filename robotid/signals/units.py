@@ -8,7 +8,7 @@ from math import pi
 from robotid.errors import ConfigError
 
 FACTORS: dict[str, float] = {
-    **{u: 1.0 for u in ("s", "rad", "rad/s", "Nm", "N", "m", "m/s", "V", "A", "1", "")},
+    **dict.fromkeys(("s", "rad", "rad/s", "Nm", "N", "m", "m/s", "V", "A", "1", ""), 1.0),
     "ms": 1e-3,
     "us": 1e-6,
     "min": 60.0,
@@ -31,8 +31,15 @@ FACTORS: dict[str, float] = {
 }
 """Factor to SI. Volts and amperes become torque by the column's scale."""
 
-SPELLINGS = {"°": "deg", "degree": "deg", "degrees": "deg", "deg/sec": "deg/s", "°/s": "deg/s", "N m": "Nm", "N.m": "Nm"}
-SPELLINGS |= {"N*m": "Nm", "1/min": "rpm", "r/min": "rpm", "sec": "s", "seconds": "s", "turn": "rev", "turns": "rev", "µs": "us"}
+SPELLINGS: dict[str, str] = {
+    **dict.fromkeys(("°", "degree", "degrees"), "deg"),
+    **dict.fromkeys(("deg/sec", "°/s", "dps"), "deg/s"),
+    **dict.fromkeys(("N m", "N.m", "N*m", "N·m"), "Nm"),
+    **dict.fromkeys(("1/min", "r/min", "U/min"), "rpm"),
+    **dict.fromkeys(("sec", "second", "seconds"), "s"),
+    **dict.fromkeys(("turn", "turns"), "rev"),
+    **dict.fromkeys(("µs", "μs"), "us"),
+}
 
 
 def factor(unit: str, where: str) -> float:

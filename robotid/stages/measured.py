@@ -48,12 +48,13 @@ def choose(settings: RecordSettings, table: Table) -> tuple[dict[str, Column], l
     for signal in ALIASES:
         if signal in given:
             column = _given(getattr(settings.columns, signal))
-        elif signal == "t" and settings.sampling_time is not None:
-            continue
         else:
             column = find(table, signal)
+            unused = signal == "t" and settings.sampling_time is not None
             if column is not None:
-                remarks.append(f"{signal} is column {column.name}, found by its name")
+                found = "not used, for sampling_time is given" if unused else "found by its name"
+                remarks.append(f"{signal} is column {column.name}, {found}")
+            column = None if unused else column
         if column is not None:
             chosen[signal] = column
         elif signal in NEEDED:

@@ -22,7 +22,8 @@ def formats() -> dict[str, ModuleType]:
 def read(path: Path) -> Table:
     """All numeric columns of a file. Raises InputError where it is missing, of unknown format or damaged."""
     if not path.is_file():
-        raise InputError("there is no such file", where=str(path), hint="a record's file is relative to the configuration")
+        hint = "a record's file is relative to the configuration"
+        raise InputError("there is no such file", where=str(path), hint=hint)
     known = formats()
     if path.suffix.lower() not in known:
         hint = f"known are {', '.join(sorted(known))}"

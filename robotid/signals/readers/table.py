@@ -13,12 +13,12 @@ from robotid.model.array import Array
 @dataclass(frozen=True, slots=True, eq=False)
 class Table:
     """A file's numeric columns. path : as messages name it; columns : dotted name to (n,) or a matrix; units : by name,
-    where the file tells them; lines : line of the file of the first row, 0 where rows have none."""
+    where the file tells them; lines : (n,) line of the file of each row, where the file has lines."""
 
     path: str
     columns: dict[str, Array]
     units: dict[str, str] = field(default_factory=dict)
-    first_line: int = 0
+    lines: Array | None = None
 
     def pick(self, name: str, column: int | None) -> Array:
         """One column, (n,). column : of a matrix, whichever way it lies. Raises ConfigError where it is not there."""
@@ -27,21 +27,25 @@ class Table:
         values = self.columns[name]
         if values.ndim == 1:
             if column not in (None, 0):
-                raise ConfigError(f'"{name}" is a single column, not a matrix', where=self.path, hint="leave out `column`")
+                what = f'"{name}" is a single column, not a matrix'
+                raise ConfigError(what, where=self.path, hint="leave out `column`")
             return values
         rows = values if values.shape[0] < values.shape[1] else values.T
+        hint = f"say which: {{name: {name}, column: 0}}"
         if column is None:
-            what = f'"{name}" is a matrix of {len(rows)} columns'
-            raise ConfigError(what, where=self.path, hint=f"say which: {{name: {name}, column: 0}}")
+            raise ConfigError(f'"{name}" is a matrix of {len(rows)} columns', where=self.path, hint=hint)
         if column >= len(rows):
-            raise ConfigError(f'"{name}" has columns 0 to {len(rows) - 1}, not {column}', where=self.path)
+            what = f'"{name}" has columns 0 to {len(rows) - 1}, not {column}'
+            raise ConfigError(what, where=self.path, hint="columns are counted from 0")
         return np.ascontiguousarray(rows[column])
 
     def offer(self) -> str:
         """What the file holds, for a message."""
-        long = [n for n, v in self.columns.items() if v.size > 1]
-        return "it holds " + (", ".join(long[:12]) + (", ..." if len(long) > 12 else "") if long else "no numeric column")
+        names = list(self.columns)
+        return (
+            f"it holds {', '.join(names[:12])}{', ...' * (len(names) > 12)}" if names else "it holds no numeric column"
+        )
 
     def where(self, row: int) -> str:
         """A row as a place in the file."""
-        return f"{self.path}:{self.first_line + row}" if self.first_line else f"{self.path}, sample {row}"
+        return f"{self.path}, sample {row}" if self.lines is None else f"{self.path}:{int(self.lines[row])}"

@@ -1,0 +1,153 @@
+"""A guess at what a file's columns are, for a person to correct: by their names, units and time steps."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from robotid.errors import RobotidError
+from robotid.model.array import Array
+from robotid.signals.columns import ALIASES, NEEDED, Column
+from robotid.signals.readers import read
+from robotid.signals.readers.table import Table
+from robotid.signals.repair import usual_step
+from robotid.signals.units import FACTORS, SPELLINGS, factor
+
+WORDS = {
+    "t": {"t", "time", "timestamp", "zeit", "clock"},
+    "tau_m": {"tau", "torque", "trq", "moment", "drehmoment", "force", "u", "vir", "volt", "voltage", "current"},
+    "dphi_m": {"dphi", "dq", "qd", "dtheta", "omega", "speed", "velocity", "vel", "drehzahl"},
+    "phi_m": {"phi", "angle", "ang", "pos", "position", "q", "qm", "theta", "enc", "encoder", "winkel"},
+}
+REFERENCE = {"ref", "reference", "setpoint", "desired", "des", "target", "cmd", "command", "soll", "qg"}
+CERTAIN = 9
+MEASURED = {"mot", "motor", "act", "actual", "meas", "measured"}
+ARM = {"arm", "link", "load", "se", "second", "secondary", "output", "qa", "ql"}
+
+SUFFIXES: dict[tuple[str, ...], str] = {
+    **{(*angle, *per, "s"): f"{angle[0]}/s" for angle in (("rad",), ("deg",), ("mrad",)) for per in (("per",), ())},
+    **{(unit.lower(),): unit for unit in FACTORS if unit.isalpha() and len(unit) > 1 and unit != "min"},
+    **{(word,): "V" for word in ("volt", "volts", "v")},
+    **{(word,): "A" for word in ("amp", "amps", "ampere")},
+    **{(word,): unit for word, unit in SPELLINGS.items() if word.isalpha()},
+    ("s",): "s",
+}
+KINDS: dict[str, str] = {
+    **dict.fromkeys(("s", "ms", "us", "min"), "t"),
+    **dict.fromkeys(("Nm", "mNm", "kNm", "N", "mN", "kN", "V", "mV", "A", "mA"), "tau_m"),
+    **dict.fromkeys(("rad/s", "mrad/s", "deg/s", "rev/s", "rpm", "m/s", "mm/s"), "dphi_m"),
+    **dict.fromkeys(("rad", "mrad", "deg", "rev", "m", "mm", "um"), "phi_m"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """Columns by signal and the sampling time [s], as guessed. remarks : what a person should look at."""
+
+    path: Path
+    columns: dict[str, Column]
+    sampling_time: float | None
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Guess:
+    """What a column may be. certainty : 1 by its unit, 2 by a word of its name and more by words that say that it was
+    measured, 9 by a usual name."""
+
+    signal: str
+    certainty: int
+    column: Column
+
+
+def propose(path: Path) -> Proposal:
+    """Columns and sampling time of a file. Raises InputError where it cannot be read."""
+    table = read(path)
+    guesses = [guess for name in _recorded(table) if (guess := _guess(table, name)) is not None]
+    columns: dict[str, Column] = {}
+    remarks: list[str] = []
+    for signal in ALIASES:
+        fitting = sorted((g for g in guesses if g.signal == signal), key=lambda g: -g.certainty)
+        if fitting:
+            columns[signal] = fitting[0].column
+            remarks += _said(signal, fitting)
+        elif signal in NEEDED:
+            remarks.append(f"no column looks like {signal}; {table.offer()}")
+    h = _sampling_time(table, columns.get("t"), remarks)
+    return Proposal(path, columns, h, tuple(remarks))
+
+
+def _recorded(table: Table) -> list[str]:
+    """Columns of the commonest length: what else a file holds was not recorded with them."""
+    lengths = {name: max(values.shape) for name, values in table.columns.items()}
+    total = Counter(lengths.values())
+    usual = max(total, key=lambda length: length * total[length], default=0)
+    return [name for name, length in lengths.items() if length == usual]
+
+
+def _guess(table: Table, name: str) -> _Guess | None:
+    words, suffix = _split(name)
+    unit = table.units.get(name) or suffix
+    kind = KINDS.get(SPELLINGS.get(unit, unit)) if unit else None
+    signal, certainty = _signal("_".join(words), set(words), kind)
+    if signal is None:
+        return None
+    return _Guess(signal, certainty, Column(name, None if table.columns[name].ndim == 1 else 0, unit))
+
+
+def _split(name: str) -> tuple[list[str], str | None]:
+    """Lower-case words of a name and the unit that it ends with: MotorAngle_deg -> [motor, angle], deg."""
+    last = re.sub(r"(?<=[a-z0-9])(?=[A-Z][a-z])", "_", name.rsplit(".", 1)[-1]).lower()
+    words = [word for word in re.split(r"[\W_]+", last) if word]
+    for length in (3, 2, 1):
+        if len(words) > length and tuple(words[-length:]) in SUFFIXES:
+            return words[:-length], SUFFIXES[tuple(words[-length:])]
+    return words, None
+
+
+def _signal(name: str, words: set[str], kind: str | None) -> tuple[str | None, int]:
+    exact = next((signal for signal, aliases in ALIASES.items() if name in aliases), None)
+    if exact is not None and kind in (None, exact, {"phi_a": "phi_m", "ref": kind}.get(exact)):
+        return exact, CERTAIN
+    spoken = next((signal for signal, usual in WORDS.items() if words & usual), None)
+    signal = kind or spoken
+    if words & REFERENCE and signal in ("phi_m", "dphi_m", None):
+        return "ref", 2
+    if signal == "phi_m" and words & ARM:
+        return "phi_a", 2
+    return signal, (2 if spoken == signal else 1) + len(words & MEASURED)
+
+
+def _said(signal: str, fitting: list[_Guess]) -> list[str]:
+    column = fitting[0].column
+    said = [] if fitting[0].certainty == CERTAIN else [f"{signal} is guessed to be column {column.name}"]
+    if others := [g.column.name for g in fitting[1:]]:
+        said.append(f"{signal} could also be {', '.join(others[:4])}{', ...' * (len(others) > 4)}")
+    if column.column is not None:
+        said.append(f"{column.name} is a matrix, one column a joint; column 0 is proposed")
+    if column.unit in ("V", "mV", "A", "mA"):
+        each = "volt" if column.unit.endswith("V") else "ampere"
+        said.append(f"{column.name} is in {column.unit}; give the torque per {each} as scale")
+    return said
+
+
+def _sampling_time(table: Table, column: Column | None, remarks: list[str]) -> float | None:
+    h = None if column is None else _usual_step(table, column)
+    if h is None:
+        remarks.append("no time column was found; give sampling_time")
+    elif h >= 0.5 and column is not None and column.unit is None:
+        remarks.append(f"{column.name} steps by {h:g}; give its unit if it does not count seconds")
+    return h
+
+
+def _usual_step(table: Table, column: Column) -> float | None:
+    try:
+        t: Array = table.pick(column.name, column.column) * factor(column.unit or "s", table.path)
+    except RobotidError:
+        return None
+    t = t[np.isfinite(t)]
+    return usual_step(t) if len(t) > 1 and np.median(np.diff(t)) > 0 else None
