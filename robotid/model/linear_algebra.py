@@ -13,9 +13,6 @@ def solve(matrices: Array, columns: Array) -> Array:
     Without pivoting: for matrices near the identity, as those of an implicit step or a mass matrix are.
     """
     d = len(matrices)
-    if matrices.shape[2] == 1:
-        solved = np.linalg.solve(matrices[:, :, 0], np.moveaxis(columns, 2, 0))
-        return np.asarray(np.moveaxis(solved, 0, 2))
     if d == 1:
         return np.asarray(columns / matrices)
     work = np.concatenate([matrices, columns], axis=1)

@@ -26,6 +26,7 @@ LARGEST_WINDOW = 2000
 SHORT_WINDOW = 250
 SMALLEST_WINDOW = 8
 FEW_ITERATIONS = 5
+RUNAWAY = 1e9  # rad, rad/s: no machine gets there
 TOLERANCE = 1e-5  # of the last Newton step, relative; the error left is of the order of its square
 
 
@@ -174,6 +175,11 @@ class TrajectoryNewton(OdeSolver):
 
     def _advance(self, x: Array) -> None:
         problem = self.problem
+        if not np.abs(x).max() < RUNAWAY:
+            raise NumericsError(
+                f"the simulation diverges at t = {self.node * problem.sampling_time:.4g} s",
+                hint="check the parameters' guesses and bounds",
+            )
         self.first, self.x = self.node, x
         self.node += x.shape[1] - 1
         problem.scale = np.maximum(problem.scale, np.abs(x).max(axis=1))
