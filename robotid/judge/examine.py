@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,7 @@ from robotid.judge.bode import bode
 from robotid.judge.closed_loop import loop_errors
 from robotid.judge.identifiability import Identifiability, correlations, identify
 from robotid.judge.inverse_dynamics import torque_error
-from robotid.judge.perturbation import perturb
+from robotid.judge.perturbation import NOT_PERTURBED, perturb
 from robotid.judge.simulated import Model, Simulated, simulate_record
 from robotid.judge.torque_share import torque_shares
 from robotid.judge.validation import ModelValidation, RecordValidation, Trace
@@ -25,14 +25,18 @@ from robotid.signals.record import Record
 from robotid.simulate.controller import Controller
 
 LONGEST_TRACE = 6000  # samples kept for figures
+NOTABLE = 0.5  # of the RMS error: a first state moved further than this flatters the model
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """How to validate. perturbation [%]; horizon [s] : of the pieces simulated afresh, absent: none; controller : of
-    the records' loop, where known; cutoff [Hz], order, min_speed [rad/s] : of the filter of the torque error."""
+    """How to validate.
 
-    perturbation: float = 20.0
+    perturbation [%]; horizon [s] : of the pieces simulated afresh; controller : of the records' loop; each None where
+    not wanted or not known. cutoff [Hz], order, min_speed [rad/s] : of the filter of the torque error.
+    """
+
+    perturbation: float | None = None
     horizon: float | None = None
     controller: Controller | None = None
     cutoff: float | None = None
@@ -71,6 +75,7 @@ def examine_record(model: Model, simulated: Simulated, options: Options) -> Reco
     record, remarks = simulated.record, list[str]()
     position, speed = simulated.signal("position"), simulated.signal("speed")
     measured, output = simulated.measured(model.output), position if model.output == "position" else speed
+    errors = {"position": rmse(record.phi_m, position), "speed": rmse(record.dphi_m, speed)}
     closed_loop = None
     try:
         if options.controller is not None:
@@ -81,14 +86,14 @@ def examine_record(model: Model, simulated: Simulated, options: Options) -> Reco
         role=record.role,
         used=record.name in model.records,
         fit_percent=fit_percent(measured, output),
-        rmse_speed=rmse(record.dphi_m, speed),
-        rmse_position=rmse(record.phi_m, position),
+        rmse_speed=errors["speed"],
+        rmse_position=errors["position"],
         torque_error_percent=_torque_error(model, simulated, options),
         closed_loop=closed_loop,
         residual=residual_test(measured - output, record.tau_m),
-        perturbation=perturb(model, simulated, options.perturbation),
+        perturbation=NOT_PERTURBED if options.perturbation is None else perturb(model, simulated, options.perturbation),
         trace=_trace(record, measured, output),
-        remarks=tuple(remarks),
+        remarks=(*remarks, *_moved(simulated, errors)),
     )
 
 
@@ -103,6 +108,16 @@ def _simulate(
         except NumericsError as error:
             remarks.append(f"{record.name}: {error.what}")
     return found, tuple(remarks)
+
+
+def _moved(simulated: Simulated, errors: Mapping[str, float]) -> Iterator[str]:
+    """Sentences where the first state that suits a record is not the measured one, by what the model's errors show."""
+    record, first = simulated.record, simulated.trajectories[0]
+    signals = {"position": (record.phi_m, first.phi_m), "speed": (record.dphi_m, first.dphi_m)}
+    for quantity, (measured, found) in signals.items():
+        moved = abs(float(found[0] - measured[0]))
+        if moved > NOTABLE * errors[quantity]:
+            yield f"first {quantity} {moved:.2g} off the measured one"
 
 
 def _torque_error(model: Model, simulated: Simulated, options: Options) -> float | None:

@@ -19,8 +19,8 @@ UNSEEN_STD, WEAK_STD = 0.5, 0.1
 # Share of the port's torque. The torque of a real joint is explained to a few percent at best, so what carries less
 # than that is hidden by errors of the rest, whatever the noise.
 UNSEEN_SHARE, WEAK_SHARE = 0.02, 0.05
-# Multiple correlation with the other parameters: beyond, its own standard deviation is tenfold what it would be alone.
-WEAK_COSINE = 0.995
+# Multiple correlation with the other parameters: beyond, the standard deviation is twenty times what it would be alone.
+WEAK_COSINE = 0.999
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,8 +22,8 @@ LARGEST_PREDICTION = 5_000_000  # derivatives in memory at once, to predict the 
 class Perturbation:
     """Change of the fit [%] of one record when one parameter at a time is perturbed, first states kept.
 
-    names (p,) : the parameters whose value is not zero, none where the model was not fitted. plus, minus (p,) : with
-    the value raised and lowered by percent, nan where the joint then diverges.
+    names (p,) : the parameters whose value is not zero. plus, minus (p,) : with the value raised and lowered by
+    percent, nan where the joint then diverges.
     """
 
     percent: float = field(metadata={"unit": "%"})
@@ -32,12 +32,13 @@ class Perturbation:
     minus: Array = field(metadata={"unit": "%"})
 
 
+NOT_PERTURBED = Perturbation(0.0, (), np.zeros(0), np.zeros(0))
+
+
 def perturb(model: Model, simulated: Simulated, percent: float) -> Perturbation:
-    """Perturb each parameter of a fitted model by percent of its value on a simulated record."""
+    """Perturb each parameter by percent of its value on a simulated record."""
     y = simulated.measured(model.output)
-    columns = [int(k) for k in np.flatnonzero(model.theta)] if model.records else []
-    if not columns:
-        return Perturbation(percent, (), np.zeros(0), np.zeros(0))
+    columns = [int(k) for k in np.flatnonzero(model.theta)]
     steps = percent / 100 * model.theta[columns]
     squares = np.zeros((2, len(columns)))
     for piece, trajectory in zip(simulated.pieces, simulated.trajectories, strict=True):

@@ -30,8 +30,8 @@ class RecordValidation:
 
     used : whether the model was fitted to the record. fit_percent : eq. (15), of the quantity that the fit compared.
     rmse_speed, rmse_position : of the open-loop simulation. torque_error_percent : of inverse dynamics, None where
-    the torque is constant. closed_loop : None where controller or reference is unknown. perturbation : empty
-    for a model that was not fitted. remarks : what could not be done.
+    the torque is constant. closed_loop : None where controller or reference is unknown. perturbation : of the
+    best model, empty for the others. remarks : what could not be done, or was done with licence.
     """
 
     role: Role

@@ -6,14 +6,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.linalg import eigh, toeplitz
-from scipy.stats import chi2, norm
+from scipy.special import chdtrc, ndtri
 
 from robotid.estimate.covariance import autoregression
 from robotid.model.array import Array
 
 LAGS = 25
 CONFIDENCE = 0.99
-QUANTILE = float(norm.ppf(0.5 + CONFIDENCE / 2))
+QUANTILE = float(ndtri(0.5 + CONFIDENCE / 2))
 COLLINEAR = 1e-6  # share of the largest variance below which lagged torques tell nothing of their own
 
 
@@ -51,10 +51,10 @@ class ResidualTest:
     def verdict(self) -> str:
         """In words."""
         if self.white and self.independent:
-            return "white and independent of the torque: nothing is left to explain"
+            return "white, and no sign of the torque: nothing is left to explain"
         if self.independent:
-            return "coloured, but not by the torque: noise with a memory, or a torque that was not recorded"
-        return "follows the torque: the model lacks something" + ("" if self.white else ", and is coloured")
+            return "coloured, though not by the torque at these lags: noise with a memory, or what the model lacks"
+        return "follows the torque: the model lacks something"
 
 
 def residual_test(residual: Array, torque: Array, lags: int = LAGS) -> ResidualTest:
@@ -74,7 +74,7 @@ def residual_test(residual: Array, torque: Array, lags: int = LAGS) -> ResidualT
         crosscorrelation=cross / both,
         cross_band=float(QUANTILE * np.sqrt(spread[0] / n) / both),
         # Ljung & Box 1978
-        whiteness_p=float(chi2.sf(n * (n + 2) * np.sum(r**2 / (n - np.arange(1, lags + 1))), lags)),
+        whiteness_p=float(chdtrc(lags, n * (n + 2) * np.sum(r**2 / (n - np.arange(1, lags + 1))))),
         independence_p=_independence(cross[lags + 1 :], spread, n),
         noise_floor=floor,
         misfit=float(np.sqrt(max(0.0, auto[0] - floor**2))),
@@ -108,7 +108,7 @@ def _independence(cross: Array, spread: Array, n: int) -> float:
     told = values > COLLINEAR * values[-1]
     if values[-1] <= 0:
         return 1.0
-    return float(chi2.sf(n * np.sum((vectors.T @ cross)[told] ** 2 / values[told]), int(told.sum())))
+    return float(chdtrc(int(told.sum()), n * np.sum((vectors.T @ cross)[told] ** 2 / values[told])))
 
 
 def _noise_floor(e: Array) -> float:

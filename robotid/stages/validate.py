@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -23,15 +24,16 @@ from robotid.stages.virtual import controller_of
 def validate(settings: Config, recordings: Recordings, rigid: RigidResult, flex: FlexResult, fits: Fits) -> Validation:
     """Validate the initial model and every fitted one on every record.
 
-    A model that diverges on a record is without that record, and says so. The best model's fit below a threshold is a
-    sentence in `failed`, not an error: the artifact is saved first.
+    Only the best model's parameters are perturbed. A model that diverges on a record is without that record, and says
+    so. The best model's fit below a threshold is a sentence in `failed`, not an error: the artifact is saved first.
     """
     joint = assemble(settings.structure(), angle=settings.fit.output == "position")
-    initial = _initial(settings, joint, rigid, flex, fits)
-    models = {initial.name: examine(initial, recordings.records, flex.frfs, _options(settings))}
+    initial, options = _initial(settings, joint, rigid, flex, fits), _options(settings)
+    models = {initial.name: examine(initial, recordings.records, flex.frfs, options)}
     for name, fit in fits.models.items():
         model = _fitted(settings, joint, fit)
-        models[name] = examine(model, recordings.records, flex.frfs, _options(settings), fit)
+        asked = replace(options, perturbation=settings.validation.perturbation if name == fits.best else None)
+        models[name] = examine(model, recordings.records, flex.frfs, asked, fit)
     failed = tuple(_failed(settings, fits.best, models[fits.best]))
     return Validation(models, fits.best, flex.frfs, failed)
 
@@ -39,7 +41,6 @@ def validate(settings: Config, recordings: Recordings, rigid: RigidResult, flex:
 def _options(settings: Config) -> Options:
     section, filtering = settings.validation, settings.init_rigid
     return Options(
-        perturbation=section.perturbation,
         horizon=section.horizon,
         controller=None if settings.loop is None else controller_of(settings.loop),
         cutoff=filtering.cutoff,

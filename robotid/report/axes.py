@@ -1,0 +1,77 @@
+"""How all figures look: colours that colour-blind readers can tell apart, light grids, units on every axis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from robotid.model.array import Array
+
+Units = Callable[[str], str]
+
+# Okabe & Ito 2008, without the yellow that vanishes on paper
+PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
+INK, FAINT, BAND = "#222222", "#9A9A9A", "#DDE6EE"
+MOST_POINTS = 4000  # drawn of a signal; a longer one is drawn as its envelope
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure [inch] that no global state knows of."""
+    return Figure(figsize=(width, height), dpi=110, layout="constrained", facecolor="white")
+
+
+def colour(k: int) -> str:
+    """Colour of the k-th curve."""
+    return PALETTE[k % len(PALETTE)]
+
+
+def dress(axes: Axes, x: str, y: str, title: str = "") -> None:
+    """Labels, grid, and no frame beyond the two axes."""
+    axes.set_xlabel(x, fontsize=9)
+    axes.set_ylabel(y, fontsize=9)
+    axes.set_title(title, fontsize=10, loc="left", color=INK)
+    axes.tick_params(labelsize=8, color=FAINT)
+    axes.grid(True, which="major", color="#E4E4E4", linewidth=0.6)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    for side in ("left", "bottom"):
+        axes.spines[side].set_color(FAINT)
+
+
+def legend(axes: Axes, columns: int = 1) -> None:
+    """A legend without a frame, where curves have names."""
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(fontsize=8, frameon=False, ncols=columns)
+
+
+def plain(axis: Axis) -> None:
+    """Ticks of a logarithmic axis at 1, 2, 5, written out."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def envelope(t: Array, signal: Array, most: int = MOST_POINTS) -> tuple[Array, Array]:
+    """A signal for drawing, (n,): of a long one the least and the largest of every stretch, in the order of time."""
+    if len(signal) <= most:
+        return t, signal
+    count = most // 2
+    edges = np.linspace(0, len(signal), count + 1).astype(int)
+    pairs = [
+        sorted((a + int(np.argmin(signal[a:b])), a + int(np.argmax(signal[a:b])))) for a, b in pairwise(edges.tolist())
+    ]
+    at = np.array(pairs).ravel()
+    return t[at], signal[at]
+
+
+def grid_of(count: int, most_columns: int = 3) -> tuple[int, int]:
+    """Rows and columns for so many panels."""
+    columns = min(count, most_columns)
+    return -(-count // columns), columns

@@ -1,0 +1,56 @@
+"""Figures over frequency, 2 and 3 of the paper: the measured responses, and the linearised models beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Literal
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from robotid.judge.bode import Bode
+from robotid.report.axes import FAINT, INK, Units, colour, dress, legend, plain
+from robotid.signals.frf import Frf
+
+Motion = Literal["acceleration", "speed"]
+UNIT = {"acceleration": "rad/s2/Nm", "speed": "rad/s/Nm"}
+STYLES = ("--", "-.", ":")
+
+
+def draw_responses(axes: Axes, frfs: Sequence[Frf], motion: Motion = "acceleration", units: Units = str) -> None:
+    """Figure 2: magnitude of the measured responses from motor torque, with a band of two standard deviations."""
+    for k, frf in enumerate(frfs):
+        response = frf.response if motion == "acceleration" else frf.speed_response
+        magnitude = np.abs(response)
+        spread = 2 * frf.std / (1.0 if motion == "acceleration" else frf.omega)
+        low = np.maximum(magnitude - spread, 0.05 * magnitude)
+        axes.fill_between(frf.frequency, low, magnitude + spread, color=colour(k), alpha=0.2, linewidth=0)
+        axes.loglog(frf.frequency, magnitude, color=colour(k), linewidth=1.6, label=f"{frf.record}, measured")
+    plain(axes.xaxis)
+    dress(axes, "frequency [Hz]", f"magnitude [{units(UNIT[motion])}]", f"Motor torque to motor {motion}")
+
+
+def draw_bode(
+    axes: Axes, frfs: Sequence[Frf], models: Mapping[str, Bode], motion: Motion = "speed", units: Units = str
+) -> None:
+    """Figure 3: the measured responses and the magnitude of linearised models, at least one; the last stands out."""
+    draw_responses(axes, frfs, motion, units)
+    *before, last = models
+    for k, name in enumerate(before):
+        axes.plot(
+            models[name].frequency,
+            getattr(models[name], motion),
+            color=FAINT,
+            linestyle=STYLES[k % len(STYLES)],
+            linewidth=1.2,
+            label=_label(name, models[name]),
+        )
+    bode = models[last]
+    axes.plot(bode.frequency, getattr(bode, motion), color=INK, linewidth=0.9, label=_label(last, bode))
+    legend(axes)
+
+
+def _label(name: str, bode: Bode) -> str:
+    """A model, and how far it is from the measured responses."""
+    distance = sum(bode.distance.values()) / len(bode.distance)
+    return f"{name}, linearised ({distance:.1f} dB off)"
