@@ -77,6 +77,7 @@ def carry(steps: Steps, columns: Array) -> Array:
     return np.asarray(solved.T.reshape(q, nodes, d).transpose(2, 0, 1))
 
 
+@np.errstate(all="ignore")  # an iterate may overflow before its window is shortened
 def newton(problem: Problem, first: int, start: Array, guess: Array) -> tuple[Array, int, int]:
     """One window from its known first state. guess (nx, m + 1) -> nodes, how many intervals settled, iterations."""
     x = guess.copy()
@@ -103,11 +104,10 @@ def newton(problem: Problem, first: int, start: Array, guess: Array) -> tuple[Ar
 
 
 def _newton_step(problem: Problem, first: int, last: int, x: Array) -> Array:
-    with np.errstate(all="ignore"):
-        steps = problem.linearise(first, last, x)
-        rhs = np.zeros((len(x), 1, x.shape[1]))
-        rhs[:, 0, 1:] = steps.c
-        return carry(steps, rhs)[:, 0]
+    steps = problem.linearise(first, last, x)
+    rhs = np.zeros((len(x), 1, x.shape[1]))
+    rhs[:, 0, 1:] = steps.c
+    return np.asarray(carry(steps, rhs)[:, 0])
 
 
 _solve_ivp: Any = solve_ivp  # its types know no options of other people's solvers
