@@ -30,13 +30,14 @@ def torque_error(
     order: int = 4,
     min_speed: float = 0.0,
 ) -> float | None:
-    """100 ||tau - tau_hat|| / ||tau|| [%], both through the same zero-phase filter; None where the torque is constant.
+    """100 ||tau - tau_hat|| / ||tau|| [%], both through the same zero-phase filter; None where the torque is constant or
+    nothing is left.
 
     first_state : (nx,) of which the motor's part is overruled by the measurement. cutoff [Hz], absent: 99 % of the
     torque's energy lies below. Samples slower than min_speed [rad/s] are left out.
     """
     h = record.sampling_time
-    cutoff = cutoff or bandwidth(record.tau_m, h)
+    cutoff = cutoff or (bandwidth(record.tau_m, h) if np.ptp(record.tau_m) > 0 else 0.0)
     if cutoff <= 0:
         return None
     motion = differentiate(record.phi_m, h, POSITION_CUTOFF * cutoff, order)
@@ -46,7 +47,7 @@ def torque_error(
     applied = (held + np.concatenate([held[:1], held[:-1]])) / 2
     tau, tau_hat, speed = decimate(np.vstack([applied, needed, motion.speed]), h, cutoff, order)
     kept = np.abs(speed) >= min_speed
-    return error_percent(tau[kept], tau_hat[kept])
+    return error_percent(tau[kept], tau_hat[kept]) if kept.any() else None
 
 
 def required_torque(joint: Joint, theta: Array, record: Record, motion: Kinematics, first_state: Array) -> Array:

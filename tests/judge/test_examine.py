@@ -1,0 +1,65 @@
+"""All that is said of one model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from judged_records import CONTROLLER, clean_records, model
+
+from robotid.judge.examine import LONGEST_TRACE, Options, examine
+from robotid.judge.simulated import Model
+from robotid.model.structure import Structure
+from robotid.simulate.assemble import assemble
+
+OPTIONS = Options(perturbation=20.0, controller=CONTROLLER)
+
+
+def test_a_perfect_model_without_noise():
+    found = examine(model({}), clean_records(), (), OPTIONS)
+    for name, record in found.records.items():
+        assert record.fit_percent == pytest.approx(100, abs=1e-4)
+        assert record.rmse_speed < 1e-5
+        assert record.rmse_position < 1e-5
+        assert record.closed_loop is not None
+        assert record.closed_loop.speed_percent < 1e-3
+        assert record.used == (name == "small")
+        assert record.remarks == ()
+    assert [r.role for r in found.records.values()] == ["estimate", "validate"]
+    assert found.identifiability == ()
+    assert found.covariance.shape == (0, 0)
+
+
+def test_only_when_asked_are_parameters_perturbed():
+    found = examine(model({}), clean_records()[:1], (), replace(OPTIONS, perturbation=None))
+    assert found.records["small"].perturbation.names == ()
+
+
+def test_a_record_on_which_the_model_diverges_is_remarked():
+    joint = assemble(Structure(("motor.inertia", "motor.viscous")))
+    parameters = joint.parameters().with_values({"motor.viscous.Fv": -1.0, "motor.inertia.J": 1e-3})
+    unstable = Model("m", joint, parameters, "speed", (), {}, estimate_states=False)
+    found = examine(unstable, clean_records()[:1], (), OPTIONS)
+    assert found.records == {}
+    assert found.remarks[0].startswith("small: the simulation diverges")
+
+
+def test_a_first_state_that_flatters_is_remarked():
+    record = clean_records()[0]
+    false_start = replace(record, phi_m=record.phi_m + 0.5, dphi_m=np.where(record.t < 0.001, 3.0, record.dphi_m))
+    found = examine(replace(model({}), first_states={}, estimate_states=True), (false_start,), (), Options())
+    assert any(remark.startswith("first speed 3 off") for remark in found.records["small"].remarks)
+
+
+def test_traces_of_long_records_are_thinned():
+    record = clean_records()[0]
+    long = replace(
+        record,
+        **{name: np.tile(getattr(record, name), 5) for name in ("tau_m", "phi_m", "dphi_m")},
+        ref=None,
+        ref_kind=None,
+    )
+    trace = examine(model({}), (long,), (), Options()).records["small"].trace
+    assert len(trace.t) == len(trace.measured) == len(trace.simulated) <= LONGEST_TRACE
+    assert trace.t[-1] == pytest.approx(long.t[-1], abs=0.01)
