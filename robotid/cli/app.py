@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import traceback
 from collections.abc import Sequence
@@ -28,6 +29,8 @@ app = typer.Typer(
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command line (by default the process's own) and return its exit code."""
     arguments = sys.argv[1:] if arguments is None else arguments
+    # many small matrices: threads cost far more than they bring, and must be told before numpy is imported
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         app(list(arguments), prog_name="robotid")
     except SystemExit as end:
