@@ -11,6 +11,8 @@ from paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH, references
 
 from robotid.judge.simulated import Model
 from robotid.model.array import Array
+from robotid.model.linear import linearise
+from robotid.signals.frf import Frf
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
 from robotid.simulate.assemble import assemble
@@ -33,6 +35,14 @@ def clean_records() -> tuple[Record, ...]:
     ]
     small, large = (plant.record(reference, k) for k, reference in enumerate(made))
     return small, replace(large, role="validate")
+
+
+def clean_responses() -> tuple[Frf, ...]:
+    """The truth's own response, as if measured on either record."""
+    truth = model({})
+    frequency = np.linspace(1.0, 40.0, 80)
+    response = linearise(truth.joint, truth.theta).response(2 * np.pi * frequency)
+    return tuple(Frf(record.name, frequency, response, 0.01 * np.abs(response)) for record in clean_records())
 
 
 def model(values: Mapping[str, float], *, name: str = "m", records: tuple[str, ...] = ("small",)) -> Model:

@@ -12,12 +12,14 @@ from robotid.model.joint import Joint
 from robotid.model.linear import channel_response, linearise
 from robotid.signals.frf import Frf
 
+FLOOR = 0.01  # relative error of a response that no noise explains
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bode:
     """Magnitudes of a linearised model from motor torque, (n,) at all frequencies of the measured responses.
 
-    distance : per response the RMS of the ratio to it.
+    distance : per response the RMS of the ratio to it, uncertain lines counting less.
     """
 
     frequency: Array = field(metadata={"unit": "Hz"})
@@ -41,10 +43,12 @@ def bode(joint: Joint, theta: Array, frfs: Sequence[Frf], sampling_time: float) 
         frequency=frequency,
         acceleration=2 * np.pi * frequency * magnitude,
         speed=magnitude,
-        distance={frf.record: _distance(speed(frf.omega), np.abs(frf.speed_response)) for frf in frfs},
+        distance={frf.record: _distance(speed(frf.omega), frf) for frf in frfs},
     )
 
 
-def _distance(model: Array, measured: Array) -> float:
-    """RMS of the ratio of two magnitudes [dB]."""
-    return float(np.sqrt(np.mean((20 * np.log10(model / measured)) ** 2)))
+def _distance(model: Array, frf: Frf) -> float:
+    """RMS of the ratio of a model's magnitude (n,), torque to speed, to a measured one [dB]."""
+    weight = 1 / ((frf.std / np.abs(frf.response)) ** 2 + FLOOR**2)
+    ratio = 20 * np.log10(model / np.abs(frf.speed_response))
+    return float(np.sqrt(weight @ ratio**2 / weight.sum()))

@@ -30,8 +30,7 @@ def torque_error(
     order: int = 4,
     min_speed: float = 0.0,
 ) -> float | None:
-    """100 ||tau - tau_hat|| / ||tau|| [%], both through the same zero-phase filter; None where the torque is constant or
-    nothing is left.
+    """100 ||tau - tau_hat|| / ||tau|| [%], both through the same zero-phase filter; None for a constant torque.
 
     first_state : (nx,) of which the motor's part is overruled by the measurement. cutoff [Hz], absent: 99 % of the
     torque's energy lies below. Samples slower than min_speed [rad/s] are left out.

@@ -1,0 +1,139 @@
+"""Figures show what they are given: curves, labels, units; and write themselves."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from functools import cache
+from io import BytesIO
+
+import numpy as np
+import pytest
+from judged_records import CONTROLLER, clean_records, clean_responses, model
+from matplotlib.figure import Figure
+
+from robotid.errors import ConfigError
+from robotid.estimate.flexible import FlexResult
+from robotid.estimate.grey_box import FitOptions, fit_model
+from robotid.estimate.result import Fits
+from robotid.judge.examine import Options, examine
+from robotid.judge.validation import Validation
+from robotid.model.units import sliding
+from robotid.report.axes import MOST_POINTS, envelope
+from robotid.report.figures import bode_figure, correlation_figure, draw, trace_figure
+from robotid.signals.quality import Recordings
+
+
+@cache
+def validation() -> Validation:
+    wrong = model({"gear.spring.k1": 1.2e6}, name="m0")
+    models = {
+        m.name: examine(m, clean_records(), clean_responses(), Options(controller=CONTROLLER))
+        for m in (wrong, model({}))
+    }
+    return Validation(models, "m", clean_responses())
+
+
+@cache
+def fits() -> Fits:
+    start = model({"gear.spring.k1": 1.2e6})
+    found = fit_model("m", start.joint, start.parameters, clean_records()[:1], FitOptions())
+    return Fits({"m": found, "n": replace(found, name="n")}, "m")
+
+
+def recordings() -> Recordings:
+    return Recordings(clean_records(), ())
+
+
+def flex() -> FlexResult:
+    return FlexResult(clean_responses(), (), (), (), {}, ())
+
+
+def texts(figure: Figure) -> str:
+    """Everything written on a figure's axes."""
+    said = []
+    for axes in figure.get_axes():
+        said += [axes.get_title(loc="left"), axes.get_xlabel(), axes.get_ylabel()]
+        said += axes.get_legend_handles_labels()[1]
+    return "\n".join(said)
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (recordings, ["small (estimate)", "large (validate)", "motor torque [Nm]", "time [s]"]),
+        (flex, ["small, measured", "Motor torque to motor acceleration", "magnitude [rad/s2/Nm]", "frequency [Hz]"]),
+        (fits, ["value over that of m", "iteration", "n"]),
+        (
+            validation,
+            ["large, measured", "m0, linearised", "m, linearised (0.0 dB off)", "small (fitted): fit 100.00 %",
+             "large (held out)", "residual\n[rad/s]", "lag [samples]", "magnitude [rad/s/Nm]"],
+        ),
+    ],
+)  # fmt: skip
+def test_what_a_figure_says(content, expected) -> None:
+    figure = draw(content())
+    for words in expected:
+        assert words in texts(figure)
+    png = BytesIO()
+    figure.savefig(png, format="png")
+    assert png.getvalue().startswith(b"\x89PNG")
+
+
+def test_magnitudes_are_those_of_the_responses() -> None:
+    lines = draw(flex()).get_axes()[0].get_lines()
+    np.testing.assert_allclose(lines[1].get_ydata(), np.abs(clean_responses()[1].response))
+    speed = bode_figure(validation()).get_axes()[0].get_lines()
+    np.testing.assert_allclose(speed[0].get_ydata(), np.abs(clean_responses()[0].speed_response))
+    best = validation().models["m"].bode
+    assert best is not None
+    np.testing.assert_allclose(speed[-1].get_ydata(), best.speed)
+
+
+def test_the_residual_strip_is_the_difference() -> None:
+    wrong = validation().models["m0"]
+    upper, lower, *_ = trace_figure(wrong).get_axes()
+    measured, simulated = (line.get_ydata() for line in upper.get_lines())
+    np.testing.assert_allclose(lower.get_lines()[0].get_ydata(), measured - simulated, atol=1e-12)
+
+
+def test_lags_outside_the_band_are_of_another_colour() -> None:
+    axes = correlation_figure(validation().models["m0"]).get_axes()[0]
+    inside, outside = axes.collections[-2:]
+    test = validation().models["m0"].records["small"].residual
+    assert len(outside.get_segments()) == np.sum(np.abs(test.autocorrelation) > test.band) > 0
+    assert len(inside.get_segments()) + len(outside.get_segments()) == len(test.autocorrelation)
+    assert not np.array_equal(inside.get_colors(), outside.get_colors())
+
+
+def test_a_sliding_axis_has_its_own_units() -> None:
+    assert "motor torque [N]" in texts(draw(recordings(), sliding))
+    assert "magnitude [m/s2/N]" in texts(draw(flex(), sliding))
+
+
+def test_a_validation_without_responses_or_records() -> None:
+    bare = replace(validation(), frfs=(), models={"m": replace(validation().models["m"], bode=None)})
+    assert "frequency" not in texts(draw(bare))
+    empty = replace(bare, models={"m": replace(bare.models["m"], records={})})
+    assert draw(empty).get_axes() == []
+
+
+def test_what_cannot_be_drawn_is_said() -> None:
+    with pytest.raises(ConfigError, match="there is no figure of a dict"):
+        draw({})
+    with pytest.raises(ConfigError, match="a rigid axis has no flexibility"):
+        draw(FlexResult((), (), (), (), {}, ("a rigid axis has no flexibility",)))
+
+
+def test_the_envelope_keeps_every_peak() -> None:
+    t = np.arange(100_000.0)
+    signal = np.zeros(len(t))
+    signal[[777, 50_001]] = 3.0, -4.0
+    _, drawn = envelope(t, signal)
+    assert len(drawn) <= MOST_POINTS
+    assert (drawn.max(), drawn.min()) == (3.0, -4.0)
+
+
+def test_no_global_state_of_matplotlib_is_touched() -> None:
+    draw(flex())
+    assert "matplotlib.pyplot" not in sys.modules
