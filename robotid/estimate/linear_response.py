@@ -10,6 +10,7 @@ from scipy.optimize import least_squares
 
 from robotid.model.array import Array
 from robotid.model.joint import Joint
+from robotid.model.linear import linearise
 from robotid.model.structure import Structure
 from robotid.signals.frf import Complex, Frf
 
@@ -36,13 +37,7 @@ def linear_part(structure: Structure) -> Structure:
 
 def linear_response(joint: Joint, theta: Array, omega: Array) -> Complex:
     """Response from motor torque to motor acceleration at rest, forwards. theta (p,), omega (n,) [rad/s] -> (n,)."""
-    zero = np.zeros(1)
-    point = joint.evaluate(np.zeros((joint.nx, 1)), zero, np.ones((joint.masses, 1)), zero, theta, columns=())
-    assert point.B is not None
-    A, b = point.A[..., 0], point.B[:, -1, 0]
-    s = 1j * omega
-    states = np.linalg.solve(s[:, None, None] * np.eye(joint.nx) - A, np.broadcast_to(b[:, None], (len(s), len(b), 1)))
-    return np.asarray(s * states[:, joint.speeds.start, 0])
+    return linearise(joint, theta).response(omega)
 
 
 def total_inertia(joint: Joint, values: Mapping[str, float]) -> float:
