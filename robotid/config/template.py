@@ -17,9 +17,7 @@ _HEAD = Template("""\
 _RIGID = Template("""
 robot:
   name: $name
-  # gear_ratio: 0.01               # phi_a / phi_m, such as 1/100; needed by every effect beyond the motor
-  # linear: true                   # for an axis that slides: read m, N, kg for rad, Nm, kg m2
-  model:                           # effects by port
+$kind  model:                           # effects by port
     motor: [inertia, viscous, coulomb]
     # gear: [spring, damper]       # a flexible gear needs a gear_ratio above and inertia at the arm
     # arm: [inertia]
@@ -27,6 +25,15 @@ robot:
   # parameters:                    # what is known beforehand; the rest is found
   #   motor.inertia.J: {guess: 0.01, bounds: [0.001, 0.1], fixed: false}
 """)
+
+_TURNING = """\
+  # gear_ratio: 0.01               # phi_a / phi_m, such as 1/100; needed by every effect beyond the motor
+  # linear: true                   # for an axis that slides: m, N, kg for rad, Nm, kg m2
+"""
+
+_LINEAR = """\
+  linear: true                     # the axis slides: m, N, kg for rad, Nm, kg m2
+"""
 
 _FLEXIBLE = Template("""
 robot:
@@ -46,7 +53,7 @@ records:
   - name: $record
     role: estimate                 # or validate: held out of every fit
     # use: rigid                   # which initialisation it serves: rigid (slow, wide), flex (rich), both
-    file: $path                    # relative to this file; .csv .tsv .mat .h5 .npz
+    $path # relative to this file; .csv .tsv .mat .h5 .npz
 $columns
   # - name: second                 # a record that no fit has seen tells what the model is worth
   #   role: validate
@@ -120,10 +127,12 @@ def virtual(name: str, file: str) -> str:
     return _head(name, file) + _FLEXIBLE.substitute(name=name) + _VIRTUAL + _rest(("slow", "rich"))
 
 
-def measured(name: str, file: str, path: str, record: str, columns: str) -> str:
-    """A configuration of a rigid axis for one measured file. columns : the YAML that says what is in it."""
-    records = _MEASURED.substitute(path=path, record=record, columns=columns)
-    return _head(name, file) + _RIGID.substitute(name=name) + records + _rest((record,))
+def measured(name: str, file: str, path: str, record: str, columns: str, *, linear: bool) -> str:
+    """A configuration of a rigid axis for one measured file. columns : the YAML that says what is in it; linear : the
+    axis slides."""
+    records = _MEASURED.substitute(path=f"file: {path}".ljust(30), record=record, columns=columns)
+    robot = _RIGID.substitute(name=name, kind=_LINEAR if linear else _TURNING)
+    return _head(name, file) + robot + records + _rest((record,))
 
 
 def _head(name: str, file: str) -> str:

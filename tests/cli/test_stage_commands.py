@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 
 from robotid.cli.app import main
+from robotid.cli.views import view
+from robotid.stages.pipeline import STAGES
 
 TEXT = """\
 robot: {name: axis, model: {motor: [inertia, viscous, coulomb]}}
@@ -110,3 +112,47 @@ def test_show_what_is_no_artifact(tmp_path: Path, capsys: pytest.CaptureFixture[
         "",
         f"{path}: this is not a readable HDF5 file: foreign or damaged; run its stage again\n",
     )
+
+
+def test_a_whole_run(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", config, "--json"]) == 0
+    out, err = capsys.readouterr()
+    document = json.loads(out)
+    assert [entry["ran"] for entry in document["stages"]] == [True] * len(STAGES)
+    assert document["validate"]["models"]["m1"]["records"]["slow"]["fit_percent"] > 95
+    assert err.count(" written in ") == len(STAGES)
+    assert main(["run", config]) == 0
+    out, err = capsys.readouterr()
+    assert err.count(" is fresh\n") == len(STAGES)
+    assert "Fit [%], eq. (15)" in out
+
+
+@pytest.mark.parametrize("command", ["run", "validate"])
+def test_below_the_threshold_the_results_are_told_all_the_same(
+    command: str, config: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    demand = ["--set", "validate.thresholds.fit_percent.slow=99.999"]
+    main(["run", config, "--quiet"])
+    capsys.readouterr()
+    assert main([command, config, *demand, "--json", "--quiet"]) == 5
+    out, err = capsys.readouterr()
+    document = json.loads(out)
+    failed = document["failed"] if command == "validate" else document["validate"]["failed"]
+    assert len(failed) == 1
+    assert failed[0].startswith("m1 fits slow to 9")
+    assert err.startswith(f"runs/axis/validation.h5: {failed[0]}; ")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_every_stage_has_a_view_of_its_own(stage: str, config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["run", config, "--quiet"])
+    capsys.readouterr()
+    file = str(Path("runs/axis") / STAGES[stage].output)
+    assert view(stage).__name__.endswith(stage.replace("-", "_"))
+    assert main(["show", file]) == 0
+    assert "Provenance" in capsys.readouterr().out
+    assert main([stage, config, "--json", "--quiet"]) == 0
+    alone = json.loads(capsys.readouterr().out)
+    assert main(["show", file, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["content"] == alone
