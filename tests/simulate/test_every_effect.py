@@ -23,7 +23,8 @@ RECORD = Record("r", "estimate", "both", SAMPLING_TIME, U, 0 * U, 0 * U)
 def lively(name: str, guess: float, upper: float) -> float:
     """A value at which a parameter shows, off the kinks that a delay has at whole samples."""
     typical = {"Jb": 100.0, "J": 100.0, "k1": 1e6, "d": 1e3, "k3": 1e10, "Td": 1.3e-3}
-    return typical.get(name.rsplit(".", 1)[-1]) or guess or min(0.1, upper)
+    amplitude = 10.0 if name.startswith("arm.") and name[-2:] in (".A", ".B") else 0.0
+    return typical.get(name.rsplit(".", 1)[-1]) or amplitude or guess or min(0.1, upper)
 
 
 @pytest.mark.parametrize("effect", [p for p in PLACES if p not in STRUCTURE.terms])
