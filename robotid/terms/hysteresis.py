@@ -35,7 +35,7 @@ class Hysteresis(Term):
     states = ("z",)
 
     def torque(self, m: Motion, p: Sequence[float]) -> Array:
-        return p[0] * m.z[0]
+        return np.asarray(p[0] * m.z[0])
 
     def partials(self, m: Motion, p: Sequence[float]) -> Partials:
         return Partials(z=(p[0],), theta=(m.z[0], 0.0))
