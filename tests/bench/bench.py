@@ -138,14 +138,14 @@ def scipy_fit(data: tuple[Record, ...], start: Array) -> tuple[Array, int]:
             return [slip, (torque - fv * wm - fc * tanh(wm / 0.02) - RATIO * gear) / jm, gear / ja]
 
         return np.asarray(
-            solve_ivp(rate, (0, record.t[-1]), x0, t_eval=record.t, max_step=h, rtol=1e-4, atol=1e-7).y[1]
+            solve_ivp(rate, (0, record.t[-1]), x0, t_eval=record.t, max_step=h, rtol=1e-6, atol=1e-9).y[1]
         )
 
     def residual(z: Array) -> Array:
         return np.concatenate([r.dphi_m - speeds(z[:7], z[7 + 3 * k : 10 + 3 * k], r) for k, r in enumerate(data)])
 
     typical = np.concatenate([np.array(list(TRUTH.values())), np.tile([1e-4, 1.0, 1e-2], len(data))])
-    found = least_squares(lambda z: residual(z * typical), start / typical, diff_step=1e-6, ftol=1e-6)
+    found = least_squares(lambda z: residual(z * typical), start / typical, diff_step=1e-4, ftol=1e-6)
     return found.x * typical, found.nfev + len(start) * found.njev
 
 
