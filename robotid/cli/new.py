@@ -13,10 +13,9 @@ from robotid.config.template import measured, virtual
 from robotid.errors import ConfigError, InputError
 from robotid.signals.columns import Column
 from robotid.signals.proposal import Proposal, propose
+from robotid.signals.units import UNITS
 
-SI = ("s", "Nm", "N", "rad", "m", "rad/s", "m/s")
-SLIDING = ("N", "mN", "kN", "m", "mm", "um", "m/s", "mm/s")
-FOREIGN = ("V", "mV", "A", "mA")
+SLIDING = ("length", "speed", "force")
 
 
 def write_configuration(name: str, data: Path | None, *, force: bool) -> None:
@@ -41,7 +40,7 @@ def write_configuration(name: str, data: Path | None, *, force: bool) -> None:
 def _configuration(path: Path, found: Proposal) -> str:
     file = Path(os.path.relpath(found.path, path.parent)).as_posix()
     record = re.sub(r"[^A-Za-z0-9_-]+", "_", found.path.stem)
-    sliding = any(column.unit in SLIDING for column in found.columns.values())
+    sliding = any(_quantity(column) in SLIDING for column in found.columns.values())
     return measured(path.stem, str(path), _flow(file), record, _columns(found), linear=sliding)
 
 
@@ -63,15 +62,19 @@ def _said(column: Column) -> str | dict[str, str | int | float]:
     said: dict[str, str | int | float] = {"name": column.name}
     if column.column is not None:
         said["column"] = column.column
-    if column.unit is not None and column.unit not in SI:
+    if column.unit is not None and (UNITS[column.unit].factor != 1.0 or column.scale is not None):
         said["unit"] = column.unit
-    if column.unit in FOREIGN:
+    if column.scale is not None:
         said["scale"] = column.scale
     return said if len(said) > 1 else column.name
 
 
 def _to_edit(column: Column) -> str:
-    return f"   # edit scale: torque for each {column.unit}" if column.unit in FOREIGN else ""
+    return f"   # edit scale: how much SI is 1 {column.unit}" if column.scale is not None else ""
+
+
+def _quantity(column: Column) -> str:
+    return "" if column.unit is None else UNITS[column.unit].quantity
 
 
 def _flow(value: object) -> str:

@@ -1,0 +1,112 @@
+"""A configuration to start from: it loads, it runs, and it overwrites nothing."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robotid.cli.app import main
+from robotid.config.columns import ColumnSettings
+from robotid.config.load import load, parse
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def write_log(path: Path, head: str = "time_s;MotorAngle_deg;u_volt") -> None:
+    """A motor of 0.01 kg m2 with friction, swung by 2.5 Nm per volt, in degrees."""
+    t = np.arange(4000) * 1e-3
+    speed = 10 * np.sin(2 * np.pi * t)
+    torque = 0.01 * np.gradient(speed, t) + 0.02 * speed + 0.5 * np.sign(speed)
+    angle = np.rad2deg(np.cumsum(speed) * 1e-3)
+    path.parent.mkdir(exist_ok=True)
+    rows = np.column_stack([t, angle, torque / 2.5])
+    np.savetxt(path, rows, delimiter=";", header=head, comments="", fmt="%.6f")
+
+
+def uncommented(text: str) -> str:
+    """The template with every optional section switched on."""
+    start = text.index("# init_rigid:")
+    return text[:start] + "\n".join(line.removeprefix("# ") for line in text[start:].splitlines())
+
+
+def test_a_virtual_robot_to_start_from(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["new", "axis"]) == 0
+    assert capsys.readouterr().out == ""
+    config = load("axis.yaml").config
+    assert config.robot.name == "axis"
+    assert [r.role for r in config.records] == ["estimate", "estimate", "validate"]
+    assert main(["excite", "axis.yaml", "--quiet"]) == 0
+
+
+def test_the_comments_are_true() -> None:
+    main(["new", "axis"])
+    text = Path("axis.yaml").read_text()
+    assert parse(uncommented(text)) == parse(text, overrides=["validate.thresholds.fit_percent.rich=90"])
+
+
+def test_from_data_with_other_names_units_and_volts(capsys: pytest.CaptureFixture[str]) -> None:
+    write_log(Path("data/log.csv"))
+    assert main(["new", "mine", "--from-data", "data/log.csv"]) == 0
+    out = capsys.readouterr().out
+    assert "MotorAngle_deg" in out
+    assert "0.001 s" in out
+    record = load("mine.yaml").config.records[0]
+    assert (record.name, record.file) == ("log", "data/log.csv")
+    assert record.columns is not None
+    assert record.columns.t == "time_s"
+    assert record.columns.phi_m == ColumnSettings(name="MotorAngle_deg", unit="deg")
+    assert record.columns.tau_m == ColumnSettings(name="u_volt", unit="V", scale=1.0)
+
+
+def test_what_is_written_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    write_log(Path("log.csv"))
+    main(["new", "mine", "--from-data", "log.csv"])
+    for stage in ("excite", "collect", "init-rigid"):
+        capsys.readouterr()
+        assert main([stage, "mine.yaml", "--set", "records.log.columns.tau_m.scale=2.5", "--json", "--quiet"]) == 0
+    found = json.loads(capsys.readouterr().out)["parameters"]
+    assert found["motor.inertia.J"]["value"] == pytest.approx(0.01, rel=0.02)
+    assert found["motor.coulomb.Fc"]["value"] == pytest.approx(0.5, rel=0.02)
+
+
+def test_a_sliding_axis_is_told_by_its_units() -> None:
+    write_log(Path("log.csv"), "t_s;position_mm;force_N")
+    main(["new", "slide", "--from-data", "log.csv"])
+    assert load("slide.yaml").config.robot.linear
+
+
+def test_columns_that_nobody_can_guess_are_said(capsys: pytest.CaptureFixture[str]) -> None:
+    write_log(Path("log.csv"), "a;b;c")
+    assert main(["new", "mine", "--from-data", "log.csv"]) == 0
+    assert "no column looks like tau_m; it holds a, b, c" in capsys.readouterr().out
+    assert load("mine.yaml").config.records[0].columns is None
+    assert "# no column looks like tau_m" in Path("mine.yaml").read_text()
+
+
+def test_nothing_is_overwritten(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("mine.yaml").write_text("precious")
+    assert main(["new", "mine"]) == 2
+    expected = "mine.yaml: this file exists; choose another NAME, or --force to overwrite it\n"
+    assert capsys.readouterr() == ("", expected)
+    assert Path("mine.yaml").read_text() == "precious"
+    assert main(["new", "mine", "--force"]) == 0
+    assert Path("mine.yaml").read_text().startswith("# mine: ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "line"),
+    [
+        (["new", "my robot"], 2, 'new: "my robot" is no name; use letters, digits, _ and - only'),
+        (["new", "a", "--from-data", "no.csv"], 3, "no.csv: there is no such file; give --from-data a recording"),
+    ],
+)
+def test_what_cannot_be(arguments: list[str], code: int, line: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(arguments) == code
+    assert capsys.readouterr() == ("", line + "\n")
+    assert not list(Path.cwd().glob("*.yaml"))
