@@ -139,9 +139,9 @@ CASES = [
     ),
     Case("name_twice", "t,tau_m,tau_m\n0,1,2\n", 'FILE: two columns are called "tau_m"; rename one'),
     Case(
-        "not_utf8",
-        lambda path: path.write_bytes("t,Winkel [°]\n0,1\n".encode("cp1252")) and None,
-        "FILE: this is not UTF-8 text; save it as CSV in UTF-8",
+        "not_text",
+        lambda path: path.write_bytes(b"PK\x03\x04\x00\x00") and None,
+        "FILE: this is not text; save it as CSV, or name it after its format",
     ),
     Case(
         "unknown_suffix",
@@ -157,29 +157,31 @@ CASES = [
     Case(
         "time_backward",
         csv(with_sample("t", 42, 0.1)),
-        "FILE:44: time runs backward, from 0.41 to 0.1 s; sort the recording, or cut it there",
+        "FILE:44: time runs backward, from 0.41 to 0.1 s; sort the recording, or cut it there by start or stop",
     ),
     Case(
         "duplicates_differ",
         csv(with_sample("t", 42, 0.41)),
-        "FILE:44: 1 samples repeat the time before them with other values; "
+        "FILE:44: 1 sample repeats the time before it with other values; "
         "set repair: {duplicates: drop} to keep the first of each",
     ),
     Case(
         "duplicates_refused",
         csv({name: np.insert(values, 42, values[42]) for name, values in good().items()}),
-        "FILE:45: 1 samples repeat the time before them; set repair: {duplicates: drop} to keep the first of each",
+        "FILE:45: 1 sample repeats the time before it; set repair: {duplicates: drop} to keep the first of each",
         record=", repair: {duplicates: refuse}",
     ),
     Case(
         "gap_long",
         csv(cut(42, 46)),
-        "FILE:44: 4 samples are missing, 4 of them in a row; cut the record there, or set repair: {gaps: interpolate}",
+        "FILE:44: 4 samples are missing before this one; "
+        "cut the record there by start or stop, or set repair: {gaps: interpolate}",
     ),
     Case(
         "gap_refused",
         csv(cut(42, 43)),
-        "FILE:44: 1 samples are missing, 1 of them in a row; cut the record there, or set repair: {gaps: interpolate}",
+        "FILE:44: 1 sample is missing before this one; "
+        "cut the record there by start or stop, or set repair: {gaps: interpolate}",
         record=", repair: {gaps: refuse}",
     ),
     Case(
@@ -191,13 +193,13 @@ CASES = [
     Case(
         "nan_refused",
         csv(with_sample("phi_m", 30, np.inf)),
-        "FILE:32: phi_m is not a number in 1 samples; record again, or set repair: {nan: interpolate}",
+        "FILE:32: phi_m is not a number in 1 sample; record again, or set repair: {nan: interpolate}",
         record=", repair: {nan: refuse}",
     ),
     Case(
         "nan_mostly",
         csv(with_sample("tau_m", slice(10, 90), np.nan)),
-        "FILE:12: tau_m is not a number in 80 samples, 80 of them in a row; record again, or name another column",
+        "FILE:12: tau_m is not a number in 80 of 100 samples; record again, or name another column",
         record=", repair: {nan: interpolate}",
     ),
     Case(
@@ -209,7 +211,8 @@ CASES = [
     Case(
         "irregular",
         csv(with_sample("t", 42, 0.4245)),
-        "FILE:44: sampling is irregular: 0.0145 s where 0.01 s are usual; record at a fixed rate, or resample",
+        "FILE:44: sampling is irregular: 0.0145 s where 0.01 s are usual; "
+        "record at a fixed rate, or if only the clock is at fault write t: null and sampling_time",
     ),
     Case(
         "sampling_time_contradicts",
@@ -221,8 +224,8 @@ CASES = [
     Case(
         "time_stands",
         csv(good() | {"t": np.zeros(100)}),
-        "FILE:3: 99 samples repeat the time before them with other values; "
-        "set repair: {duplicates: drop} to keep the first of each",
+        "FILE:3: 99 samples repeat the time before them with other values: time is written with too few digits; "
+        "write t: null under columns and give sampling_time instead",
     ),
     Case(
         "time_stands_dropped",
@@ -335,8 +338,8 @@ CASES = [
     Case(
         "mat_without_numbers",
         text_only,
-        "FILE: no column was found for tau_m; name it under columns: tau_m; it holds no numeric column",
-        exit_code=2,
+        "FILE: the file holds no numeric array of one or two dimensions; "
+        "save plain arrays or structs of them; MATLAB's tables, timetables and timeseries cannot be read",
         file="day1.mat",
     ),
     Case(

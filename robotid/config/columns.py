@@ -1,24 +1,31 @@
-"""Which column of a measured file is what, and what to do about its flaws."""
+"""Which column of a measured file is what, which part of it is used, and what to do about its flaws."""
 
 from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from robotid.config.section import Finite, Section
+
+
+def _not_zero(scale: float) -> float:
+    if scale == 0:
+        raise ValueError("a scale of zero leaves nothing of the signal")
+    return scale
 
 
 class ColumnSettings(Section):
     """One signal: scale * recorded + offset, in the unit.
 
     name : of the column, dotted inside structs; column : of a matrix, counted from 0; unit : absent, as the file says.
+    Volts, amperes, percent and counts need a scale: how much of the SI unit each of them is.
     """
 
     name: str
     column: Annotated[int, Field(ge=0)] | None = None
     unit: str | None = None
-    scale: Finite = 1.0
+    scale: Annotated[Finite, AfterValidator(_not_zero)] | None = None
     offset: Finite = 0.0
 
 

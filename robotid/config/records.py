@@ -8,7 +8,7 @@ from pydantic import field_serializer, model_validator
 
 from robotid.config.columns import ColumnsSettings, RepairSettings
 from robotid.config.excitation import ExcitationSettings
-from robotid.config.section import Name, Positive, Section
+from robotid.config.section import Name, NonNegative, Positive, Section
 
 
 class RecordSettings(Section):
@@ -16,6 +16,8 @@ class RecordSettings(Section):
 
     role : estimate, or validate to be held out of every fit. use : which initialisation it serves, by default both.
     columns : which column of the file is what, absent: found by name. sampling_time [s] : instead of a time column.
+    start, stop [s] : the part of the file that is used, counted from its first sample. speed_delay [samples] : by which
+    the recorded speed is late.
     """
 
     name: Name
@@ -26,6 +28,9 @@ class RecordSettings(Section):
     columns: ColumnsSettings | None = None
     sampling_time: Positive | None = None
     repair: RepairSettings | None = None
+    start: NonNegative | None = None
+    stop: Positive | None = None
+    speed_delay: int = 0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -42,6 +47,9 @@ class RecordSettings(Section):
     def _one_source(self) -> Self:
         if (self.excite is None) == (self.file is None):
             raise ValueError("a record needs either excite or file" + ("" if self.file is None else ", not both"))
-        if self.excite is not None and (self.columns or self.sampling_time or self.repair):
-            raise ValueError("columns, sampling_time and repair belong to a record with a file")
+        for key in ("columns", "sampling_time", "repair", "start", "stop", "speed_delay"):
+            if self.excite is not None and getattr(self, key):
+                raise ValueError(f"{key} belongs to a record with a file")
+        if self.start is not None and self.stop is not None and self.start >= self.stop:
+            raise ValueError(f"nothing lies between start {self.start:g} s and stop {self.stop:g} s")
         return self

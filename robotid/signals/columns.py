@@ -1,53 +1,161 @@
-"""Finding the signals of a joint among a file's columns."""
+"""Finding the signals of a joint among a file's columns, and turning them into SI."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
+
+import numpy as np
 
 from robotid.errors import ConfigError
 from robotid.model.array import Array
 from robotid.signals.readers.table import Table
-from robotid.signals.units import factor
+from robotid.signals.units import SI, Unit, parse, unit
 
 ALIASES: dict[str, tuple[str, ...]] = {
-    "t": ("t", "time", "time_s", "timestamp", "zeit"),
-    "tau_m": ("tau_m", "tau", "torque", "motor_torque", "torque_nm", "tau_motor", "moment", "force", "u", "vir"),
-    "phi_m": ("phi_m", "phi", "angle", "motor_angle", "pos", "position", "q", "qm", "theta", "enc", "encoder"),
-    "dphi_m": ("dphi_m", "dphi", "omega", "speed", "velocity", "vel", "dq", "qd", "motor_speed"),
+    "t": ("t", "time", "timestamp", "zeit"),
+    "tau_m": ("tau_m", "tau", "torque", "motor_torque", "tau_motor", "moment", "force", "drehmoment", "u", "vir"),
+    "phi_m": (
+        "phi_m",
+        "phi",
+        "angle",
+        "motor_angle",
+        "pos",
+        "position",
+        "q",
+        "qm",
+        "theta",
+        "enc",
+        "encoder",
+        "winkel",
+    ),
+    "dphi_m": ("dphi_m", "dphi", "omega", "speed", "velocity", "vel", "dq", "qd", "motor_speed", "drehzahl"),
     "phi_a": ("phi_a", "arm_angle", "link_angle", "load_angle", "second_encoder"),
     "ref": ("ref", "reference", "qg", "setpoint", "ref_pos", "ref_vel"),
 }
+"""Names that a signal usually has, a unit at their end (time_s, angle_deg) left out."""
+
 NEEDED = ("tau_m", "phi_m")
+
+QUANTITIES: dict[str, tuple[str, ...]] = {
+    "t": ("time",),
+    "tau_m": ("torque", "force"),
+    "phi_m": ("angle", "length"),
+    "dphi_m": ("angular speed", "speed"),
+    "phi_a": ("angle", "length"),
+    "ref": ("angle", "length", "angular speed", "speed"),
+}
 
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """Which column a signal is: value in SI = (scale * recorded + offset) * factor of the unit."""
+    """Which column a signal is. unit : as recorded, absent : the file's own, or SI. scale, offset : the signal is
+    scale * recorded + offset, in that unit; volts, amperes, percent and counts become SI by their scale alone."""
 
     name: str
     column: int | None = None
     unit: str | None = None
-    scale: float = 1.0
+    scale: float | None = None
     offset: float = 0.0
 
 
-def find(table: Table, signal: str) -> Column | None:
+@dataclass(frozen=True, slots=True, eq=False)
+class Signal:
+    """A signal in SI, (n,). unit : that it was recorded in, None where nothing told it; scale : of its column."""
+
+    values: Array
+    unit: Unit | None
+    scale: float
+    remark: str = ""
+
+
+def short(name: str) -> str:
+    """The last part of a dotted name in lower case, its words joined by _: rec.MotorAngle -> motor_angle."""
+    words = re.sub(r"(?<=[a-z0-9])(?=[A-Z][a-z])", "_", name.rsplit(".", 1)[-1])
+    return re.sub(r"\W+", "_", words).strip("_").lower()
+
+
+def ending(name: str) -> tuple[str, Unit | None]:
+    """A short name without the unit at its end, and that unit: angle_deg -> angle, deg.
+
+    Single letters other than s and v are no units, for phi_m and phi_a end in them.
+    """
+    words = short(name).split("_")
+    for count in range(min(3, len(words) - 1), 0, -1):
+        tail = "_".join(words[-count:])
+        found = parse(tail) if (len(tail) > 1 or tail in "sv") and tail != "min" else None
+        if found is not None:
+            return "_".join(words[:-count]), found
+    return "_".join(words), None
+
+
+def suitable(signal: str, *, linear: bool) -> dict[str, str]:
+    """Quantities that a signal may be, and their SI units."""
+    return {quantity: si for quantity, si in SI[linear].items() if quantity in QUANTITIES[signal]}
+
+
+def find(table: Table, signal: str, *, linear: bool = False) -> Column | None:
     """The column that bears a usual name of a signal, or None. Raises ConfigError where several do."""
-    names = [(name.lower().rsplit(".", 1)[-1], name) for name, values in table.columns.items() if values.ndim == 1]
-    exact = [name for short, name in names if short == signal]
-    found = exact or [name for short, name in names if short in ALIASES[signal]]
-    if len(found) > 1:
-        what = f"{' and '.join(found)} could both be {signal}"
-        raise ConfigError(what, where=table.path, hint=f"say which under columns: {signal}")
-    return Column(found[0]) if found else None
+    found = []
+    for name, values in table.columns.items():
+        stem, unit = ending(name)
+        fits = unit is not None and (unit.quantity in suitable(signal, linear=linear) or (unit.raw and signal != "t"))
+        if values.ndim == 1 and ({short(name), stem} if fits else {short(name)}) & set(ALIASES[signal]):
+            found.append(name)
+    exact = [name for name in found if short(name) == signal]
+    if len(found) > 1 and len(exact) != 1:
+        none = "" if signal in NEEDED else f", or that there is none, {signal}: null"
+        hint = f"say which under columns: {signal}{none}"
+        raise ConfigError(f"{' and '.join(found)} could both be {signal}", where=table.path, hint=hint)
+    return Column((exact or found)[0]) if found else None
 
 
-def convert(table: Table, signal: str, column: Column) -> tuple[Array, float]:
-    """A signal in SI (n,), and the size of one revolution of it after scaling [rad]."""
-    unit = column.unit or table.units.get(column.name, "")
-    to_si = factor(unit, f"{table.path}, column {column.name}")
+def convert(table: Table, signal: str, column: Column, *, linear: bool = False) -> Signal:
+    """A signal in SI. linear : of an axis that slides. Raises ConfigError for a column that is not there, for a unit
+    that is unknown or measures something else, and for a raw unit without a scale."""
     values = table.pick(column.name, column.column)
-    return (column.scale * values + column.offset) * to_si, abs(column.scale)
+    recorded, remark = _unit(table, signal, column, linear=linear)
+    factor = _factor(table, signal, column, recorded, linear=linear)
+    scale = 1.0 if column.scale is None else column.scale
+    return Signal(np.asarray((scale * values + column.offset) * factor), recorded, scale, remark)
+
+
+def _unit(table: Table, signal: str, column: Column, *, linear: bool) -> tuple[Unit | None, str]:
+    """Unit of a column as configured, as the file says, or as the name ends; and what is to be said of it."""
+    told = column.unit or table.units.get(column.name)
+    if told:
+        return unit(told, f"{table.path}, column {column.name}"), ""
+    found = ending(column.name)[1]
+    fits = found is not None and found.quantity in suitable(signal, linear=linear)
+    if found is None or not (fits or found.raw):
+        return None, ""
+    return (
+        found,
+        ""
+        if fits and found.factor == 1
+        else f"{signal} is taken to be in {found.name}, as the name of column {column.name} ends",
+    )
+
+
+def _factor(table: Table, signal: str, column: Column, recorded: Unit | None, *, linear: bool) -> float:
+    allowed = suitable(signal, linear=linear)
+    if recorded is None or recorded.quantity in allowed:
+        return 1.0 if recorded is None else recorded.factor
+    where = f"{table.path}, column {column.name}"
+    if not recorded.raw or signal == "t":
+        hint = f"give its unit, such as {' or '.join(allowed.values())}, or another column"
+        raise ConfigError(f"{signal} cannot be in {recorded.name}", where=where, hint=hint)
+    if column.scale is None:
+        si = " or ".join(allowed.values())
+        hint = f"write {signal}: {{name: {column.name}, scale: ...}} with the {si} per {recorded.name}"
+        raise ConfigError(f"{signal} is in {recorded.name} and needs a scale", where=where, hint=hint)
+    return recorded.factor
+
+
+def said(signal: str, column: Column, recorded: Signal) -> str:
+    """What is to be said of a column that was found by its name."""
+    unit = f" in {recorded.unit.name}" if recorded.unit else ""
+    return f"{signal} is column {column.name}{unit}, found by its name"
 
 
 def missing(table: Table, signal: str) -> ConfigError:

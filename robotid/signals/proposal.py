@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,11 +10,11 @@ import numpy as np
 
 from robotid.errors import RobotidError
 from robotid.model.array import Array
-from robotid.signals.columns import ALIASES, NEEDED, Column
+from robotid.signals.columns import ALIASES, NEEDED, Column, ending
 from robotid.signals.readers import read
 from robotid.signals.readers.table import Table
-from robotid.signals.repair import usual_step
-from robotid.signals.units import FACTORS, SPELLINGS, factor
+from robotid.signals.sampling import usual_step
+from robotid.signals.units import UNITS, parse
 
 WORDS = {
     "t": {"t", "time", "timestamp", "zeit", "clock"},
@@ -28,20 +27,13 @@ CERTAIN = 9
 MEASURED = {"mot", "motor", "act", "actual", "meas", "measured"}
 ARM = {"arm", "link", "load", "se", "second", "secondary", "output", "qa", "ql"}
 
-SUFFIXES: dict[tuple[str, ...], str] = {
-    **{(*angle, *per, "s"): f"{angle[0]}/s" for angle in (("rad",), ("deg",), ("mrad",)) for per in (("per",), ())},
-    **{(unit.lower(),): unit for unit in FACTORS if unit.isalpha() and len(unit) > 1 and unit != "min"},
-    **{(word,): "V" for word in ("volt", "volts", "v")},
-    **{(word,): "A" for word in ("amp", "amps", "ampere")},
-    **{(word,): unit for word, unit in SPELLINGS.items() if word.isalpha()},
-    ("s",): "s",
+SIGNAL = {
+    **dict.fromkeys(("time",), "t"),
+    **dict.fromkeys(("torque", "force", "voltage", "current", "share"), "tau_m"),
+    **dict.fromkeys(("angular speed", "speed"), "dphi_m"),
+    **dict.fromkeys(("angle", "length", "count"), "phi_m"),
 }
-KINDS: dict[str, str] = {
-    **dict.fromkeys(("s", "ms", "us", "min"), "t"),
-    **dict.fromkeys(("Nm", "mNm", "kNm", "N", "mN", "kN", "V", "mV", "A", "mA"), "tau_m"),
-    **dict.fromkeys(("rad/s", "mrad/s", "deg/s", "rev/s", "rpm", "m/s", "mm/s"), "dphi_m"),
-    **dict.fromkeys(("rad", "mrad", "deg", "rev", "m", "mm", "um"), "phi_m"),
-}
+"""What a quantity is first taken for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,23 +82,14 @@ def _recorded(table: Table) -> list[str]:
 
 
 def _guess(table: Table, name: str) -> _Guess | None:
-    words, suffix = _split(name)
-    unit = table.units.get(name) or suffix
-    kind = KINDS.get(SPELLINGS.get(unit, unit)) if unit else None
-    signal, certainty = _signal("_".join(words), set(words), kind)
+    stem, suffix = ending(name)
+    unit = parse(table.units.get(name, "")) or suffix
+    signal, certainty = _signal(stem, set(stem.split("_")), SIGNAL[unit.quantity] if unit else None)
     if signal is None:
         return None
-    return _Guess(signal, certainty, Column(name, None if table.columns[name].ndim == 1 else 0, unit))
-
-
-def _split(name: str) -> tuple[list[str], str | None]:
-    """Lower-case words of a name and the unit that it ends with: MotorAngle_deg -> [motor, angle], deg."""
-    last = re.sub(r"(?<=[a-z0-9])(?=[A-Z][a-z])", "_", name.rsplit(".", 1)[-1]).lower()
-    words = [word for word in re.split(r"[\W_]+", last) if word]
-    for length in (3, 2, 1):
-        if len(words) > length and tuple(words[-length:]) in SUFFIXES:
-            return words[:-length], SUFFIXES[tuple(words[-length:])]
-    return words, None
+    scale = 1.0 if unit is not None and unit.raw else None
+    column = Column(name, None if table.columns[name].ndim == 1 else 0, unit.name if unit else None, scale)
+    return _Guess(signal, certainty, column)
 
 
 def _signal(name: str, words: set[str], kind: str | None) -> tuple[str | None, int]:
@@ -129,9 +112,9 @@ def _said(signal: str, fitting: list[_Guess]) -> list[str]:
         said.append(f"{signal} could also be {', '.join(others[:4])}{', ...' * (len(others) > 4)}")
     if column.column is not None:
         said.append(f"{column.name} is a matrix, one column a joint; column 0 is proposed")
-    if column.unit in ("V", "mV", "A", "mA"):
-        each = "volt" if column.unit.endswith("V") else "ampere"
-        said.append(f"{column.name} is in {column.unit}; give the torque per {each} as scale")
+    if column.unit is not None and UNITS[column.unit].raw:
+        what = "torque" if signal == "tau_m" else "SI"
+        said.append(f"{column.name} is in {column.unit}; give the {what} per {column.unit} as scale")
     return said
 
 
@@ -146,7 +129,7 @@ def _sampling_time(table: Table, column: Column | None, remarks: list[str]) -> f
 
 def _usual_step(table: Table, column: Column) -> float | None:
     try:
-        t: Array = table.pick(column.name, column.column) * factor(column.unit or "s", table.path)
+        t: Array = table.pick(column.name, column.column) * UNITS[column.unit or "s"].factor
     except RobotidError:
         return None
     t = t[np.isfinite(t)]

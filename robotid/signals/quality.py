@@ -29,6 +29,7 @@ class Report:
     samples: int
     sampling_time: float = field(metadata={"unit": "s"})
     jitter: float
+    jitter_rms: float
     missing: int
     duplicated: int
     not_finite: int
@@ -43,6 +44,11 @@ class Report:
     still: float
     torque_bandwidth: float = field(metadata={"unit": "Hz"})
     remarks: tuple[str, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """Length of the record [s]."""
+        return self.samples * self.sampling_time
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,18 +67,19 @@ def inspect(record: Record, source: str, mended: Mended | None = None, remarks: 
     if len(record) < FEWEST:
         what = f"a record of {len(record)} samples is too short, the least is {FEWEST}"
         raise InputError(what, where=source, hint="record longer")
-    if np.ptp(record.tau_m) == 0.0 or np.ptp(record.phi_m) == 0.0:
-        what = "the torque never changes" if np.ptp(record.tau_m) == 0.0 else "the motor never moves"
-        raise NumericsError(what, where=source, hint="record a motion that excites the joint, or check the columns")
+    step = quantum(record.phi_m)
+    _excited(record, source, step)
     v = record.dphi_m
-    still = np.abs(v) < 1e-3 * np.abs(v).max()
-    moving = np.sign(v[np.abs(v) > 0.02 * np.abs(v).max()])
+    fastest = float(np.abs(v).max())
+    moving = np.sign(v[np.abs(v) > 0.02 * fastest])
+    saturated = saturation(record.tau_m)
     return Report(
         name=record.name,
         source=source,
         samples=len(record),
         sampling_time=record.sampling_time,
         jitter=mended.jitter if mended else 0.0,
+        jitter_rms=mended.jitter_rms if mended else 0.0,
         missing=mended.missing if mended else 0,
         duplicated=mended.duplicated if mended else 0,
         not_finite=mended.not_finite if mended else 0,
@@ -80,14 +87,45 @@ def inspect(record: Record, source: str, mended: Mended | None = None, remarks: 
         torque_range=_range(record.tau_m),
         angle_range=_range(record.phi_m),
         speed_range=_range(v),
-        quantum=quantum(record.phi_m),
-        saturation=saturation(record.tau_m),
+        quantum=step,
+        saturation=saturated,
         torque_rms=float(np.sqrt(np.mean(record.tau_m**2))),
         reversals=int(np.sum(np.diff(moving) != 0)),
-        still=float(still.mean()),
-        torque_bandwidth=bandwidth(record.tau_m, record.sampling_time),
-        remarks=remarks,
+        still=float(np.mean(np.abs(v) <= 1e-3 * fastest)),
+        torque_bandwidth=bandwidth(record.tau_m, record.sampling_time, 0.95),
+        remarks=(*remarks, *_flaws(record, saturated)),
     )
+
+
+def _excited(record: Record, source: str, step: float) -> None:
+    """Raises NumericsError where the torque is constant or the motor stands."""
+    what = ""
+    if np.ptp(record.tau_m) == 0.0:
+        what = "the torque never changes"
+    elif np.ptp(record.phi_m) == 0.0:
+        what = "the motor never moves"
+    elif np.ptp(record.phi_m) < 3.5 * step:
+        what = f"the motor moves by {round(np.ptp(record.phi_m) / step)} steps of its encoder and no more"
+    if what:
+        raise NumericsError(what, where=source, hint="record a motion that excites the joint, or check the columns")
+
+
+def _flaws(record: Record, saturated: float) -> tuple[str, ...]:
+    """What a person should look at before believing the record."""
+    found = []
+    if saturated:
+        found.append(
+            f"the torque sits at its largest or smallest value in {100 * saturated:.2g} % of the samples: saturated?"
+        )
+    k = jump(record.phi_m)
+    if k is not None:
+        size = abs(float(record.phi_m[k] - record.phi_m[k - 1]))
+        found.append(
+            f"phi_m jumps by {size:.3g} within a sample at {k * record.sampling_time:.6g} s, unlike its neighbours"
+        )
+    if record.sampling_time > 0.1 or record.sampling_time < 1e-6:
+        found.append(f"a sampling time of {record.sampling_time:g} s is unusual: is the unit of time right?")
+    return tuple(found)
 
 
 def _range(signal: Array) -> tuple[float, float]:
@@ -102,7 +140,10 @@ def quantum(angle: Array) -> float:
     if not len(steps):
         return 0.0
     least = float(np.median(steps[steps < 1.5 * steps.min()]))
-    small = steps[steps < 200 * least]
+    for reach in (4, 16, 64, 256):
+        small = steps[steps < reach * least]
+        counts = np.rint(small / least)
+        least = float(counts @ small / (counts @ counts))  # steps written with few digits tell it better together
     off = np.abs(small / least - np.rint(small / least))
     return least if float(np.percentile(off, 95)) < 0.05 else 0.0
 
@@ -115,13 +156,10 @@ def saturation(torque: Array) -> float:
     return float(at.mean()) if long.sum() > 5 else 0.0
 
 
-def speed_lag(angle: Array, speed: Array, sampling_time: float) -> int:
-    """Samples by which a recorded speed is late against the derivative of the angle. angle, speed : (n,)."""
-    derived = np.gradient(angle, sampling_time)
-    n, most = len(angle), 5
-    errors = []
-    for lag in range(-most, most + 1):
-        a, b = derived[most : n - most], speed[most + lag : n - most + lag]
-        errors.append(float(np.mean((a - b) ** 2)))
-    best = int(np.argmin(errors)) - most
-    return best if errors[best + most] < 0.5 * errors[most] else 0
+def jump(angle: Array) -> int | None:
+    """First sample to which an angle jumps as no motor can: by far more than in the samples around. angle : (n,)."""
+    steps = np.abs(np.diff(angle))
+    usual = np.percentile(steps, 99)
+    around = np.maximum(steps[:-2], steps[2:])
+    wild = np.flatnonzero((steps[1:-1] > 10 * around) & (steps[1:-1] > 10 * usual))
+    return int(wild[0]) + 2 if len(wild) else None

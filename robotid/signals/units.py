@@ -2,56 +2,89 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import dataclass
 from difflib import get_close_matches
 from math import pi
 
 from robotid.errors import ConfigError
 
-FACTORS: dict[str, float] = {
-    **dict.fromkeys(("s", "rad", "rad/s", "Nm", "N", "m", "m/s", "V", "A", "1", ""), 1.0),
-    "ms": 1e-3,
-    "us": 1e-6,
-    "min": 60.0,
-    "mrad": 1e-3,
-    "deg": pi / 180,
-    "rev": 2 * pi,
-    "mrad/s": 1e-3,
-    "deg/s": pi / 180,
-    "rev/s": 2 * pi,
-    "rpm": 2 * pi / 60,
-    "mNm": 1e-3,
-    "kNm": 1e3,
-    "kN": 1e3,
-    "mN": 1e-3,
-    "mm": 1e-3,
-    "um": 1e-6,
-    "mm/s": 1e-3,
-    "mA": 1e-3,
-    "mV": 1e-3,
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """What a unit measures, and its factor to SI. A raw quantity becomes SI only by a column's scale."""
+
+    name: str
+    quantity: str
+    factor: float
+
+    @property
+    def raw(self) -> bool:
+        return self.quantity in RAW
+
+
+RAW = ("voltage", "current", "share", "count")
+"""What a drive records instead of a torque or an angle."""
+
+_FACTORS: dict[str, dict[str, float]] = {
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0},
+    "angle": {"rad": 1.0, "mrad": 1e-3, "deg": pi / 180, "mdeg": pi / 180e3, "arcmin": pi / 10800, "rev": 2 * pi},
+    "angular speed": {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": pi / 180, "rev/s": 2 * pi, "rpm": pi / 30},
+    "torque": {"Nm": 1.0, "mNm": 1e-3, "Ncm": 1e-2, "kNm": 1e3},
+    "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
+    "speed": {"m/s": 1.0, "mm/s": 1e-3, "um/s": 1e-6, "m/min": 1 / 60, "mm/min": 1e-3 / 60},
+    "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
+    "voltage": {"V": 1.0, "mV": 1e-3},
+    "current": {"A": 1.0, "mA": 1e-3},
+    "share": {"%": 1.0},
+    "count": {"counts": 1.0},
 }
-"""Factor to SI. Volts and amperes become torque by the column's scale."""
+UNITS = {name: Unit(name, quantity, factor) for quantity, units in _FACTORS.items() for name, factor in units.items()}
 
-SPELLINGS: dict[str, str] = {
-    **dict.fromkeys(("°", "degree", "degrees"), "deg"),
-    **dict.fromkeys(("deg/sec", "°/s", "dps"), "deg/s"),
-    **dict.fromkeys(("N m", "N.m", "N*m", "N·m"), "Nm"),
-    **dict.fromkeys(("1/min", "r/min", "U/min"), "rpm"),
-    **dict.fromkeys(("sec", "second", "seconds"), "s"),
-    **dict.fromkeys(("turn", "turns"), "rev"),
-    **dict.fromkeys(("µs", "μs"), "us"),
+_SPELLINGS = {
+    "deg": "° º degree degrees",
+    "deg/s": "dps degs",
+    "rev": "turn turns revolution revolutions",
+    "rpm": "rev/min r/min u/min 1/min /min",
+    "rad/s": "rads",
+    "s": "sec secs second seconds",
+    "ms": "msec millisecond milliseconds",
+    "us": "usec microsecond microseconds",
+    "V": "volt volts",
+    "A": "amp amps ampere amperes",
+    "%": "percent pct",
+    "counts": "count inc incs increments ticks tick",
+    "Nm": "newtonmeter",
+    "N": "newton",
+    "rad": "radian radians",
 }
+_KNOWN = {name.lower(): unit for name, unit in UNITS.items()}
+_KNOWN |= {spelling: UNITS[name] for name, spellings in _SPELLINGS.items() for spelling in spellings.split()}
+
+SI = {
+    False: {"time": "s", "torque": "Nm", "angle": "rad", "angular speed": "rad/s"},
+    True: {"time": "s", "force": "N", "length": "m", "speed": "m/s"},
+}
+"""Quantity to its SI unit, of an axis that turns and of one that slides."""
 
 
-def factor(unit: str, where: str) -> float:
-    """Factor of a unit to SI. Raises ConfigError for an unknown one."""
-    spelled = SPELLINGS.get(unit, unit)
-    if spelled in FACTORS:
-        return FACTORS[spelled]
-    close = get_close_matches(spelled, [*FACTORS, *SPELLINGS], 1, 0.5)
-    hint = f"did you mean {close[0]}?" if close else "known are " + ", ".join(u for u in FACTORS if len(u) > 1)
-    raise ConfigError(f'there is no unit "{unit}"', where=where, hint=hint)
+def parse(text: str) -> Unit | None:
+    """The unit that a text names, in the spellings that people use (deg/sec, °/s, N m, 1/min), or None."""
+    if text in UNITS:
+        return UNITS[text]
+    plain = text.lower().replace("µ", "u").replace("μ", "u").replace("_per_", "/").replace(" per ", "/")
+    plain = re.sub(r"[\s.*·]", "", plain)
+    plain = re.sub(r"(?:\^-1|\^\(-1\)|-1|⁻¹)$", "", re.sub(r"(s|min)(?=\^-1|\^\(-1\)|-1$|⁻¹)", r"/\1", plain))
+    if plain not in _KNOWN and "/" in plain:
+        plain = "/".join(_KNOWN[part].name.lower() if part in _KNOWN else part for part in plain.split("/"))
+    return _KNOWN.get(plain)
 
 
-def is_known(unit: str) -> bool:
-    """Whether a text is a unit."""
-    return SPELLINGS.get(unit, unit) in FACTORS
+def unit(text: str, where: str) -> Unit:
+    """The unit that a text names. Raises ConfigError for an unknown one."""
+    found = parse(text)
+    if found is not None:
+        return found
+    close = get_close_matches(text.lower(), _KNOWN, 1, 0.5)
+    hint = f"did you mean {_KNOWN[close[0]].name}?" if close else "known are " + ", ".join(UNITS)
+    raise ConfigError(f'there is no unit "{text}"', where=where, hint=hint)

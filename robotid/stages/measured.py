@@ -10,56 +10,65 @@ import numpy as np
 from robotid.config.columns import ColumnSettings
 from robotid.config.records import RecordSettings
 from robotid.errors import ConfigError, InputError
-from robotid.model.array import Array
-from robotid.signals.columns import ALIASES, NEEDED, Column, convert, find, missing
-from robotid.signals.quality import Report, inspect, speed_lag
+from robotid.model.array import Array, Mask
+from robotid.signals.columns import ALIASES, NEEDED, Column, Signal, convert, find, missing, said
+from robotid.signals.differentiate import central_difference
+from robotid.signals.quality import Report, inspect
 from robotid.signals.readers.table import Table
 from robotid.signals.record import Quantity, Record
-from robotid.signals.repair import Mended, Policy, mend
+from robotid.signals.repair import mend
+from robotid.signals.sampling import Policy
+from robotid.signals.speed_check import speed_lag, speed_scale
+
+ANGLES = ("phi_m", "phi_a", "ref")
+MISTAKEN = 1.5  # recorded over derived speed, or its inverse, from which it is no calibration error
+NOTABLE = 0.03  # deviation from 1 of the same that is remarked
 
 
 def measured_record(settings: RecordSettings, table: Table, *, linear: bool) -> tuple[Record, Report]:
     """One record from its file. linear : a sliding axis, whose position does not wrap around.
 
-    Raises ConfigError for columns that are not there, InputError for flaws that are refused.
+    Raises ConfigError for columns that are not there, InputError for flaws that are refused, NumericsError for a record
+    without excitation.
     """
-    columns, remarks = choose(settings, table)
-    signals, turns = {}, {}
-    for signal, column in columns.items():
-        signals[signal], scale = convert(table, signal, column)
-        if signal in ("phi_m", "phi_a") and not linear:
-            turns[signal] = 2 * pi * scale
-    _equal_lengths(table, signals)
-    t = signals.pop("t", None)
+    found, remarks = read_signals(settings, table, linear=linear)
+    _equal_lengths(table, found)
+    turns = (
+        {} if linear else {name: tuple({2 * pi, 2 * pi * abs(found[name].scale)}) for name in ANGLES if name in found}
+    )
+    t = found["t"].values if "t" in found else None
     if t is None and settings.sampling_time is None:
         hint = f"name the time column under columns: t, or give sampling_time; {table.offer()}"
         raise ConfigError("neither a time column nor a sampling time is known", where=table.path, hint=hint)
+    kept = _kept(settings, table, len(found["phi_m"].values), t)
     policy = Policy(**settings.repair.model_dump()) if settings.repair else Policy()
-    mended = mend(table, signals, t, settings.sampling_time, turns, policy)
-    record = _record(settings, mended, remarks)
-    return record, inspect(record, table.path, mended, (*remarks, *mended.remarks))
+    signals = {name: signal.values[kept] for name, signal in found.items() if name != "t"}
+    cut = None if t is None else t[kept]
+    rows = np.flatnonzero(kept).astype(np.float64)
+    mended = mend(table, signals, rows, cut, settings.sampling_time, turns, policy)
+    record = _record(settings, mended.signals, mended.sampling_time, found)
+    remarks += mended.remarks
+    if len(record) > 2:
+        remarks += _speed_remarks(table, settings, record, derived="dphi_m" not in found)
+    return record, inspect(record, table.path, mended, tuple(remarks))
 
 
-def choose(settings: RecordSettings, table: Table) -> tuple[dict[str, Column], list[str]]:
-    """Column by signal, from the configuration or by name, and what is to be said of it."""
-    given = settings.columns.model_dump(exclude_unset=True) if settings.columns else {}
-    chosen: dict[str, Column] = {}
+def read_signals(settings: RecordSettings, table: Table, *, linear: bool) -> tuple[dict[str, Signal], list[str]]:
+    """Signals by name in SI, from the configured columns or those found by name, and what is to be said of them."""
+    given = settings.columns.model_fields_set if settings.columns else frozenset()
+    found: dict[str, Signal] = {}
     remarks: list[str] = []
     for signal in ALIASES:
-        if signal in given:
-            column = _given(getattr(settings.columns, signal))
-        else:
-            column = find(table, signal)
-            unused = signal == "t" and settings.sampling_time is not None
-            if column is not None:
-                found = "not used, for sampling_time is given" if unused else "found by its name"
-                remarks.append(f"{signal} is column {column.name}, {found}")
-            column = None if unused else column
-        if column is not None:
-            chosen[signal] = column
+        column = _given(getattr(settings.columns, signal)) if signal in given else find(table, signal, linear=linear)
+        if column is not None and signal == "t" and settings.sampling_time is not None and signal not in given:
+            remarks.append(f"t is column {column.name}, not used, for sampling_time is given")
+        elif column is not None:
+            found[signal] = convert(table, signal, column, linear=linear)
+            remarks += [] if signal in given else [said(signal, column, found[signal])]
+            remarks += [found[signal].remark] if found[signal].remark else []
         elif signal in NEEDED:
             raise missing(table, signal)
-    return chosen, remarks
+    return found, remarks
 
 
 def _given(column: str | ColumnSettings | None) -> Column | None:
@@ -68,39 +77,84 @@ def _given(column: str | ColumnSettings | None) -> Column | None:
     return Column(column.name, column.column, column.unit, column.scale, column.offset)
 
 
-def _equal_lengths(table: Table, signals: Mapping[str, Array]) -> None:
-    lengths = {signal: len(values) for signal, values in signals.items()}
+def _equal_lengths(table: Table, signals: Mapping[str, Signal]) -> None:
+    lengths = {name: len(signal.values) for name, signal in signals.items()}
     if len(set(lengths.values())) > 1:
-        listed = ", ".join(f"{signal} {n}" for signal, n in lengths.items())
+        listed = ", ".join(f"{name} {n}" for name, n in lengths.items())
         raise InputError(f"columns differ in length: {listed}", where=table.path, hint="name columns of one recording")
 
 
-def _record(settings: RecordSettings, mended: Mended, remarks: list[str]) -> Record:
-    h, signals = mended.sampling_time, mended.signals
-    derived = "dphi_m" not in signals
-    speed = np.gradient(signals["phi_m"], h) if derived else signals["dphi_m"]
-    if derived:
-        remarks.append("dphi_m is derived from phi_m by central differences")
-    elif (lag := speed_lag(signals["phi_m"], speed, h)) != 0:
-        late = f"{abs(lag)} sample{'s' * (abs(lag) > 1)} {'late' if lag > 0 else 'early'}"
-        remarks.append(f"dphi_m is {late} against the derivative of phi_m; `dphi_m: null` derives it instead")
-    ref = signals.get("ref")
+def _kept(settings: RecordSettings, table: Table, n: int, t: Array | None) -> Mask:
+    """Samples between start and stop, counted in seconds from the first sample, (n,)."""
+    start, stop = settings.start or 0.0, settings.stop
+    if settings.start is None and stop is None:
+        return np.ones(n, dtype=np.bool_)
+    h = settings.sampling_time or 1.0
+    clock = np.arange(n) * h if t is None else t - t[np.argmax(np.isfinite(t))]
+    slack = 1e-9 * max(1.0, start)
+    kept = np.asarray((clock >= start - slack) & (clock <= (np.inf if stop is None else stop + slack)))
+    if not kept.any():
+        what = f"no sample lies between start {start:g} s and stop" + ("" if stop is None else f" {stop:g} s")
+        last = float(np.nanmax(clock))
+        raise ConfigError(what, where=table.path, hint=f"the record is {last:.6g} s long")
+    return kept
+
+
+def _record(settings: RecordSettings, signals: dict[str, Array], h: float, found: Mapping[str, Signal]) -> Record:
+    late = settings.speed_delay if "dphi_m" in signals else 0
+    n = len(signals["phi_m"])
+    first, last = max(0, -late), n - max(0, late)
+    cut = {
+        name: values[first + late : last + late] if name == "dphi_m" else values[first:last]
+        for name, values in signals.items()
+    }
+    angle = cut["phi_m"]
+    speed = cut["dphi_m"] if "dphi_m" in cut else _derived(angle, h)
+    ref = cut.get("ref")
     return Record(
         name=settings.name,
         role=settings.role,
         use=settings.use,
         sampling_time=h,
-        tau_m=signals["tau_m"],
-        phi_m=signals["phi_m"],
+        tau_m=cut["tau_m"],
+        phi_m=angle,
         dphi_m=speed,
-        phi_a=signals.get("phi_a"),
+        phi_a=cut.get("phi_a"),
         ref=ref,
-        ref_kind=None if ref is None else _kind(ref, signals["phi_m"], speed),
+        ref_kind=None if ref is None else _kind(found["ref"], ref, angle, speed),
     )
 
 
-def _kind(ref: Array, angle: Array, speed: Array) -> Quantity:
-    """Whether a reference is one of position or of speed: what it is nearer to."""
+def _derived(angle: Array, h: float) -> Array:
+    return central_difference(angle, h) if len(angle) > 2 else np.zeros_like(angle)
+
+
+def _speed_remarks(table: Table, settings: RecordSettings, record: Record, *, derived: bool) -> list[str]:
+    """What is to be said of the speed. Raises ConfigError where it is another multiple of the angle's derivative."""
+    if derived:
+        return ["dphi_m is derived from phi_m by central differences"]
+    angle, speed, h = record.phi_m, record.dphi_m, record.sampling_time
+    remarks = [f"dphi_m is moved {settings.speed_delay} samples forward in time"] if settings.speed_delay else []
+    scale = speed_scale(angle, speed, h)
+    if scale is not None and (abs(scale) > MISTAKEN or abs(scale) < 1 / MISTAKEN):
+        hint = "check unit and scale of both, or write dphi_m: null to derive it"
+        raise ConfigError(f"dphi_m is {scale:.4g} times the derivative of phi_m", where=table.path, hint=hint)
+    if scale is not None and abs(scale - 1) > NOTABLE:
+        remarks.append(f"dphi_m is {scale:.4g} times the derivative of phi_m; is one of them scaled wrong?")
+    lag = speed_lag(angle, speed, h)
+    if lag:
+        late = "late" if lag > 0 else "early"
+        mend = (
+            f"speed_delay: {settings.speed_delay + round(lag)} or dphi_m: null" if abs(lag) > 0.75 else "dphi_m: null"
+        )
+        remarks.append(f"dphi_m is {abs(lag):.2g} samples {late} against the derivative of phi_m; {mend} mends it")
+    return remarks
+
+
+def _kind(signal: Signal, ref: Array, angle: Array, speed: Array) -> Quantity:
+    """Whether a reference is one of position or of speed: as its unit says, or else what it is nearer to."""
+    if signal.unit is not None and not signal.unit.raw:
+        return "speed" if signal.unit.quantity in ("angular speed", "speed") else "position"
     to_angle = np.std(ref - angle) / max(float(np.std(angle)), 1e-300)
     to_speed = np.std(ref - speed) / max(float(np.std(speed)), 1e-300)
     return "position" if to_angle <= to_speed else "speed"

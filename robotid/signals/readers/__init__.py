@@ -22,8 +22,9 @@ def formats() -> dict[str, ModuleType]:
 def read(path: Path) -> Table:
     """All numeric columns of a file. Raises InputError where it is missing, of unknown format or damaged."""
     if not path.is_file():
-        hint = "a record's file is relative to the configuration"
-        raise InputError("there is no such file", where=str(path), hint=hint)
+        raise InputError(
+            "there is no such file", where=str(path), hint="a record's file is relative to the configuration"
+        )
     known = formats()
     if path.suffix.lower() not in known:
         hint = f"known are {', '.join(sorted(known))}"

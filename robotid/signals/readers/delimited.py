@@ -1,9 +1,15 @@
-"""Text tables: comma, semicolon (decimal comma allowed), tab or blank between columns, one line of names."""
+"""Text tables: comma, semicolon, tab or blanks between columns, decimal point or comma, one line of names.
+
+Lines before the names, comments (#), a line of units below the names and empty cells are understood.
+"""
 
 from __future__ import annotations
 
+import csv
 import re
-from dataclasses import dataclass, replace
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,128 +17,199 @@ import numpy as np
 from robotid.errors import InputError
 from robotid.model.array import Array
 from robotid.signals.readers.table import Table
-from robotid.signals.units import is_known
+from robotid.signals.units import parse
 
 SUFFIXES = (".csv", ".tsv", ".txt")
 
-UNIT = re.compile(r"^(.*?)\s*[\[(]([^\])]*)[\])]\s*$")
-MEND = "mend or remove the line"
+UNIT = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|/\s+(\S+))$")
+MISSING = {"", "nan", "na", "n/a", "null", "none", "-", "--"}
+LOOKED_AT = 60  # lines from which the layout is told
 
 
 @dataclass(frozen=True, slots=True)
-class _Text:
-    """Names, then numbers: the lines that are neither blank nor comment. lines : their numbers in the file."""
+class Layout:
+    """How a file is written.
 
-    path: Path
-    rows: list[str]
-    lines: list[int]
+    delimiter : None for blanks; comma : it is the decimal mark; names, units : of the columns; first : line of numbers,
+    counted from 0.
+    """
+
     delimiter: str | None
+    comma: bool
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    first: int
 
-    def cells(self, k: int) -> list[str]:
-        return [cell.strip().strip('"').strip() for cell in self.rows[k].split(self.delimiter)]
-
-    def value(self, cell: str) -> float:
-        """An empty cell is a missing sample; between semicolons a comma is a decimal one."""
-        return float(cell.replace(",", ".") if self.delimiter == ";" else cell) if cell.strip() else np.nan
-
-    def where(self, k: int) -> str:
-        return f"{self.path}:{self.lines[k]}"
+    def number(self, cell: str) -> float | None:
+        """What a cell says, nan where it is empty, None where it is no number."""
+        return _number(cell.replace(",", ".") if self.comma else cell)
 
 
 def read(path: Path) -> Table:
-    """Columns by the names of the first line. A unit in brackets, phi [deg], is taken off the name and kept."""
-    text = _text(path)
-    if not text.rows:
+    """Columns by name. A unit in brackets, phi [deg], is taken off the name and kept.
+
+    Raises InputError with the line of the first cell that is no number, or row that is too short or too long.
+    """
+    lines = _text(path).replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    layout = _layout(path, lines)
+    rows = [k for k in range(layout.first, len(lines)) if _content(lines[k])]
+    values = _fast(lines, rows, layout)
+    if values is not None:
+        return _table(path, layout, values, rows, {})
+    cells = _cells(path, lines, rows, layout)
+    text = {j: cells[0][j] for j in range(len(layout.names)) if _is_text([row[j] for row in cells[:LOOKED_AT]], layout)}
+    return _table(path, layout, _slow(path, cells, rows, layout, text), rows, text)
+
+
+def _text(path: Path) -> str:
+    """UTF-8, UTF-16 where it says so, else what Windows writes."""
+    raw = path.read_bytes()
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return raw.decode("utf-16", errors="replace")
+    if b"\0" in raw:
+        raise InputError("this is not text", where=str(path), hint="save it as CSV, or name it after its format")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return raw.decode("cp1252", errors="replace")
+
+
+def _content(line: str) -> bool:
+    return bool(line) and not line.isspace() and not line.lstrip().startswith("#")
+
+
+def _layout(path: Path, lines: Sequence[str]) -> Layout:
+    content = [k for k, line in enumerate(lines[:1000]) if _content(line) and not re.match('"?sep=', line)][:LOOKED_AT]
+    if not content:
         raise InputError("the file is empty", where=str(path), hint="record again, or name another file")
-    names = text.cells(0)
-    if _all_numbers(text):
-        what = "the first line holds numbers, not names"
-        raise InputError(what, where=text.where(0), hint="add a line of column names")
-    if len(text.rows) == 1:
+    delimiter = _delimiter([lines[k] for k in content[len(content) // 2 :]])
+    split = {k: _split(lines[k], delimiter) for k in content}
+    width = Counter(len(_trimmed(split[k])) for k in content[-LOOKED_AT // 2 :]).most_common(1)[0][0]
+    first = next((k for k in content if len(_trimmed(split[k])) == width and _is_row(split[k], delimiter)), None)
+    if first is None:
         raise InputError("there are names but no samples", where=str(path), hint="record again, or name another file")
-    columns, units = _named(path, names, _numbers(text, len(names)))
-    return Table(str(path), columns, units, np.array(text.lines[1:]))
+    names, units = _head(path, lines, [split[k] for k in content if k < first], first, width, delimiter)
+    comma = delimiter != "," and any("," in cell for k in content if k >= first for cell in split[k])
+    return Layout(delimiter, comma, tuple(names), tuple(units), first)
 
 
-def _text(path: Path) -> _Text:
-    rows, lines, comment = [], [], ""
+def _delimiter(lines: Sequence[str]) -> str | None:
+    return next((d for d in (";", "\t", ",") if 2 * sum(d in line for line in lines) >= len(lines)), None)
+
+
+def _split(line: str, delimiter: str | None) -> list[str]:
+    if delimiter is None:
+        return line.split()
+    cells = next(csv.reader([line], delimiter=delimiter), []) if '"' in line else line.split(delimiter)
+    return [cell.strip() for cell in cells]
+
+
+def _trimmed(cells: list[str]) -> list[str]:
+    """Without what follows the last delimiter, when that is nothing."""
+    return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
+
+
+def _is_row(cells: Sequence[str], delimiter: str | None) -> bool:
+    numbers = sum(_number(cell.replace(",", ".") if delimiter != "," else cell) is not None for cell in cells if cell)
+    return numbers > 0 and 2 * numbers >= sum(bool(cell) for cell in cells)
+
+
+def _number(cell: str) -> float | None:
+    if cell.lower() in MISSING:
+        return float("nan")
     try:
-        with path.open(encoding="utf-8-sig") as file:
-            for k, line in enumerate(file, start=1):
-                row = line.partition("#")[0].rstrip("\n")
-                if row.strip():
-                    rows.append(row)
-                    lines.append(k)
-                elif not rows:
-                    comment = line.lstrip("# ").rstrip("\n")
-    except UnicodeDecodeError as error:
-        raise InputError("this is not UTF-8 text", where=str(path), hint="save it as CSV in UTF-8") from error
-    text = _Text(path, rows, lines, next((d for d in (";", "\t", ",") if rows and d in rows[0]), None))
-    return _with_names_of(comment, text)
-
-
-def _with_names_of(comment: str, text: _Text) -> _Text:
-    """Names may stand in the comment before the first row, as NumPy writes them."""
-    names = replace(text, rows=[comment, *text.rows], lines=[text.lines[0] - 1, *text.lines]) if text.rows else text
-    if not text.rows or len(names.cells(0)) != len(text.cells(0)) or not _all_numbers(text):
-        return text
-    return names
-
-
-def _all_numbers(text: _Text) -> bool:
-    return all(_is_number(text, cell) for cell in text.cells(0))
-
-
-def _numbers(text: _Text, width: int) -> Array:
-    """The table, (n, width). Cell by cell only where a plain reading fails, for it is slow."""
-    for converters in (None, text.value):
-        try:
-            values = np.loadtxt(
-                text.rows[1:],
-                delimiter=text.delimiter,
-                comments=None,
-                quotechar='"',
-                ndmin=2,
-                converters=converters,
-                encoding=None,
-            )
-        except ValueError:
-            continue
-        if values.shape[1] == width:
-            return np.asarray(values)
-    raise _complaint(text, width)
-
-
-def _complaint(text: _Text, width: int) -> InputError:
-    """The first line that is not a row of numbers, in words."""
-    for k in range(1, len(text.rows)):
-        cells = text.cells(k)
-        if len(cells) != width:
-            return InputError(f"{len(cells)} columns where the names promise {width}", where=text.where(k), hint=MEND)
-        for cell in cells:
-            if not _is_number(text, cell):
-                return InputError(f'"{cell}" is not a number', where=text.where(k), hint=MEND)
-    return InputError("this is not a table of numbers", where=str(text.path), hint="save it as CSV")
-
-
-def _is_number(text: _Text, cell: str) -> bool:
-    try:
-        text.value(cell)
+        return None if "_" in cell else float(cell)
     except ValueError:
-        return False
-    return True
+        return None
 
 
-def _named(path: Path, names: list[str], values: Array) -> tuple[dict[str, Array], dict[str, str]]:
-    columns: dict[str, Array] = {}
-    units: dict[str, str] = {}
-    for name, column in zip(names, values.T, strict=True):
-        found = UNIT.match(name)
-        unit = found[2].strip() if found else ""
-        plain = found[1] if found and is_known(unit) else name
-        if plain in columns:
-            raise InputError(f'two columns are called "{plain}"', where=str(path), hint="rename one")
-        columns[plain] = np.ascontiguousarray(column)
-        if found and is_known(unit):
-            units[plain] = unit
-    return columns, units
+def _head(
+    path: Path, lines: Sequence[str], above: list[list[str]], first: int, width: int, delimiter: str | None
+) -> tuple[list[str], list[str]]:
+    """Names and units above the first row; names may also stand in a comment."""
+    rows = [cells for cells in above if len(_trimmed(cells)) >= width]
+    comment = next((line for line in reversed(lines[:first]) if line.lstrip().startswith("#")), "")
+    if not rows and len(_split(comment, delimiter)) >= width:
+        rows = [_split(comment.lstrip().removeprefix("#").strip(), delimiter)]
+    rows = rows or [cells for cells in above[-1:] if len(cells) > 1]
+    if not rows:
+        what = "the first line holds numbers, not names"
+        raise InputError(what, where=f"{path}:{first + 1}", hint="add a line of column names")
+    units = rows[-1]
+    if len(rows) > 1 and all(parse(cell.strip("[]()")) or cell in ("", "-") for cell in units):
+        return _named(path, rows[-2], [cell.strip("[]()") for cell in units])
+    return _named(path, rows[-1], [""] * len(units))
+
+
+def _named(path: Path, names: Sequence[str], units: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Names without the units that they carry. A name that would come twice without its unit keeps it."""
+    names = _trimmed(list(names))
+    matches = [UNIT.match(name) for name in names]
+    carried = [next((g for g in match.groups()[1:] if g), "") if match else "" for match in matches]
+    unit_like = [bool(m and m[1] and (m[2] or parse(unit))) for m, unit in zip(matches, carried, strict=True)]
+    plain = [m[1] if m and like else name for m, like, name in zip(matches, unit_like, names, strict=True)]
+    count = Counter(plain)
+    kept = [name if count[short] > 1 else short for name, short in zip(names, plain, strict=True)]
+    twice = next((name for name, times in Counter(kept).items() if times > 1 and name), None)
+    if twice is not None:
+        raise InputError(f'two columns are called "{twice}"', where=str(path), hint="rename one")
+    below = [*units, *[""] * (len(names) - len(units))]
+    found = [unit if like else own for unit, like, own in zip(carried, unit_like, below, strict=False)]
+    return kept, found
+
+
+def _fast(lines: Sequence[str], rows: list[int], layout: Layout) -> Array | None:
+    """All rows by numpy's parser, or None where a cell is not a plain number."""
+    body = [lines[k] for k in rows]
+    if layout.comma:
+        body = [line.replace(",", ".") for line in body]
+    try:
+        values = np.loadtxt(body, delimiter=layout.delimiter, ndmin=2, quotechar='"')
+    except ValueError:
+        return None
+    return values if values.shape == (len(rows), len(layout.names)) else None
+
+
+def _cells(path: Path, lines: Sequence[str], rows: list[int], layout: Layout) -> list[list[str]]:
+    """Cells of every row, all as many as there are names. Raises InputError for a row of another length."""
+    width = len(layout.names)
+    cells = [_split(lines[k].split("#")[0], layout.delimiter) for k in rows]
+    for k, found in zip(rows, cells, strict=True):
+        if len(found) < width or any(found[width:]):
+            what = f"{len(_trimmed(found))} columns where the names promise {width}"
+            comma = len(found) == 2 * width and layout.delimiter == ","
+            hint = "put ; between the columns if , is the decimal mark" if comma else "mend or remove the line"
+            raise InputError(what, where=f"{path}:{k + 1}", hint=hint)
+    return cells
+
+
+def _is_text(cells: Sequence[str], layout: Layout) -> bool:
+    """Whether a column holds words: most of its first cells are no numbers."""
+    return 2 * sum(layout.number(cell) is None for cell in cells) > len(cells)
+
+
+def _slow(path: Path, cells: list[list[str]], rows: list[int], layout: Layout, text: dict[int, str]) -> Array:
+    """All rows cell by cell, (rows, names); nan in columns of text. Raises InputError for a cell that is no number."""
+    values = np.full((len(cells), len(layout.names)), np.nan)
+    numbers = [j for j in range(len(layout.names)) if j not in text]
+    for i, row in enumerate(cells):
+        for j in numbers:
+            number = layout.number(row[j])
+            if number is None:
+                what = f'"{row[j]}" is not a number'
+                raise InputError(what, where=f"{path}:{rows[i] + 1}", hint="mend or remove the line")
+            values[i, j] = number
+    return values
+
+
+def _table(path: Path, layout: Layout, values: Array, rows: list[int], text: dict[int, str]) -> Table:
+    numbers = {j: name for j, name in enumerate(layout.names) if name and j not in text}
+    if not numbers:
+        raise InputError("no column holds numbers", where=str(path), hint="record again, or name another file")
+    return Table(
+        str(path),
+        {name: np.ascontiguousarray(values[:, j]) for j, name in numbers.items()},
+        {name: layout.units[j] for j, name in numbers.items() if layout.units[j]},
+        np.array(rows, dtype=np.float64) + 1,
+        {layout.names[j]: cell for j, cell in text.items()},
+    )

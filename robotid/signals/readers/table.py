@@ -2,50 +2,88 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from difflib import get_close_matches
+from typing import Any
 
 import numpy as np
 
-from robotid.errors import ConfigError
+from robotid.errors import ConfigError, InputError
 from robotid.model.array import Array
+
+SHOWN = 12  # names that a message lists
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Table:
     """A file's numeric columns. path : as messages name it; columns : dotted name to (n,) or a matrix; units : by name,
-    where the file tells them; lines : (n,) line of the file of each row, where the file has lines."""
+    where the file tells them; lines : (n,) line of the file of each row, where the file has lines; text : columns that
+    hold text, and the first of it."""
 
     path: str
     columns: dict[str, Array]
     units: dict[str, str] = field(default_factory=dict)
     lines: Array | None = None
+    text: dict[str, str] = field(default_factory=dict)
 
-    def pick(self, name: str, column: int | None) -> Array:
+    def pick(self, name: str, column: int | None = None) -> Array:
         """One column, (n,). column : of a matrix, whichever way it lies. Raises ConfigError where it is not there."""
-        if name not in self.columns:
-            raise ConfigError(f'there is no column "{name}"', where=self.path, hint=self.offer())
-        values = self.columns[name]
+        values = self._find(name)
         if values.ndim == 1:
             if column not in (None, 0):
-                what = f'"{name}" is a single column, not a matrix'
-                raise ConfigError(what, where=self.path, hint="leave out `column`")
+                hint = "leave out `column`"
+                raise ConfigError(f'"{name}" is a single column, not a matrix', where=self.path, hint=hint)
             return values
         rows = values if values.shape[0] < values.shape[1] else values.T
-        hint = f"say which: {{name: {name}, column: 0}}"
         if column is None:
-            raise ConfigError(f'"{name}" is a matrix of {len(rows)} columns', where=self.path, hint=hint)
+            what = f'"{name}" is a matrix of {len(rows)} columns'
+            raise ConfigError(what, where=self.path, hint=f"say which: {{name: {name}, column: 0}}")
         if column >= len(rows):
             what = f'"{name}" has columns 0 to {len(rows) - 1}, not {column}'
             raise ConfigError(what, where=self.path, hint="columns are counted from 0")
         return np.ascontiguousarray(rows[column])
 
+    def _find(self, name: str) -> Array:
+        if name in self.columns:
+            return self.columns[name]
+        if name in self.text:
+            what = f'column "{name}" holds text, such as "{self.text[name]}"'
+            raise ConfigError(
+                what, where=self.path, hint="name a column of numbers; for the time, sampling_time does as well"
+            )
+        by_case = {known.lower(): known for known in self.columns}
+        close = get_close_matches(name.lower(), by_case, 1, 0.6)
+        hint = f"did you mean {by_case[close[0]]}?" if close else self.offer()
+        raise ConfigError(f'there is no column "{name}"', where=self.path, hint=hint)
+
     def offer(self) -> str:
         """What the file holds, for a message."""
-        names = list(self.columns)
-        return (
-            f"it holds {', '.join(names[:12])}{', ...' * (len(names) > 12)}" if names else "it holds no numeric column"
-        )
+        names = [*self.columns]
+        return "it holds " + ", ".join(names[:SHOWN]) + (", ..." if len(names) > SHOWN else "")
 
     def where(self, row: int) -> str:
         """A row as a place in the file."""
         return f"{self.path}, sample {row}" if self.lines is None else f"{self.path}:{int(self.lines[row])}"
+
+
+def numeric(name: str, values: Any) -> Iterator[tuple[str, Array]]:
+    """Dotted name and values of what is numeric in an array: itself, or the fields of a structured one.
+
+    Axes of length one are dropped; scalars, text and more than two dimensions are left out.
+    """
+    if values.dtype.names:
+        for part in values.dtype.names:
+            yield from numeric(f"{name}.{part}", values[part])
+    elif values.dtype.kind in "fiub":
+        squeezed = np.squeeze(values)
+        if squeezed.ndim in (1, 2) and squeezed.size > 1:
+            yield name, np.asarray(squeezed, dtype=np.float64)
+
+
+def table(path: str, columns: Mapping[str, Array], units: Mapping[str, str] | None = None) -> Table:
+    """A table of arrays. Raises InputError where there is none."""
+    if not columns:
+        hint = "save plain arrays or structs of them; MATLAB's tables, timetables and timeseries cannot be read"
+        raise InputError("the file holds no numeric array of one or two dimensions", where=path, hint=hint)
+    return Table(path, dict(columns), dict(units or {}))

@@ -1,0 +1,54 @@
+"""Whether a recorded speed is the derivative of the recorded angle: its delay and its scale."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robotid.model.array import Array
+from robotid.signals.differentiate import central_difference
+
+FARTHEST = 20  # samples of delay that are looked for
+NOTABLE_LAG = 0.3  # samples
+SURE = 8.0  # standard errors by which a delay must fit better than none
+CORRELATED = 0.9
+
+
+def speed_lag(angle: Array, speed: Array, sampling_time: float) -> float:
+    """Samples by which a recorded speed is late against the derivative of the angle, 0.0 where it is not. (n,), (n,).
+
+    The cross-correlation's peak, as the least squared difference over shifts, read between samples by a parabola.
+    """
+    n = len(angle)
+    most = min(FARTHEST, n // 4)
+    derived = central_difference(angle, sampling_time)[most : n - most]
+    shifted = [speed[most + lag : n - most + lag] - derived for lag in range(-most, most + 1)]
+    errors = np.array([np.mean(difference**2) for difference in shifted])
+    best = int(np.argmin(errors))
+    if best in (0, 2 * most):
+        return 0.0
+    curvature = errors[best - 1] - 2 * errors[best] + errors[best + 1]
+    lag = best - most + 0.5 * float((errors[best - 1] - errors[best + 1]) / curvature) if curvature > 0 else 0.0
+    return lag if abs(lag) >= NOTABLE_LAG and _better(shifted, most, lag) else 0.0
+
+
+def _better(shifted: list[Array], most: int, lag: float) -> bool:
+    """Whether the lag's neighbour on the way from none fits surely better than its mirror image does."""
+    step = max(1, round(abs(lag))) * (1 if lag > 0 else -1)
+    gain = shifted[most - step] ** 2 - shifted[most + step] ** 2
+    spread = float(np.std(gain)) / np.sqrt(len(gain))
+    return bool(np.mean(gain) > SURE * spread)
+
+
+def speed_scale(angle: Array, speed: Array, sampling_time: float) -> float | None:
+    """Recorded speed over derivative of the angle, by least squares; None where the two do not go together. (n,), (n,).
+
+    Means over blocks are compared, which noise and the encoder's steps hardly touch.
+    """
+    block = max(1, len(angle) // 400)
+    count = (len(angle) - 1) // block
+    travelled = np.diff(angle[: count * block + 1 : block]) / (block * sampling_time)
+    mean = (0.5 * (speed[:-1] + speed[1:]))[: count * block].reshape(count, block).mean(axis=1)
+    size = float(np.linalg.norm(travelled) * np.linalg.norm(mean))
+    if size == 0 or float(travelled @ mean) < CORRELATED * size:
+        return None
+    return float(travelled @ mean) / float(travelled @ travelled)
