@@ -9,7 +9,7 @@ from robotid.signals.differentiate import central_difference
 
 FARTHEST = 20  # samples of delay that are looked for
 NOTABLE_LAG = 0.3  # samples
-SURE = 8.0  # standard errors by which a delay must fit better than none
+SURE = 4.0  # standard errors by which a delay must fit better than none
 CORRELATED = 0.9
 
 
