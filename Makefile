@@ -18,7 +18,7 @@ help:
 	@echo "make clean      remove runs/ and the environment"
 
 $(STAMP): pyproject.toml
-	@$(PYTHON) -c 'import sys; sys.exit("robotid needs Python 3.11 or later; say make PYTHON=python3.12" * (sys.version_info < (3, 11)))'
+	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "robotid needs Python 3.11 or later; say make PYTHON=python3.12")'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install --quiet --editable '.[dev]'
 	@touch $@
