@@ -1,4 +1,4 @@
-"""The shipped configurations as a user runs them: the paper's experiment, and measured machines with published results."""
+"""The shipped configurations as a user runs them: the paper's experiment, and machines with published results."""
 
 from __future__ import annotations
 

@@ -23,10 +23,7 @@ def text(place: str, effect: str) -> str:
     if effect not in listed:
         listed.append(effect)
     lines = "".join(f"    {port}: [{', '.join(effects)}]\n" for port, effects in model.items())
-    return (
-        f"robot:\n  name: axis\n  gear_ratio: 0.01\n  model:\n{lines}"
-        "records:\n  - {name: day1, file: day1.csv}\n"
-    )
+    return f"robot:\n  name: axis\n  gear_ratio: 0.01\n  model:\n{lines}records:\n  - {{name: day1, file: day1.csv}}\n"
 
 
 @pytest.mark.parametrize(("place", "effect"), PLACES)
