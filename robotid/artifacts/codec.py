@@ -1,16 +1,19 @@
 """Any frozen dataclass to an HDF5 group and back, driven by its type hints. Nothing is ever pickled.
 
-Numbers and arrays become datasets with an attribute `unit`, from the field's metadata; dataclasses, tuples and mappings
-become groups. None becomes an empty group marked as such.
+Dataclasses, mappings and mixed tuples are groups; numbers, words, arrays and tuples of one kind of them are datasets;
+None is a dataset without extent. Every dataset but words has an attribute `unit`, from its field's metadata: "unit"
+names it ("SI" where numbers of several units share a field), "unit_in" names the field of the same dataclass that holds
+it. Words that hold a NUL cannot be kept.
 """
 
 from __future__ import annotations
 
-import types
 from collections.abc import Callable, Mapping
-from dataclasses import fields, is_dataclass
-from enum import Enum
+from dataclasses import Field, fields, is_dataclass
+from enum import StrEnum
+from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+from urllib.parse import quote, unquote
 
 import h5py
 import numpy as np
@@ -18,102 +21,163 @@ import numpy as np
 T = TypeVar("T")
 Units = Callable[[str], str]
 
+NUMBERS: dict[type, tuple[type, ...]] = {
+    bool: (bool, np.bool_),
+    int: (int, np.integer),
+    float: (float, int, np.floating, np.integer),
+    complex: (complex, float, int, np.number),
+}  # what a number may be given as
+WORDS = h5py.string_dtype()
 LARGE = 4096  # bytes from which an array is worth compressing
 
 
 class CodecError(Exception):
-    """A group does not hold what its type says."""
+    """A group does not hold what its type says, or a type is none that can be kept."""
 
 
 def write(group: h5py.Group, content: Any, units: Units = str) -> None:
-    """Write a dataclass into an empty group. units : what a declared unit is called here (of a sliding axis, say)."""
+    """Write a dataclass into an empty group. units : what a declared unit is called here (of a sliding axis, say).
+
+    Raises CodecError for a value that its type hint does not allow.
+    """
     hints = get_type_hints(type(content))
     for field in fields(content):
-        unit = units(field.metadata.get("unit", ""))
-        _write(group, field.name, getattr(content, field.name), hints[field.name], unit, units)
+        _write(group, field.name, getattr(content, field.name), hints[field.name], _unit(field, content, units), units)
 
 
 def read(group: h5py.Group, cls: type[T]) -> T:
     """The dataclass that a group holds. Raises CodecError where the group does not fit the class."""
     hints = get_type_hints(cls)
-    values = {}
-    for field in fields(cls):  # type: ignore[arg-type]
-        if field.name not in group:
-            raise CodecError(f"{group.name} has no {field.name}")
-        values[field.name] = _read(group[field.name], hints[field.name])
-    return cls(**values)
+    names = [field.name for field in fields(cls)]  # type: ignore[arg-type]
+    missing = [name for name in names if name not in group]
+    if missing:
+        raise CodecError(f"{group.name} has no {missing[0]}")
+    return cls(**{name: _read(group[name], hints[name]) for name in names})
 
 
-def _write(group: h5py.Group, name: str, value: Any, hint: Any, unit: str, units: Units) -> None:
-    if value is None:
-        group.create_group(name).attrs["none"] = True
-    elif is_dataclass(value):
-        inner = group.create_group(name)
+def _unit(field: Field[Any], content: Any, units: Units) -> str | tuple[str, ...]:
+    if "unit_in" in field.metadata:
+        said: str | tuple[str, ...] = getattr(content, field.metadata["unit_in"])
+        return said
+    return units(field.metadata.get("unit", ""))
+
+
+def _write(parent: h5py.Group, name: str, value: Any, hint: Any, unit: str | tuple[str, ...], units: Units) -> None:
+    kind = _alternative(hint, type(value).__name__)
+    origin = get_origin(kind) or kind
+    if value is None and NoneType in _options(hint):
+        parent.create_dataset(name, data=h5py.Empty("f8")).attrs["unit"] = unit
+    elif is_dataclass(kind) and isinstance(value, kind):  # type: ignore[arg-type]
+        inner = parent.create_group(name)
         inner.attrs["class"] = type(value).__name__
         write(inner, value, units)
-    elif isinstance(value, Mapping):
-        inner = group.create_group(name)
-        kind = _arguments(hint)[1]
-        inner.attrs["keys"] = np.array([str(k) for k in value], dtype=h5py.string_dtype())
-        for i, item in enumerate(value.values()):
-            _write(inner, str(i), item, kind, unit, units)
-    elif isinstance(value, tuple):
-        inner = group.create_group(name)
-        inner.attrs["length"] = len(value)
-        for i, item in enumerate(value):
-            _write(inner, str(i), item, _element(hint, i), unit, units)
-    elif isinstance(value, (str, Enum)):
-        group.create_dataset(name, data=str(value.value if isinstance(value, Enum) else value), dtype=h5py.string_dtype())
-    elif isinstance(value, np.ndarray):
+    elif origin in (dict, Mapping) and isinstance(value, Mapping):
+        inner = parent.create_group(name, track_order=True)
+        for key, item in value.items():
+            _write(inner, _to_name(key), item, get_args(kind)[1], unit, units)
+    elif origin is tuple and isinstance(value, tuple):
+        _write_tuple(parent, name, value, kind, unit, units)
+    elif origin is np.ndarray and isinstance(value, np.ndarray):
         packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if value.nbytes > LARGE else {}
-        group.create_dataset(name, data=value, **packed).attrs["unit"] = unit
+        parent.create_dataset(name, data=value, **packed).attrs["unit"] = unit
+    elif _is_word(kind) and isinstance(value, str):
+        parent.create_dataset(name, data=str(value), dtype=WORDS)
+    elif kind in NUMBERS and isinstance(value, NUMBERS[kind]):
+        parent.create_dataset(name, data=kind(value)).attrs["unit"] = unit
     else:
-        group.create_dataset(name, data=value).attrs["unit"] = unit
+        raise CodecError(f"{parent.name}/{name} is a {type(value).__name__}, which {hint} does not allow")
+
+
+def _write_tuple(
+    parent: h5py.Group, name: str, value: tuple[Any, ...], kind: Any, unit: str | tuple[str, ...], units: Units
+) -> None:
+    one = _one_kind(kind)
+    if one is not None and not all(isinstance(item, NUMBERS.get(one, str)) for item in value):
+        raise CodecError(f"{parent.name}/{name} has an element that {kind} does not allow")
+    if one is str:
+        parent.create_dataset(name, data=np.array(value, dtype=object), dtype=WORDS)
+    elif one is not None:
+        parent.create_dataset(name, data=np.array(value, dtype=one)).attrs["unit"] = unit
+    else:
+        inner = parent.create_group(name)
+        inner.attrs["length"] = len(value)
+        for i, (item, hint) in enumerate(zip(value, _elements(kind, len(value)), strict=True)):
+            _write(inner, str(i), item, hint, unit, units)
 
 
 def _read(node: h5py.Group | h5py.Dataset, hint: Any) -> Any:
-    if isinstance(node, h5py.Group) and node.attrs.get("none", False):
+    if isinstance(node, h5py.Dataset) and node.shape is None and NoneType in _options(hint):
         return None
-    hint = _resolve(node, hint)
-    origin = get_origin(hint) or hint
-    if is_dataclass(origin):
-        return read(node, origin)  # type: ignore[type-var]
+    kind = _alternative(hint, node.attrs.get("class", ""))
+    origin = get_origin(kind) or kind
+    if isinstance(node, h5py.Group):
+        return _read_group(node, kind, origin)
+    if node.shape is not None:
+        words = h5py.check_string_dtype(node.dtype) is not None
+        value = node.asstr()[()] if words else node[()]
+        if node.shape == () and words == _is_word(kind):
+            return _plain(value, kind)
+        if len(node.shape) == 1 and origin is tuple and words == (_one_kind(kind) is str):
+            return tuple(_plain(item, get_args(kind)[0]) for item in value)
+        if origin is np.ndarray and not words:
+            return np.asarray(value)
+    raise CodecError(f"{node.name} is no {hint}")
+
+
+def _plain(value: Any, kind: Any) -> Any:
+    """A number or word as Python has it."""
+    if get_origin(kind) is not Literal:
+        return kind(value)
+    if value not in get_args(kind):
+        raise CodecError(f"{value!r} is none of {', '.join(map(repr, get_args(kind)))}")
+    return value
+
+
+def _read_group(group: h5py.Group, kind: Any, origin: Any) -> Any:
+    if is_dataclass(kind):
+        return read(group, kind)  # type: ignore[arg-type]
     if origin in (dict, Mapping):
-        keys = [k if isinstance(k, str) else k.decode() for k in node.attrs["keys"]]
-        return {key: _read(node[str(i)], _arguments(hint)[1]) for i, key in enumerate(keys)}
+        return {_to_key(name): _read(node, get_args(kind)[1]) for name, node in group.items()}
     if origin is tuple:
-        return tuple(_read(node[str(i)], _element(hint, i)) for i in range(int(node.attrs["length"])))
-    if origin is np.ndarray:
-        return node[()]
-    if origin is Literal:
-        return _literal(node[()], get_args(hint))
-    value = node[()]
-    return origin(value.decode() if isinstance(value, bytes) else value)
+        count = int(group.attrs["length"])
+        return tuple(_read(group[str(i)], hint) for i, hint in enumerate(_elements(kind, count)))
+    raise CodecError(f"{group.name} is no {kind}")
 
 
-def _literal(value: Any, allowed: tuple[Any, ...]) -> Any:
-    text = value.decode() if isinstance(value, bytes) else value
-    for one in allowed:
-        if one == text:
-            return one
-    raise CodecError(f"{text!r} is none of {', '.join(map(repr, allowed))}")
+def _to_name(key: str) -> str:
+    """A key as HDF5 can name it: "/" parts names, "." alone is the group itself, and no name is empty."""
+    return quote(key, safe=" ") if key.strip(".") else key.replace(".", "%2E") or "%"
 
 
-def _resolve(node: h5py.Group | h5py.Dataset, hint: Any) -> Any:
-    """One alternative of a union: of several dataclasses the one whose name was written."""
-    if get_origin(hint) not in (Union, types.UnionType):
-        return hint
-    options = [o for o in get_args(hint) if o is not type(None)]
-    name = node.attrs.get("class", "")
-    return next((o for o in options if getattr(o, "__name__", "") == name), options[0])
+def _to_key(name: str) -> str:
+    return "" if name == "%" else unquote(name)
 
 
-def _arguments(hint: Any) -> tuple[Any, ...]:
-    if get_origin(hint) in (Union, types.UnionType):
-        hint = next(o for o in get_args(hint) if o is not type(None))
-    return get_args(hint)
+def _options(hint: Any) -> tuple[Any, ...]:
+    return get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
 
 
-def _element(hint: Any, i: int) -> Any:
-    arguments = _arguments(hint)
-    return arguments[0] if len(arguments) == 2 and arguments[1] is Ellipsis else arguments[i]
+def _alternative(hint: Any, name: str) -> Any:
+    """What a value is to be: of a union of dataclasses the one of this name."""
+    options = [option for option in _options(hint) if option is not NoneType]
+    if len(options) == 1:
+        return options[0]
+    return next((option for option in options if getattr(option, "__name__", "") == name), hint)
+
+
+def _is_word(kind: Any) -> bool:
+    if get_origin(kind) is Literal:
+        return all(isinstance(word, str) for word in get_args(kind))
+    return isinstance(kind, type) and (kind is str or issubclass(kind, StrEnum))
+
+
+def _elements(kind: Any, count: int) -> tuple[Any, ...]:
+    """The type of each element of a tuple."""
+    arguments = get_args(kind)
+    return arguments[:1] * count if arguments[-1:] == (Ellipsis,) else arguments
+
+
+def _one_kind(kind: Any) -> type | None:
+    """The one plain type of all elements of a tuple, if it is so."""
+    found = {argument for argument in get_args(kind) if argument is not Ellipsis}
+    return found.pop() if len(found) == 1 and found <= {*NUMBERS, str} else None

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import platform
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
 import h5py
@@ -15,41 +15,41 @@ import scipy
 from robotid import __version__
 
 
+def now() -> str:
+    """The time in UTC, ISO 8601, to the second."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+def environment() -> dict[str, str]:
+    """What the numbers may depend on besides the inputs. Names neither the user nor the machine."""
+    return {
+        "python": platform.python_version(),
+        "platform": f"{platform.system()} {platform.machine()}",
+        "numpy": np.__version__,
+        "scipy": scipy.__version__,
+        "h5py": h5py.__version__,
+    }
+
+
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """How an artifact was made. sections : of the configuration that count, as canonical text, and inputs : what was
-    read, by name, as SHA-256; both decide what is fresh. configuration : the whole of it, resolved."""
+    """How an artifact was made, by default by this process and now.
+
+    sections : of the configuration that count, as canonical text, and inputs : what was read, by name, as SHA-256; with
+    the version these decide what is fresh. configuration : the whole of it, resolved. interrupted : it holds what was
+    reached, and does not count as done.
+    """
 
     stage: str
-    version: str
-    created: str
+    command: str
     sections: dict[str, str]
     inputs: dict[str, str]
     configuration: str
-    seed: int | None
-    environment: dict[str, str]
-
-
-def provenance(
-    stage: str, sections: Mapping[str, str], inputs: Mapping[str, str], configuration: str, seed: int | None
-) -> Provenance:
-    """Provenance of what this process makes now."""
-    return Provenance(
-        stage=stage,
-        version=__version__,
-        created=datetime.now(UTC).isoformat(timespec="seconds"),
-        sections=dict(sections),
-        inputs=dict(inputs),
-        configuration=configuration,
-        seed=seed,
-        environment={
-            "python": platform.python_version(),
-            "platform": f"{platform.system()} {platform.machine()}",
-            "numpy": np.__version__,
-            "scipy": scipy.__version__,
-            "h5py": h5py.__version__,
-        },
-    )
+    seed: int | None = None
+    interrupted: bool = False
+    version: str = __version__
+    created: str = field(default_factory=now)
+    environment: dict[str, str] = field(default_factory=environment)
 
 
 def digest(data: bytes) -> str:
@@ -58,19 +58,24 @@ def digest(data: bytes) -> str:
 
 
 def content_digest(group: h5py.Group) -> str:
-    """SHA-256 of all that a group holds: names, values and attributes, whatever their order in the file."""
+    """SHA-256 of all that a group holds: names, values and attributes, whatever their order and packing in the file."""
     total = hashlib.sha256()
-
-    def add(name: str, node: h5py.Group | h5py.Dataset) -> None:
-        total.update(name.encode())
-        for key in sorted(node.attrs):
-            total.update(f"{key}={np.asarray(node.attrs[key]).tolist()!r}".encode())
-        if isinstance(node, h5py.Dataset):
-            value = node[()]
-            total.update(value if isinstance(value, bytes) else np.ascontiguousarray(value).tobytes())
-
     names: list[str] = []
     group.visit(names.append)
     for name in sorted(names):
-        add(name, group[name])
+        node = group[name]
+        attributes = {key: np.asarray(node.attrs[key]).tolist() for key in sorted(node.attrs)}
+        total.update(repr((name, attributes)).encode())
+        for part in _parts(node):
+            total.update(part)
     return total.hexdigest()
+
+
+def _parts(node: h5py.Group | h5py.Dataset) -> Iterator[bytes]:
+    if isinstance(node, h5py.Group) or node.shape is None:
+        return
+    if h5py.check_string_dtype(node.dtype):
+        yield repr(np.asarray(node.asstr()[()]).tolist()).encode()
+    else:
+        yield repr((node.shape, node.dtype.str)).encode()
+        yield np.ascontiguousarray(node[()]).tobytes()

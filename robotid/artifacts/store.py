@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, TypeVar
@@ -17,51 +16,72 @@ from robotid.errors import InputError
 SCHEMA = 1
 FORMAT = "robotid artifact"
 AGAIN = "run its stage again"
+DAMAGED = (CodecError, KeyError, OSError, RuntimeError, TypeError, ValueError)
+"""What reading raises where bytes are not as they were written."""
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
-class Artifact(Generic[T]):
-    """What a stage made. kind : its class name; digest : SHA-256 of the content as written."""
-
-    content: T
-    provenance: Provenance
-    digest: str = ""
-
-    @property
-    def kind(self) -> str:
-        return type(self.content).__name__
-
-
-@dataclass(frozen=True, slots=True)
 class Label:
-    """What can be read of an artifact without its content."""
+    """What an artifact says of itself. kind : class of the content; digest : SHA-256 of the content."""
 
     kind: str
     digest: str
     provenance: Provenance
 
 
-def save(path: Path, artifact: Artifact[T], units: Units = str) -> str:
-    """Write an artifact so that the file is whole or untouched; returns the digest of its content."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-    os.close(handle)
+@dataclass(frozen=True, slots=True)
+class Artifact(Generic[T]):
+    """What a stage made."""
+
+    content: T
+    label: Label
+
+    @property
+    def provenance(self) -> Provenance:
+        """Where it comes from."""
+        return self.label.provenance
+
+
+def save(path: Path, content: object, provenance: Provenance, units: Units = str) -> None:
+    """Write an artifact so that the file is whole or as it was. units : what a declared unit is called here.
+
+    Raises InputError where it cannot be written.
+    """
+    image = _image(content, provenance, units)
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        with h5py.File(name, "w") as file:
-            content = file.create_group("content")
-            write(content, artifact.content, units)
-            write(file.create_group("provenance"), artifact.provenance)
-            found = content_digest(content)
-            file.attrs.update({"format": FORMAT, "schema": SCHEMA, "kind": artifact.kind, "digest": found})
-        with open(name, "rb") as written:
-            os.fsync(written.fileno())
-        os.replace(name, path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _replace(path, part, image)
+    except OSError as error:
+        hint = "check its folder and the space left, or give another --out"
+        raise InputError(f"cannot be written: {error.strerror or error}", where=str(path), hint=hint) from error
+
+
+def _replace(path: Path, part: Path, image: bytes) -> None:
+    try:
+        with part.open("wb") as file:
+            file.write(image)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, path)
     except BaseException:
-        Path(name).unlink(missing_ok=True)
+        part.unlink(missing_ok=True)
         raise
-    return found
+
+
+def _image(content: object, provenance: Provenance, units: Units) -> bytes:
+    """The bytes of the file. Made in memory, so that all that can go wrong on the disk goes wrong in one place."""
+    with h5py.File("artifact", "w", driver="core", backing_store=False, block_size=2**20) as file:
+        group = file.create_group("content")
+        write(group, content, units)
+        write(file.create_group("provenance"), provenance)
+        kind, digest = type(content).__name__, content_digest(group)
+        file.attrs.update({"format": FORMAT, "schema": SCHEMA, "kind": kind, "digest": digest})
+        file.flush()
+        image: bytes = file.id.get_file_image()
+        return image
 
 
 def load(path: Path, cls: type[T]) -> Artifact[T]:
@@ -71,15 +91,13 @@ def load(path: Path, cls: type[T]) -> Artifact[T]:
         if label.kind != cls.__name__:
             raise InputError(f"this holds {label.kind}, not {cls.__name__}", where=str(path), hint=AGAIN)
         try:
-            if content_digest(file["content"]) != label.digest:
-                raise InputError("the content does not match its checksum: damaged", where=str(path), hint=AGAIN)
-            return Artifact(read(file["content"], cls), label.provenance, label.digest)
-        except (CodecError, KeyError, OSError, ValueError) as error:
-            raise InputError(f"damaged or of another version ({error})", where=str(path), hint=AGAIN) from error
+            return Artifact(read(file["content"], cls), label)
+        except DAMAGED as error:
+            raise InputError(f"of another version ({_first_line(error)})", where=str(path), hint=AGAIN) from error
 
 
 def peek(path: Path) -> Label:
-    """Kind, digest and provenance alone. Raises InputError as `load` does."""
+    """The label alone, of whatever kind; the content is checked but not read. Raises InputError as `load` does."""
     with _open(path) as file:
         return _label(path, file)
 
@@ -89,16 +107,28 @@ def _open(path: Path) -> h5py.File:
         raise InputError("there is no such file", where=str(path), hint="run the stage that makes it")
     try:
         return h5py.File(path, "r")
+    except PermissionError as error:
+        raise InputError("it may not be read", where=str(path), hint="check its permissions") from error
     except OSError as error:
         raise InputError("this is not a readable HDF5 file: foreign or damaged", where=str(path), hint=AGAIN) from error
 
 
 def _label(path: Path, file: h5py.File) -> Label:
-    if file.attrs.get("format") != FORMAT:
-        raise InputError("this HDF5 file was not made by robotid", where=str(path), hint="give an artifact of a run directory")
-    if int(file.attrs.get("schema", 0)) != SCHEMA:
-        raise InputError(f"written in format {file.attrs['schema']}, this version reads {SCHEMA}", where=str(path), hint=AGAIN)
+    """What the file says of itself, once its content is known to be what was written."""
     try:
+        if file.attrs.get("format") != FORMAT:
+            what, hint = "this HDF5 file was not made by robotid", "give an artifact of a run directory"
+            raise InputError(what, where=str(path), hint=hint)
+        schema = int(file.attrs["schema"])
+        if schema != SCHEMA:
+            hint = "install that version of robotid, or run its stage again" if schema > SCHEMA else AGAIN
+            raise InputError(f"written in format {schema}, this version reads {SCHEMA}", where=str(path), hint=hint)
+        if content_digest(file["content"]) != file.attrs["digest"]:
+            raise InputError("damaged: the content does not match its checksum", where=str(path), hint=AGAIN)
         return Label(str(file.attrs["kind"]), str(file.attrs["digest"]), read(file["provenance"], Provenance))
-    except (CodecError, KeyError, OSError) as error:
-        raise InputError(f"damaged ({error})", where=str(path), hint=AGAIN) from error
+    except DAMAGED as error:
+        raise InputError(f"damaged ({_first_line(error)})", where=str(path), hint=AGAIN) from error
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).partition("\n")[0].strip("'\"")

@@ -31,6 +31,7 @@ def _document(label: Label) -> Json:
         "kind": label.kind,
         "digest": label.digest,
         "stage": made.stage,
+        "command": made.command,
         "version": made.version,
         "created": made.created,
         "inputs": made.inputs,
@@ -44,7 +45,7 @@ def _provenance(label: Label) -> Table:
     made: Provenance = label.provenance
     facts = [
         ("kind", label.kind),
-        ("made by", f"robotid {made.stage}, version {made.version}"),
+        ("made by", f"{made.command}, version {made.version}"),
         ("on", made.created),
         ("seed", "-" if made.seed is None else str(made.seed)),
         ("from", "; ".join(f"{name} {digest[:12]}" for name, digest in made.inputs.items()) or "the configuration"),

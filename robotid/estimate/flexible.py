@@ -43,7 +43,7 @@ class FlexReading:
     gain: float = field(metadata={"unit": "rad/s2/Nm"})
     Jm: float = field(metadata={"unit": "kg m2"})
     k: float | None = field(metadata={"unit": "Nm/rad"})
-    values: dict[str, float]
+    values: dict[str, float] = field(metadata={"unit": "SI"})
     relative_std: dict[str, float]
     misfit: float
     twist: float = field(metadata={"unit": "rad"})
@@ -59,7 +59,7 @@ class FlexResult:
     readings: tuple[FlexReading, ...]
     parameters: tuple[Estimate, ...]
     springs: tuple[SpringLaw, ...]
-    guesses: dict[str, float]
+    guesses: dict[str, float] = field(metadata={"unit": "SI"})
     remarks: tuple[str, ...]
 
 

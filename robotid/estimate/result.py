@@ -28,12 +28,12 @@ class Estimate:
     """
 
     name: str
-    value: float
+    value: float = field(metadata={"unit_in": "unit"})
     unit: str
-    std: float
-    std_robust: float
-    lower: float
-    upper: float
+    std: float = field(metadata={"unit_in": "unit"})
+    std_robust: float = field(metadata={"unit_in": "unit"})
+    lower: float = field(metadata={"unit_in": "unit"})
+    upper: float = field(metadata={"unit_in": "unit"})
     fixed: bool = False
     remark: str = ""
 
@@ -52,11 +52,11 @@ class FitResult:
     output: str
     structure: Structure
     parameters: tuple[Estimate, ...]
-    covariance: Array
-    covariance_robust: Array
-    initial_states: dict[str, Array]
-    noise_std: dict[str, float]
-    fit_percent: dict[str, float]
+    covariance: Array = field(metadata={"unit": "SI"})
+    covariance_robust: Array = field(metadata={"unit": "SI"})
+    initial_states: dict[str, Array] = field(metadata={"unit": "SI"})
+    noise_std: dict[str, float] = field(metadata={"unit": "rad/s or rad"})
+    fit_percent: dict[str, float] = field(metadata={"unit": "%"})
     cost: Array
     iterations: int
     end: End

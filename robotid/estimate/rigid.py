@@ -30,11 +30,11 @@ class RigidResult:
     """
 
     parameters: tuple[Estimate, ...]
-    covariance: Array
+    covariance: Array = field(metadata={"unit": "SI"})
     condition_number: float
-    torque_error_percent: dict[str, float]
+    torque_error_percent: dict[str, float] = field(metadata={"unit": "%"})
     cutoff: dict[str, float] = field(metadata={"unit": "Hz"})
-    guesses: dict[str, float]
+    guesses: dict[str, float] = field(metadata={"unit": "SI"})
     remarks: tuple[str, ...]
 
     def __getitem__(self, name: str) -> Estimate:

@@ -57,11 +57,11 @@ class ModelValidation:
 
     names: tuple[str, ...]
     units: tuple[str, ...]
-    values: Array
+    values: Array = field(metadata={"unit_in": "units"})
     output: Quantity
     structure: Structure
     records: dict[str, RecordValidation]
-    covariance: Array
+    covariance: Array = field(metadata={"unit": "SI"})
     correlation: Array
     identifiability: tuple[Identifiability, ...]
     bode: Bode | None

@@ -97,7 +97,7 @@ def test_show_prints_content_and_provenance(config: str, capsys: pytest.CaptureF
     assert main(["show", "runs/axis/excitation.h5"]) == 0
     out = capsys.readouterr().out
     assert out.startswith(table)
-    assert "robotid excite, version" in out
+    assert "robotid excite axis.yaml, version" in out
     assert main(["show", "runs/axis/excitation.h5", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert list(document["content"]["references"]) == ["slow"]
