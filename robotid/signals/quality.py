@@ -13,6 +13,7 @@ from robotid.signals.record import Record
 from robotid.signals.repair import Mended
 
 FEWEST = 50  # samples of a record
+LARGEST_LEAST_STEP = 12  # quanta that the shortest step of a fast motion may be
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,9 +79,9 @@ def inspect(record: Record, source: str, mended: Mended | None = None, remarks: 
         source=source,
         samples=len(record),
         sampling_time=record.sampling_time,
-        jitter=mended.jitter if mended else 0.0,
-        jitter_rms=mended.jitter_rms if mended else 0.0,
-        missing=mended.missing if mended else 0,
+        jitter=mended.grid.jitter if mended else 0.0,
+        jitter_rms=mended.grid.jitter_rms if mended else 0.0,
+        missing=mended.grid.missing if mended else 0,
         duplicated=mended.duplicated if mended else 0,
         not_finite=mended.not_finite if mended else 0,
         wraps=mended.wraps if mended else 0,
@@ -135,17 +136,29 @@ def _range(signal: Array) -> tuple[float, float]:
 def quantum(angle: Array) -> float:
     """Resolution of an angle (n,): the smallest step, where all steps are multiples of it; 0 where none shows."""
     steps = np.abs(np.diff(angle))
-    floor = 1e-9 * float(np.abs(angle).max())
+    floor = 1e-8 * float(np.ptp(angle))  # below it, single precision shows rather than an encoder
     steps = steps[steps > floor]
     if not len(steps):
         return 0.0
     least = float(np.median(steps[steps < 1.5 * steps.min()]))
-    for reach in (4, 16, 64, 256):
-        small = steps[steps < reach * least]
-        counts = np.rint(small / least)
-        least = float(counts @ small / (counts @ counts))  # steps written with few digits tell it better together
-    off = np.abs(small / least - np.rint(small / least))
-    return least if float(np.percentile(off, 95)) < 0.05 else 0.0
+    candidates = (_refined(steps, least / k) for k in range(1, LARGEST_LEAST_STEP + 1))
+    return next((q for q in candidates if float(np.percentile(_off(steps, q), 95)) < 0.05), 0.0)
+
+
+def _refined(steps: Array, quantum: float) -> float:
+    """The quantum that ever longer steps are multiples of, by least squares: together they tell it well even if written
+    with few digits."""
+    for reach in (8, 32, 128):
+        near = steps[steps < reach * quantum]
+        counts = np.rint(near / quantum)
+        quantum = float(counts @ near / (counts @ counts)) if counts.any() else quantum
+    return quantum
+
+
+def _off(steps: Array, quantum: float) -> Array:
+    """Distance of the shorter steps to the nearest multiple, in quanta."""
+    short = steps[steps <= max(128 * quantum, float(steps.min()))] / quantum
+    return np.abs(short - np.rint(short))
 
 
 def saturation(torque: Array) -> float:

@@ -3,28 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robotid.errors import InputError
 from robotid.model.array import Array
-from robotid.signals.readers.table import Table
-from robotid.signals.sampling import Grid, Policy, distinct, few, longest_run, regular
+from robotid.signals.sampling import Findings, Grid, distinct, few, longest_run, regular
 
 FARTHEST_STEP = 0.4  # of a turn; half a turn between samples could be either way
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mended:
-    """Signals (n,) on a regular grid, and what was done to them. jitter, jitter_rms : largest and root mean square
-    deviation of a sampling interval, shares of the sampling time."""
+    """Signals (n,) on a regular grid, and how many samples were duplicated, not finite, or past a wrap-around."""
 
     signals: dict[str, Array]
-    sampling_time: float
-    jitter: float
-    jitter_rms: float
-    missing: int
+    grid: Grid
     duplicated: int
     not_finite: int
     wraps: int
@@ -32,64 +27,55 @@ class Mended:
 
 
 def mend(
-    table: Table,
+    found: Findings,
     signals: Mapping[str, Array],
-    rows: Array,
     t: Array | None,
     sampling_time: float | None,
     turns: Mapping[str, tuple[float, ...]],
-    policy: Policy,
 ) -> Mended:
     """Signals as they should have been recorded.
 
-    rows : (n,) of the table, for messages; t : (n,) [s] or None; turns : angles at which a signal may wrap around.
+    signals : (n,) each; t : (n,) [s] or None; turns : angles at which a signal may wrap around.
     Raises InputError where a flaw is refused.
     """
-    remarks: list[str] = []
-    grid, found = Grid(1.0 if sampling_time is None else sampling_time, rows), dict(signals)
-    lost, bad = 0, 0
+    signals, lost, bad, wraps = dict(signals), 0, 0, 0
+    grid = Grid(1.0 if sampling_time is None else sampling_time, np.arange(len(found.rows), dtype=np.float64))
     if t is not None:
-        t, bad = finite(table, "t", t, rows, policy, remarks)
-        keep = distinct(table, t, found, rows, policy, remarks)
-        t, rows, found = t[keep], rows[keep], {name: values[keep] for name, values in found.items()}
+        t, bad = finite(found, "t", t, grid.at)
+        keep = distinct(found, t, signals)
         lost = int(len(keep) - keep.sum())
-        grid = regular(table, t, rows, sampling_time, policy, remarks)
-    wraps = 0
-    for name, values in found.items():
-        unwrapped, count = unwrap(table, name, values, rows, turns.get(name, ()), policy, remarks)
-        continuous, holes = finite(table, name, unwrapped, rows, policy, remarks)
-        found[name] = grid.fill(continuous)
+        found, signals = replace(found, rows=found.rows[keep]), {name: s[keep] for name, s in signals.items()}
+        grid = regular(found, t[keep], sampling_time)
+    for name, values in signals.items():
+        # An angle is unwrapped before anything is interpolated: halfway through a wrap-around it never was.
+        unwrapped, count = unwrap(found, name, values, turns.get(name, ()))
+        continuous, holes = finite(found, name, unwrapped, grid.at)
+        signals[name] = grid.fill(continuous)
         wraps, bad = wraps + count, bad + holes
-    return Mended(
-        found, grid.sampling_time, grid.jitter, grid.jitter_rms, grid.missing, lost, bad, wraps, tuple(remarks)
-    )
+    return Mended(signals, grid, lost, bad, wraps, tuple(found.remarks))
 
 
-def finite(
-    table: Table, name: str, values: Array, rows: Array, policy: Policy, remarks: list[str]
-) -> tuple[Array, int]:
-    """A signal without NaN and infinity, (n,), and how many there were."""
+def finite(found: Findings, name: str, values: Array, at: Array) -> tuple[Array, int]:
+    """A signal without NaN and infinity, (n,), and how many there were. at : (n,) where its samples stand."""
     bad = ~np.isfinite(values)
     count = int(bad.sum())
     if not count:
         return values, 0
-    where, longest = table.where(int(rows[np.argmax(bad)])), longest_run(bad)
+    where, longest = found.where(int(np.argmax(bad))), longest_run(bad)
     if count > len(values) // 2:
         what = f"{name} is not a number in {count} of {len(values)} samples"
         raise InputError(what, where=where, hint="record again, or name another column")
-    if policy.nan == "refuse" or (policy.nan is None and not few(count, longest, len(values))):
+    if found.policy.nan == "refuse" or (found.policy.nan is None and not few(count, longest, len(values))):
         row = f" samples, {longest} of them in a row" if longest > 1 else " samples" if count > 1 else " sample"
         what = f"{name} is not a number in {count}{row}"
         raise InputError(what, where=where, hint="record again, or set repair: {nan: interpolate}")
     good = np.flatnonzero(~bad)
     plural = f"{count} samples that were not numbers are" if count > 1 else "1 sample that was not a number is"
-    remarks.append(f"{name}: {plural} interpolated, the first at {where}")
-    return np.interp(np.arange(len(values)), good, values[good]), count
+    found.remarks.append(f"{name}: {plural} interpolated, the first at {where}")
+    return np.interp(at, at[good], values[good]), count
 
 
-def unwrap(
-    table: Table, name: str, values: Array, rows: Array, turns: tuple[float, ...], policy: Policy, remarks: list[str]
-) -> tuple[Array, int]:
+def unwrap(found: Findings, name: str, values: Array, turns: tuple[float, ...]) -> tuple[Array, int]:
     """An angle that does not jump by a turn, (n,), and how often it did. nan stays."""
     good = np.flatnonzero(np.isfinite(values))
     known = values[good]
@@ -98,24 +84,24 @@ def unwrap(
     if turn is None:
         return values, 0
     wraps = jump > 0.5 * turn
-    where = table.where(int(rows[good[np.argmax(wraps) + 1]]))
+    where = found.where(int(good[np.argmax(wraps) + 1]))
     if float(np.minimum(jump, np.abs(turn - jump)).max()) > FARTHEST_STEP * turn:
         hint = "record faster, or record an angle that does not wrap around"
         raise InputError(f"{name} turns too far between samples to be unwrapped", where=where, hint=hint)
-    if policy.wrap == "refuse":
+    if found.policy.wrap == "refuse":
         raise InputError(f"{name} wraps around", where=where, hint="set repair: {wrap: unwrap}")
     count = int(wraps.sum())
     plural = f"{count} wrap-arounds are" if count > 1 else "1 wrap-around is"
-    remarks.append(f"{name}: {plural} unwrapped, the first at {where}")
+    found.remarks.append(f"{name}: {plural} unwrapped, the first at {where}")
     continuous = values.copy()
     continuous[good] = np.unwrap(known, period=turn)
     return continuous, count
 
 
 def wraps_at(turn: float, angle: Array) -> bool:
-    """Whether an angle stays within one turn and jumps by nearly that, from edge to edge. angle : (n,)."""
+    """Whether an angle stays within one turn and jumps from edge to edge. angle : (n,)."""
     jump = np.abs(np.diff(angle))
-    wraps = jump > 0.75 * turn
+    wraps = jump > 0.5 * turn
     if not wraps.any() or float(np.ptp(angle)) > 1.01 * turn or wraps.all():
         return False
     usual = float(np.percentile(jump[~wraps], 99))

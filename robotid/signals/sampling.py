@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robotid.errors import InputError
 from robotid.model.array import Array, Mask
@@ -28,8 +29,26 @@ class Policy:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Findings:
+    """Where flaws are, what to do about them, and what was said. rows : (n,) of the table, one a sample."""
+
+    table: Table
+    policy: Policy
+    rows: NDArray[np.intp]
+    remarks: list[str] = field(default_factory=list)
+
+    def where(self, k: int) -> str:
+        """A sample as a place in the file."""
+        return self.table.where(int(self.rows[k]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Grid:
-    """Where the samples stand on a regular grid. at : (n,) their numbers, counted from 0."""
+    """Where the samples stand on a regular grid.
+
+    at : (n,) their numbers, counted from 0; jitter, jitter_rms : largest and root mean square deviation of a step, as
+    shares of the sampling time; missing : samples in gaps.
+    """
 
     sampling_time: float
     at: Array
@@ -53,38 +72,38 @@ def longest_run(mask: Mask) -> int:
     return int(np.max(edges[1::2] - edges[::2]))
 
 
-def distinct(
-    table: Table, t: Array, signals: Mapping[str, Array], rows: Array, policy: Policy, remarks: list[str]
-) -> Mask:
-    """Samples to keep, (n,): the first of each time. Raises InputError where time runs backward, or repeats with other
-    values."""
+def distinct(found: Findings, t: Array, signals: Mapping[str, Array]) -> Mask:
+    """Samples to keep, (n,): the first of each time.
+
+    Raises InputError where time runs backward, or repeats with other values.
+    """
     step = np.diff(t)
     if (step < 0).any():
         k = int(np.argmax(step < 0))
         what = f"time runs backward, from {t[k]:.6g} to {t[k + 1]:.6g} s"
         hint = "sort the recording, or cut it there by start or stop"
-        raise InputError(what, where=table.where(int(rows[k + 1])), hint=hint)
+        raise InputError(what, where=found.where(k + 1), hint=hint)
     again = np.concatenate([[False], step == 0])
     count = int(again.sum())
     if not count:
         return ~again
-    where = table.where(int(rows[np.argmax(again)]))
+    where = found.where(int(np.argmax(again)))
     same = all(np.array_equal(v[again], v[:-1][again[1:]], equal_nan=True) for v in signals.values())
     plural = f"{count} samples repeat" if count > 1 else "1 sample repeats"
-    if policy.duplicates is None and not same and count > COARSE * len(t):
+    if found.policy.duplicates is None and not same and count > COARSE * len(t):
         what = f"{plural} the time before them with other values: time is written with too few digits"
         raise InputError(what, where=where, hint="write t: null under columns and give sampling_time instead")
-    if policy.duplicates == "refuse" or (policy.duplicates is None and not same):
+    if found.policy.duplicates == "refuse" or (found.policy.duplicates is None and not same):
         what = f"{plural} the time before {'them' if count > 1 else 'it'}" + ("" if same else " with other values")
         raise InputError(what, where=where, hint="set repair: {duplicates: drop} to keep the first of each")
     dropped = f"{count} duplicated samples are" if count > 1 else "1 duplicated sample is"
-    remarks.append(f"{dropped} dropped, the first at {where}")
+    found.remarks.append(f"{dropped} dropped, the first at {where}")
     return ~again
 
 
-def regular(table: Table, t: Array, rows: Array, declared: float | None, policy: Policy, remarks: list[str]) -> Grid:
+def regular(found: Findings, t: Array, declared: float | None) -> Grid:
     """The grid that samples at increasing times stand on. Raises InputError for irregular sampling and long gaps."""
-    h = _period(table, t, declared)
+    h = _period(found, t, declared)
     steps = np.diff(t) / h
     counts = np.maximum(1, np.rint(steps)).astype(int)
     off = steps - counts
@@ -92,10 +111,10 @@ def regular(table: Table, t: Array, rows: Array, declared: float | None, policy:
         k = int(np.argmax(np.abs(off)))
         what = f"sampling is irregular: {t[k + 1] - t[k]:.6g} s where {h:.6g} s are usual"
         hint = "record at a fixed rate, or if only the clock is at fault write t: null and sampling_time"
-        raise InputError(what, where=table.where(int(rows[k + 1])), hint=hint)
+        raise InputError(what, where=found.where(k + 1), hint=hint)
     missing = int((counts - 1).sum())
     if missing:
-        _bridge(table, counts, rows, missing, policy, remarks)
+        _bridge(found, counts, missing)
     at = np.concatenate([[0], np.cumsum(counts)]).astype(np.float64)
     return Grid(h, at, float(np.abs(off).max()), float(np.sqrt(np.mean(off**2))), missing)
 
@@ -109,25 +128,25 @@ def usual_step(t: Array) -> float:
     return next((r for r in round_numbers if abs(r - h) * len(steps) < 0.5 * h), h)
 
 
-def _period(table: Table, t: Array, declared: float | None) -> float:
+def _period(found: Findings, t: Array, declared: float | None) -> float:
     if len(t) < 2:
-        raise InputError("there is a single sample", where=table.path, hint="record longer")
+        raise InputError("there is a single sample", where=found.table.path, hint="record longer")
     h = usual_step(t)
     if declared is not None and abs(h - declared) > 0.01 * declared:
         what = f"samples are {h:.6g} s apart, sampling_time says {declared:.6g} s"
-        raise InputError(what, where=table.path, hint="give the time column's unit, or mend sampling_time")
+        raise InputError(what, where=found.table.path, hint="give the time column's unit, or mend sampling_time")
     return declared or h
 
 
-def _bridge(table: Table, counts: Array, rows: Array, missing: int, policy: Policy, remarks: list[str]) -> None:
+def _bridge(found: Findings, counts: NDArray[np.intp], missing: int) -> None:
     """Say that gaps are filled, or refuse."""
     longest = int(counts.max()) - 1
-    refused = policy.gaps == "refuse" or (policy.gaps is None and not few(missing, longest, len(rows)))
+    refused = found.policy.gaps == "refuse" or (found.policy.gaps is None and not few(missing, longest, len(counts)))
     k = int(np.argmax(counts) if refused else np.argmax(counts > 1)) + 1
-    where = table.where(int(rows[k]))
+    where = found.where(k)
     plural = f"{missing} samples are missing" if missing > 1 else "1 sample is missing"
     if refused:
         hint = "cut the record there by start or stop, or set repair: {gaps: interpolate}"
         which = " before this one" if longest == missing else f", {longest} of them before this one"
         raise InputError(plural + which, where=where, hint=hint)
-    remarks.append(f"{plural} and interpolated, the first before {where}")
+    found.remarks.append(f"{plural} and interpolated, the first before {where}")

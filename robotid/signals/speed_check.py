@@ -49,6 +49,6 @@ def speed_scale(angle: Array, speed: Array, sampling_time: float) -> float | Non
     travelled = np.diff(angle[: count * block + 1 : block]) / (block * sampling_time)
     mean = (0.5 * (speed[:-1] + speed[1:]))[: count * block].reshape(count, block).mean(axis=1)
     size = float(np.linalg.norm(travelled) * np.linalg.norm(mean))
-    if size == 0 or float(travelled @ mean) < CORRELATED * size:
+    if size == 0 or abs(float(travelled @ mean)) < CORRELATED * size:
         return None
     return float(travelled @ mean) / float(travelled @ travelled)

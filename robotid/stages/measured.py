@@ -17,7 +17,7 @@ from robotid.signals.quality import Report, inspect
 from robotid.signals.readers.table import Table
 from robotid.signals.record import Quantity, Record
 from robotid.signals.repair import mend
-from robotid.signals.sampling import Policy
+from robotid.signals.sampling import Findings, Policy
 from robotid.signals.speed_check import speed_lag, speed_scale
 
 ANGLES = ("phi_m", "phi_a", "ref")
@@ -33,24 +33,26 @@ def measured_record(settings: RecordSettings, table: Table, *, linear: bool) -> 
     """
     found, remarks = read_signals(settings, table, linear=linear)
     _equal_lengths(table, found)
-    turns = (
-        {} if linear else {name: tuple({2 * pi, 2 * pi * abs(found[name].scale)}) for name in ANGLES if name in found}
-    )
     t = found["t"].values if "t" in found else None
     if t is None and settings.sampling_time is None:
         hint = f"name the time column under columns: t, or give sampling_time; {table.offer()}"
         raise ConfigError("neither a time column nor a sampling time is known", where=table.path, hint=hint)
     kept = _kept(settings, table, len(found["phi_m"].values), t)
     policy = Policy(**settings.repair.model_dump()) if settings.repair else Policy()
+    flaws = Findings(table, policy, np.flatnonzero(kept))
     signals = {name: signal.values[kept] for name, signal in found.items() if name != "t"}
     cut = None if t is None else t[kept]
-    rows = np.flatnonzero(kept).astype(np.float64)
-    mended = mend(table, signals, rows, cut, settings.sampling_time, turns, policy)
-    record = _record(settings, mended.signals, mended.sampling_time, found)
+    mended = mend(flaws, signals, cut, settings.sampling_time, {} if linear else _turns(found))
+    record = _record(settings, mended.signals, mended.grid.sampling_time, found)
     remarks += mended.remarks
     if len(record) > 2:
         remarks += _speed_remarks(table, settings, record, derived="dphi_m" not in found)
     return record, inspect(record, table.path, mended, tuple(remarks))
+
+
+def _turns(found: Mapping[str, Signal]) -> dict[str, tuple[float, ...]]:
+    """Angles at which each may wrap around [rad]: a turn of what was recorded, and one of what it is scaled to."""
+    return {name: (2 * pi, 2 * pi * abs(found[name].scale)) for name in ANGLES if name in found}
 
 
 def read_signals(settings: RecordSettings, table: Table, *, linear: bool) -> tuple[dict[str, Signal], list[str]]:
@@ -103,6 +105,10 @@ def _kept(settings: RecordSettings, table: Table, n: int, t: Array | None) -> Ma
 def _record(settings: RecordSettings, signals: dict[str, Array], h: float, found: Mapping[str, Signal]) -> Record:
     late = settings.speed_delay if "dphi_m" in signals else 0
     n = len(signals["phi_m"])
+    if abs(late) > n // 2:
+        raise ConfigError(
+            f"speed_delay is {late} samples, of {n}", where=settings.name, hint="give samples, not a time"
+        )
     first, last = max(0, -late), n - max(0, late)
     cut = {
         name: values[first + late : last + late] if name == "dphi_m" else values[first:last]
@@ -134,7 +140,7 @@ def _speed_remarks(table: Table, settings: RecordSettings, record: Record, *, de
     if derived:
         return ["dphi_m is derived from phi_m by central differences"]
     angle, speed, h = record.phi_m, record.dphi_m, record.sampling_time
-    remarks = [f"dphi_m is moved {settings.speed_delay} samples forward in time"] if settings.speed_delay else []
+    remarks = [f"dphi_m is advanced by speed_delay: {settings.speed_delay}"] if settings.speed_delay else []
     scale = speed_scale(angle, speed, h)
     if scale is not None and (abs(scale) > MISTAKEN or abs(scale) < 1 / MISTAKEN):
         hint = "check unit and scale of both, or write dphi_m: null to derive it"
@@ -143,11 +149,9 @@ def _speed_remarks(table: Table, settings: RecordSettings, record: Record, *, de
         remarks.append(f"dphi_m is {scale:.4g} times the derivative of phi_m; is one of them scaled wrong?")
     lag = speed_lag(angle, speed, h)
     if lag:
-        late = "late" if lag > 0 else "early"
-        mend = (
-            f"speed_delay: {settings.speed_delay + round(lag)} or dphi_m: null" if abs(lag) > 0.75 else "dphi_m: null"
-        )
-        remarks.append(f"dphi_m is {abs(lag):.2g} samples {late} against the derivative of phi_m; {mend} mends it")
+        much = f"{abs(lag):.1f} sample{'s' * (abs(lag) >= 1.05)} {'late' if lag > 0 else 'early'}"
+        shift = f"speed_delay: {settings.speed_delay + round(lag)} or " if abs(lag) > 0.75 else ""
+        remarks.append(f"dphi_m is {much} against the derivative of phi_m; {shift}dphi_m: null mends it")
     return remarks
 
 

@@ -1,0 +1,147 @@
+"""Every flaw is mended, said and counted, or refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from robotid.errors import InputError
+from robotid.model.array import Array
+from robotid.signals.readers.table import Table
+from robotid.signals.repair import Mended, mend
+from robotid.signals.sampling import Findings, Policy, usual_step
+
+H = 0.01
+N = 400
+T = np.arange(N) * H
+
+
+def signals() -> dict[str, Array]:
+    return {"tau_m": np.cos(3 * T), "phi_m": np.sin(3 * T)}
+
+
+def run(
+    found: dict[str, Array],
+    t: Array | None,
+    policy: Policy | None = None,
+    declared: float | None = None,
+    turn: float = 2 * np.pi,
+) -> Mended:
+    n = len(next(iter(found.values())))
+    table = Table("a.csv", {}, lines=np.arange(n) + 2.0)
+    return mend(Findings(table, policy or Policy(), np.arange(n)), found, t, declared, {"phi_m": (turn,)})
+
+
+def without(rows: list[int]) -> tuple[dict[str, Array], Array]:
+    return {name: np.delete(values, rows) for name, values in signals().items()}, np.delete(T, rows)
+
+
+def test_a_clean_record_stays_as_it_is() -> None:
+    mended = run(signals(), T)
+    assert mended.remarks == ()
+    assert (mended.grid.sampling_time, mended.grid.missing, mended.duplicated, mended.not_finite, mended.wraps) == (
+        H,
+        0,
+        0,
+        0,
+        0,
+    )
+    assert mended.grid.jitter < 1e-9
+    for name, values in signals().items():
+        np.testing.assert_array_equal(mended.signals[name], values)
+
+
+def test_without_a_time_column() -> None:
+    assert run(signals(), None, declared=0.004).grid.sampling_time == 0.004
+
+
+def test_a_short_gap_is_filled() -> None:
+    mended = run(*without([100, 101, 250]))
+    assert mended.grid.missing == 3
+    assert mended.remarks == ("3 samples are missing and interpolated, the first before a.csv:102",)
+    np.testing.assert_allclose(mended.signals["phi_m"], np.sin(3 * T), atol=2e-3)
+
+
+def test_many_short_gaps_are_refused_unless_asked_for() -> None:
+    found, t = without(list(range(50, 350, 20)))
+    with pytest.raises(InputError, match="15 samples are missing, 1 of them before this one"):
+        run(found, t)
+    assert run(found, t, Policy(gaps="interpolate")).grid.missing == 15
+
+
+def test_samples_that_were_not_numbers() -> None:
+    found = signals()
+    found["tau_m"][[5, 6]] = np.nan
+    found["tau_m"][90] = np.inf
+    mended = run(found, T)
+    assert mended.not_finite == 3
+    assert mended.remarks == ("tau_m: 3 samples that were not numbers are interpolated, the first at a.csv:7",)
+    np.testing.assert_allclose(mended.signals["tau_m"], np.cos(3 * T), atol=2e-3)
+
+
+def test_a_time_that_was_not_a_number() -> None:
+    t = T.copy()
+    t[7] = np.nan
+    assert run(signals(), t).remarks == ("t: 1 sample that was not a number is interpolated, the first at a.csv:9",)
+
+
+def test_duplicates_are_dropped() -> None:
+    found = {name: np.insert(values, 42, values[42]) for name, values in signals().items()}
+    mended = run(found, np.insert(T, 42, T[42]))
+    assert mended.duplicated == 1
+    assert mended.remarks == ("1 duplicated sample is dropped, the first at a.csv:45",)
+    np.testing.assert_array_equal(mended.signals["phi_m"], np.sin(3 * T))
+
+
+@pytest.mark.parametrize("turn", [2 * np.pi, 360.0])
+def test_wrap_arounds_are_unwrapped(turn: float) -> None:
+    angle = turn * (0.3 + 2.5 * np.sin(T))
+    mended = run({"phi_m": (angle + turn / 2) % turn - turn / 2}, T, turn=turn)
+    assert mended.wraps > 3
+    np.testing.assert_allclose(np.diff(mended.signals["phi_m"]), np.diff(angle), atol=1e-9 * turn)
+
+
+def test_a_gap_at_a_wrap_around_is_bridged_on_the_way_that_the_motor_went() -> None:
+    angle = 4 * T
+    wrapped = angle % (2 * np.pi)
+    k = int(np.argmax(np.diff(wrapped) < 0))
+    wrapped[k] = np.nan
+    mended = run({"phi_m": np.delete(wrapped, k + 1)}, np.delete(T, k + 1))
+    np.testing.assert_allclose(mended.signals["phi_m"], angle, atol=1e-9)
+
+
+def test_a_dropout_is_no_wrap_around() -> None:
+    """An encoder that reads zero once jumps by most of a turn, but not from edge to edge."""
+    angle = 5.5 + 0.1 * np.sin(3 * T)
+    angle[77] = 0.0
+    assert run({"phi_m": angle}, T).wraps == 0
+
+
+def test_a_turn_that_is_too_fast_to_follow() -> None:
+    with pytest.raises(InputError, match="phi_m turns too far between samples to be unwrapped"):
+        run({"phi_m": 2.9 * np.arange(N) % (2 * np.pi)}, T)
+
+
+def test_jitter_is_measured() -> None:
+    rng = np.random.default_rng(1)
+    mended = run(signals(), T + 0.05 * H * rng.uniform(-1, 1, N))
+    assert 0.02 < mended.grid.jitter_rms < mended.grid.jitter < 0.1
+    assert mended.grid.sampling_time == pytest.approx(H, rel=1e-3)
+
+
+def test_time_with_too_few_digits_is_told() -> None:
+    with pytest.raises(
+        InputError, match=r"time is written with too few digits; write t: null .* sampling_time instead"
+    ):
+        run(signals(), np.round(T / 10, 2))
+
+
+@pytest.mark.parametrize(("h", "n"), [(1e-3, 25000), (0.0005, 100), (1 / 3000, 5000), (0.004, 2501)])
+def test_usual_step(h: float, n: int) -> None:
+    t = 1e3 + np.arange(n) * h
+    assert usual_step(t) == pytest.approx(h, abs=0.5 * h / n)
+    assert usual_step(np.delete(t, [20, 21])) == pytest.approx(h, abs=0.5 * h / n)
+
+
+def test_round_steps_are_exact() -> None:
+    assert usual_step(np.arange(20000) * 0.001 + 0.25e-9) == 0.001
