@@ -1,8 +1,10 @@
 # make demo: set up and identify the shipped example. make test: set up and run the tests. `make help` lists the rest.
-PYTHON ?= python3
+PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 VENV ?= .venv
 CONFIG ?= configs/demo.yaml
 BIN := $(VENV)/bin
+ROBOTID := $(BIN)/robotid
 RUN := runs/$(basename $(notdir $(CONFIG)))
 STAMP := $(VENV)/.installed
 
@@ -15,16 +17,19 @@ help:
 	@echo "make check      formatting, lint, types, import contracts"
 	@echo "make bench      speed beside other tools, as ratios"
 	@echo "make pipeline CONFIG=configs/x.yaml    every stage that is stale, rule by rule"
-	@echo "make clean      remove runs/ and the environment"
+	@echo "make clean      remove runs/, caches and the environment"
+	@echo "PYTHON=python3.12 chooses the interpreter, VENV=folder where the environment is"
 
 $(STAMP): pyproject.toml
-	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "robotid needs Python 3.11 or later; say make PYTHON=python3.12")'
+	@test -n "$(PYTHON)" || { echo "robotid needs Python 3.11 or later; name it: make PYTHON=/path/to/python3" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit("robotid needs Python 3.11 or later, %s is %d.%d; name another: make PYTHON=..." \
+		% (sys.executable, *sys.version_info[:2]) if sys.version_info < (3, 11) else 0)'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --editable '.[dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $@
 
 demo: $(STAMP)
-	$(BIN)/robotid run configs/demo.yaml
+	$(ROBOTID) run configs/demo.yaml
 
 test: $(STAMP)
 	$(BIN)/python -m pytest -n 2
@@ -38,20 +43,28 @@ check: $(STAMP)
 bench: $(STAMP)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python tests/bench/bench.py
 
+# One rule a stage. What make finds stale by time, robotid checks by content: what turns out fresh is only touched.
+# Measured files are those that the configuration names; one that is missing is left for robotid to complain of.
+HERE := $(dir $(CONFIG))
+NAMED := $(shell sed -n 's/^[^\#]*file: *//p' $(CONFIG) 2>/dev/null | sed 's/[ ,}\#].*//' | tr -d "'\"")
+FILES := $(wildcard $(patsubst $(HERE)/%,/%,$(addprefix $(HERE),$(NAMED))))
+
 pipeline: $(RUN)/validation.h5
 
 $(RUN)/excitation.h5: $(CONFIG) | $(STAMP)
-	$(BIN)/robotid excite $(CONFIG)
-$(RUN)/records.h5: $(RUN)/excitation.h5
-	$(BIN)/robotid collect $(CONFIG)
-$(RUN)/rigid.h5: $(RUN)/records.h5
-	$(BIN)/robotid init-rigid $(CONFIG)
-$(RUN)/flex.h5: $(RUN)/rigid.h5
-	$(BIN)/robotid init-flex $(CONFIG)
-$(RUN)/model.h5: $(RUN)/flex.h5
-	$(BIN)/robotid fit $(CONFIG)
-$(RUN)/validation.h5: $(RUN)/model.h5
-	$(BIN)/robotid validate $(CONFIG)
+	$(ROBOTID) excite $(CONFIG)
+$(RUN)/records.h5: $(CONFIG) $(RUN)/excitation.h5 $(FILES)
+	$(ROBOTID) collect $(CONFIG)
+$(RUN)/rigid.h5: $(CONFIG) $(RUN)/records.h5
+	$(ROBOTID) init-rigid $(CONFIG)
+$(RUN)/flex.h5: $(CONFIG) $(RUN)/records.h5 $(RUN)/rigid.h5
+	$(ROBOTID) init-flex $(CONFIG)
+$(RUN)/model.h5: $(CONFIG) $(RUN)/records.h5 $(RUN)/rigid.h5 $(RUN)/flex.h5
+	$(ROBOTID) fit $(CONFIG)
+$(RUN)/validation.h5: $(CONFIG) $(RUN)/records.h5 $(RUN)/rigid.h5 $(RUN)/flex.h5 $(RUN)/model.h5
+	$(ROBOTID) validate $(CONFIG)
+# Ctrl-C leaves the last iterate saved, and a validation below its threshold can be looked at.
+.PRECIOUS: $(RUN)/excitation.h5 $(RUN)/records.h5 $(RUN)/rigid.h5 $(RUN)/flex.h5 $(RUN)/model.h5 $(RUN)/validation.h5
 
 clean:
-	rm -rf runs $(VENV)
+	rm -rf runs $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
