@@ -241,6 +241,87 @@ CASES = [
         exit_code=2,
     ),
     Case(
+        "unit_of_something_else",
+        csv(good()),
+        "FILE, column phi_m: phi_m cannot be in Nm; give its unit, such as rad, or another column",
+        record=", columns: {phi_m: {name: phi_m, unit: Nm}}",
+        exit_code=2,
+    ),
+    Case(
+        "volts_without_scale",
+        csv(good(), "t,u_volt,phi_m,dphi_m"),
+        "FILE, column u_volt: tau_m is in V and needs a scale; "
+        "write tau_m: {name: u_volt, scale: ...} with the Nm per V",
+        record=", columns: {tau_m: u_volt}",
+        exit_code=2,
+    ),
+    Case(
+        "speed_in_degrees",
+        csv(good() | {"dphi_m": np.rad2deg(good()["dphi_m"])}),
+        "FILE: dphi_m is 57.3 times the derivative of phi_m; "
+        "check unit and scale of both, or write dphi_m: null to derive it",
+        exit_code=2,
+    ),
+    Case(
+        "start_beyond_the_end",
+        csv(good()),
+        "FILE: no sample lies between start 2 s and stop; the record is 0.99 s long",
+        record=", start: 2.0",
+        exit_code=2,
+    ),
+    Case(
+        "cut_too_short",
+        csv(good()),
+        "FILE: a record of 31 samples is too short, the least is 50; record longer",
+        record=", start: 0.2, stop: 0.5",
+    ),
+    Case(
+        "speed_delay_is_no_time",
+        csv(good()),
+        "day1: speed_delay is 80 samples, of 100; give samples, not a time",
+        record=", speed_delay: 80",
+        exit_code=2,
+    ),
+    Case(
+        "turns_too_fast",
+        csv(good() | {"phi_m": 2.9 * np.arange(100) % (2 * np.pi)}),
+        "FILE:5: phi_m turns too far between samples to be unwrapped; "
+        "record faster, or record an angle that does not wrap around",
+    ),
+    Case(
+        "one_step_of_the_encoder",
+        csv(good() | {"phi_m": 1e-3 * (np.arange(100) // 7 % 2)}),
+        "FILE: the motor moves by 1 of its encoder's steps and no more; "
+        "record a motion that excites the joint, or check the columns",
+        record=", columns: {dphi_m: null}",
+        exit_code=4,
+    ),
+    Case(
+        "decimal_commas_throughout",
+        "t,tau_m\n" + "0,01,1,5\n" * 60,
+        "FILE:2: 4 columns where the names promise 2; put ; between the columns if , is the decimal mark",
+    ),
+    Case(
+        "thousands_separator",
+        csv(good()).replace(",", ";").replace("0.03;", "1.000,03;"),
+        'FILE:5: "1.000,03" is not a number; mend or remove the line',
+    ),
+    Case(
+        "column_of_text",
+        "t,tau_m,phi_m\n" + "08:15:01,1,2\n" * 60,
+        'FILE: column "t" holds text, such as "08:15:01"; '
+        "name a column of numbers; for the time, sampling_time does as well",
+        record=", columns: {t: t}",
+        exit_code=2,
+    ),
+    Case(
+        "column_misspelt",
+        csv(good()),
+        'FILE: there is no column "tau_mm"; did you mean tau_m?',
+        record=", columns: {tau_m: tau_mm}",
+        exit_code=2,
+    ),
+    Case(
         "column_absent",
         csv(good()),
         'FILE: there is no column "torque"; it holds t, tau_m, phi_m, dphi_m',

@@ -106,7 +106,7 @@ def _excited(record: Record, source: str, step: float) -> None:
     elif np.ptp(record.phi_m) == 0.0:
         what = "the motor never moves"
     elif np.ptp(record.phi_m) < 3.5 * step:
-        what = f"the motor moves by {round(np.ptp(record.phi_m) / step)} steps of its encoder and no more"
+        what = f"the motor moves by {round(np.ptp(record.phi_m) / step)} of its encoder's steps and no more"
     if what:
         raise NumericsError(what, where=source, hint="record a motion that excites the joint, or check the columns")
 

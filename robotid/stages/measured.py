@@ -144,9 +144,9 @@ def _speed_remarks(table: Table, settings: RecordSettings, record: Record, *, de
     scale = speed_scale(angle, speed, h)
     if scale is not None and (abs(scale) > MISTAKEN or abs(scale) < 1 / MISTAKEN):
         hint = "check unit and scale of both, or write dphi_m: null to derive it"
-        raise ConfigError(f"dphi_m is {scale:.4g} times the derivative of phi_m", where=table.path, hint=hint)
+        raise ConfigError(f"dphi_m is {scale:.3g} times the derivative of phi_m", where=table.path, hint=hint)
     if scale is not None and abs(scale - 1) > NOTABLE:
-        remarks.append(f"dphi_m is {scale:.4g} times the derivative of phi_m; is one of them scaled wrong?")
+        remarks.append(f"dphi_m is {scale:.3g} times the derivative of phi_m; is one of them scaled wrong?")
     lag = speed_lag(angle, speed, h)
     if lag:
         much = f"{abs(lag):.1f} sample{'s' * (abs(lag) >= 1.05)} {'late' if lag > 0 else 'early'}"

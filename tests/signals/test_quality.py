@@ -89,7 +89,7 @@ def test_a_time_in_milliseconds_is_suspected() -> None:
     [
         ({"tau_m": np.full(4000, 0.2)}, "the torque never changes"),
         ({"phi_m": np.full(4000, 0.2)}, "the motor never moves"),
-        ({"phi_m": 1e-4 * (np.arange(4000) // 10 % 3)}, "the motor moves by 2 steps of its encoder and no more"),
+        ({"phi_m": 1e-4 * (np.arange(4000) // 10 % 3)}, "the motor moves by 2 of its encoder's steps and no more"),
     ],
 )
 def test_without_excitation(changed: dict[str, np.ndarray], line: str) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from robotid.signals.readers import read
+from robotid.signals.readers import Table, formats, read
 
 T = np.arange(5) * 0.01
 MATRIX = np.arange(15.0).reshape(5, 3)
@@ -22,8 +22,39 @@ MATRIX = np.arange(15.0).reshape(5, 3)
         "\ufefft [s];phi [deg]\r\n0;1\r\n0,01;2,5\r\n",
         "t [s]\tphi [deg]\n0\t1\n1e-2\t2.5\n",
         "# robot 7\n\nt [s],phi [deg]\n0,1\n# break\n0.01,2.5\n",
+        "t [s]\tphi [deg]\n0\t1\n0,01\t2,5\n",
+        "t (s),phi (deg)\n0,1\n0.01,2.5\n",
+        "t / s,phi / deg\n0,1\n0.01,2.5\n",
+        "t,phi\ns,deg\n0,1\n0.01,2.5\n",
+        "t,phi\n[s],[deg]\n0,1\n0.01,2.5\n",
+        "# t [s], phi [deg]\n0, 1\n0.01, 2.5\n",
+        '"t [s]","phi [deg]"\n"0","1"\n"0.01","2.5"\n',
+        "sep=;\nt [s];phi [deg]\n0;1\n0.01;2.5\n",
+        "Logger 3000\nDate: today\n\nt [s],phi [deg]\n0,1\n0.01,2.5\n",
+        "t [s],phi [deg],\n0,1,\n0.01,2.5,\n",
+        "t [s],phi [deg]\n0,1,\n0.01,2.5 # note\n",
+        "t [s],state,phi [deg]\n0,on,1\n0.01,off,2.5\n",
+        ",t [s],phi [deg]\n0,0,1\n1,0.01,2.5\n",
     ],
-    ids=["comma", "decimal comma, BOM", "tab", "comments"],
+    ids=[
+        "comma",
+        "decimal comma, BOM",
+        "tab",
+        "comments",
+        "decimal comma, tab",
+        "parentheses",
+        "slash",
+        "line of units",
+        "line of units in brackets",
+        "names in a comment",
+        "quoted",
+        "spreadsheet",
+        "preamble",
+        "trailing delimiters",
+        "trailing delimiter and note",
+        "a column of words",
+        "numbered rows",
+    ],
 )
 def test_text(text: str, tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
@@ -32,6 +63,31 @@ def test_text(text: str, tmp_path: Path) -> None:
     np.testing.assert_array_equal(table.columns["t"], [0, 0.01])
     np.testing.assert_array_equal(table.columns["phi"], [1, 2.5])
     assert table.units == {"t": "s", "phi": "deg"}
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "utf-8", "utf-8-sig", "utf-16"])
+def test_letters_of_windows(encoding: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("t [s],Stellgröße [V],phi [°]\n0,1,2\n1,2,3\n", encoding=encoding)
+    assert read(path).units == {"t": "s", "Stellgröße": "V", "phi": "°"}
+
+
+def test_blanks_between_columns(tmp_path: Path) -> None:
+    np.savetxt(tmp_path / "a.txt", MATRIX, header="t phi u")
+    np.testing.assert_array_equal(read(tmp_path / "a.txt").columns["u"], MATRIX[:, 2])
+
+
+def test_a_name_that_would_come_twice_keeps_its_unit(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t,phi [deg],phi [rad]\n0,1,2\n1,2,3\n")
+    table = read(tmp_path / "a.csv")
+    assert list(table.columns) == ["t", "phi [deg]", "phi [rad]"]
+    assert table.units == {"phi [deg]": "deg", "phi [rad]": "rad"}
+
+
+@pytest.mark.parametrize("cell", ["", "NaN", "n/a", "null", "-"])
+def test_ways_to_leave_a_cell_empty(cell: str, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(f"t,phi\n0,1\n1,{cell}\n2,3\n")
+    np.testing.assert_array_equal(read(tmp_path / "a.csv").columns["phi"], [1, np.nan, 3])
 
 
 def test_an_empty_cell_is_a_missing_sample(tmp_path: Path) -> None:
@@ -55,6 +111,31 @@ def test_matlab_5(tmp_path: Path) -> None:
     np.testing.assert_array_equal(table.pick("rec.q", 1), MATRIX[:, 1])
 
 
+def test_matlab_5_cells_and_arrays_of_structs(tmp_path: Path) -> None:
+    cells = np.empty(2, dtype=object)
+    cells[:] = [T, "text"]
+    structs = np.zeros(2, dtype=[("q", object)])
+    structs["q"] = [T, 2 * T]
+    savemat(tmp_path / "a.mat", {"signals": structs, "cells": cells})
+    table = read(tmp_path / "a.mat")
+    assert set(table.columns) == {"signals.0.q", "signals.1.q", "cells.0"}
+    np.testing.assert_array_equal(table.pick("signals.1.q"), 2 * T)
+
+
+def test_matlab_73_cells(tmp_path: Path) -> None:
+    """Entries of a cell stand under #refs#, and the cell refers to them."""
+    path = tmp_path / "a.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for k in (1, 2):
+            file[f"#refs#/{k}"] = k * T[None, :]
+        file["q"] = np.array([[file["#refs#/1"].ref, file["#refs#/2"].ref]], dtype=h5py.ref_dtype)
+        file["q"].attrs["MATLAB_class"] = np.bytes_(b"cell")
+    path.write_bytes(b"MATLAB 7.3 MAT-file".ljust(512) + path.read_bytes()[512:])
+    table = read(path)
+    assert set(table.columns) == {"q.0", "q.1"}
+    np.testing.assert_array_equal(table.pick("q.1"), 2 * T)
+
+
 def test_matlab_73(tmp_path: Path) -> None:
     """As MATLAB writes it: user block, transposed, text and empty arrays as numbers."""
     path = tmp_path / "a.mat"
@@ -73,6 +154,31 @@ def test_matlab_73(tmp_path: Path) -> None:
     assert set(table.columns) == {"rec.t", "rec.q"}
     np.testing.assert_array_equal(table.pick("rec.t", None), T)
     np.testing.assert_array_equal(table.pick("rec.q", 2), MATRIX[:, 2])
+
+
+def test_fields_of_structured_arrays(tmp_path: Path) -> None:
+    rows = np.zeros(5, dtype=[("t", float), ("phi", np.float32), ("note", "S3")])
+    rows["t"], rows["phi"] = T, 2 * T
+    np.savez(tmp_path / "a.npz", log=rows)
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["log"] = rows
+    for name in ("a.npz", "a.h5"):
+        table = read(tmp_path / name)
+        assert set(table.columns) == {"log.t", "log.phi"}
+        np.testing.assert_allclose(table.pick("log.phi"), 2 * T, rtol=1e-6)
+
+
+@pytest.mark.parametrize("axes", [(100, 6), (6, 100)])
+def test_a_matrix_may_lie_either_way(axes: tuple[int, int]) -> None:
+    matrix = np.arange(600.0).reshape(100, 6)
+    table = Table("a.mat", {"q": matrix if axes == matrix.shape else matrix.T})
+    np.testing.assert_array_equal(table.pick("q", 2), matrix[:, 2])
+
+
+def test_every_suffix_has_one_reader() -> None:
+    known = formats()
+    assert set(known) == {".csv", ".tsv", ".txt", ".mat", ".h5", ".hdf5", ".npz"}
+    assert len(known) == sum(len(module.SUFFIXES) for module in set(known.values()))
 
 
 def test_hdf5_and_npz(tmp_path: Path) -> None:

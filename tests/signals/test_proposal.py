@@ -1,0 +1,106 @@
+"""Columns are guessed as a person would, and doubts are said."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robotid.errors import InputError
+from robotid.signals.columns import Column
+from robotid.signals.proposal import Proposal, propose
+
+SHARED = Path(__file__).parents[3] / "shared" / "data"
+
+
+def proposal(folder: Path, head: str, step: float = 0.001) -> Proposal:
+    path = folder / "log.csv"
+    width = head.count(",") + 1
+    rows = [",".join([f"{k * step:.6g}", *[f"{k % 7}.5"] * (width - 1)]) for k in range(100)]
+    path.write_text("\n".join([head, *rows]), encoding="utf-8")
+    return propose(path)
+
+
+def test_usual_names_leave_no_doubt(tmp_path: Path) -> None:
+    found = proposal(tmp_path, "time [s],torque [Nm],angle [deg],speed [rpm],ref [rad]")
+    assert found.columns == {
+        "t": Column("time", unit="s"),
+        "tau_m": Column("torque", unit="Nm"),
+        "phi_m": Column("angle", unit="deg"),
+        "dphi_m": Column("speed", unit="rpm"),
+        "ref": Column("ref", unit="rad"),
+    }
+    assert (found.sampling_time, found.remarks) == (0.001, ())
+
+
+def test_volts_want_a_scale(tmp_path: Path) -> None:
+    found = proposal(tmp_path, "Time_ms,u_volt,EncoderPosition_deg", step=1)
+    assert found.columns["t"] == Column("Time_ms", unit="ms")
+    assert found.columns["tau_m"] == Column("u_volt", unit="V", scale=1.0)
+    assert found.columns["phi_m"] == Column("EncoderPosition_deg", unit="deg")
+    assert found.sampling_time == pytest.approx(0.001)
+    assert "u_volt is in V; give the torque per V as scale" in found.remarks
+
+
+def test_a_motor_comes_before_others(tmp_path: Path) -> None:
+    found = proposal(tmp_path, "t,joint_pos,motor_pos,load_pos,pos_ref,tau")
+    assert found.columns["phi_m"].name == "motor_pos"
+    assert found.columns["phi_a"].name == "load_pos"
+    assert found.columns["ref"].name == "pos_ref"
+    assert "phi_m could also be joint_pos" in found.remarks
+
+
+def test_what_is_not_there_is_said(tmp_path: Path) -> None:
+    found = proposal(tmp_path, "a,b,c")
+    assert found.columns == {}
+    assert found.remarks == (
+        "no column looks like tau_m; it holds a, b, c",
+        "no column looks like phi_m; it holds a, b, c",
+        "no time column was found; give sampling_time",
+    )
+
+
+def test_a_time_that_may_be_milliseconds(tmp_path: Path) -> None:
+    found = proposal(tmp_path, "time,torque,angle", step=1)
+    assert "time steps by 1; give its unit if it does not count seconds" in found.remarks
+
+
+def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
+    (tmp_path / "log.mat").write_text("no")
+    with pytest.raises(InputError):
+        propose(tmp_path / "log.mat")
+
+
+def test_matrices_of_a_robot(tmp_path: Path) -> None:
+    np.savez(
+        tmp_path / "log.npz", t=np.arange(100) * 0.004, act_torque_nm=np.ones((6, 100)), act_pos_deg=np.ones((100, 6))
+    )
+    found = propose(tmp_path / "log.npz")
+    assert found.columns["tau_m"] == Column("act_torque_nm", 0, "Nm")
+    assert found.columns["phi_m"] == Column("act_pos_deg", 0, "deg")
+    assert "act_pos_deg is a matrix, one column a joint; column 0 is proposed" in found.remarks
+
+
+def test_kuka() -> None:
+    path = SHARED / "kuka_kr300" / "A.mat"
+    if not path.is_file():
+        pytest.skip(f"{path} is not there: third-party data")
+    found = propose(path)
+    assert found.columns["phi_m"] == Column("rec.act_pos_mot_deg", 0, "deg")
+    assert found.columns["dphi_m"] == Column("rec.act_vel_mot_deg_per_s", 0, "deg/s")
+    assert found.sampling_time == 0.004
+
+
+def test_emps() -> None:
+    path = SHARED / "emps" / "DATA_EMPS.mat"
+    if not path.is_file():
+        pytest.skip(f"{path} is not there: third-party data")
+    found = propose(path)
+    assert {signal: column.name for signal, column in found.columns.items()} == {
+        "t": "t",
+        "tau_m": "vir",
+        "phi_m": "qm",
+        "ref": "qg",
+    }
+    assert found.sampling_time == 0.001
