@@ -117,6 +117,9 @@ def convert(table: Table, signal: str, column: Column, *, linear: bool = False) 
     recorded, remark = _unit(table, signal, column, linear=linear)
     factor = _factor(table, signal, column, recorded, linear=linear)
     scale = 1.0 if column.scale is None else column.scale
+    if recorded is not None and recorded.raw:
+        si = " or ".join(suitable(signal, linear=linear).values())
+        remark = f"{signal} is {scale:g} {si} per {recorded.name} of column {column.name}"
     return Signal(np.asarray((scale * values + column.offset) * factor), recorded, scale, remark)
 
 

@@ -88,6 +88,7 @@ def test_si_needs_no_remark() -> None:
 def test_a_drives_unit_is_torque_by_its_scale(unit: str) -> None:
     signal = convert(table("u"), "tau_m", Column("u", unit=unit, scale=35.15))
     np.testing.assert_array_equal(signal.values, 35.15 * ONES)
+    assert signal.remark == f"tau_m is 35.15 Nm per {unit} of column u"
     with pytest.raises(ConfigError) as error:
         convert(table("u"), "tau_m", Column("u", unit=unit))
     assert error.value.what == f"tau_m is in {unit} and needs a scale"

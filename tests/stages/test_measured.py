@@ -47,6 +47,7 @@ def test_the_log_of_a_stranger(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.phi_m, ANGLE, atol=2e-8)
     assert report.remarks == (
         "t is column Zeit in ms, found by its name",
+        "tau_m is 2.5 Nm per V of column Stellgröße",
         "phi_m is column Winkel in deg, found by its name",
         "dphi_m is derived from phi_m by central differences",
     )
