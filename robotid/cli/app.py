@@ -90,12 +90,18 @@ def status(
 def show(
     artifact: Annotated[Path, typer.Argument(metavar="FILE.h5", help="An artifact of a run directory.")],
     as_json: AsJson = False,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE.png", help="Draw it instead; also .svg and .pdf.")
+    ] = None,
     debug: Debug = False,
 ) -> None:
-    """What an artifact holds and where it comes from, as tables."""
-    from robotid.cli.show import show_artifact
+    """What an artifact holds and where it comes from, as tables or as a figure."""
+    from robotid.cli.show import plot_artifact, show_artifact
 
-    show_artifact(artifact, as_json=as_json)
+    if plot is None:
+        show_artifact(artifact, as_json=as_json)
+    else:
+        plot_artifact(artifact, plot)
 
 
 @app.command()

@@ -3,26 +3,55 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from robotid.artifacts.provenance import Provenance
 from robotid.artifacts.store import Label, load, peek
-from robotid.cli.console import Json, Table, print_json, print_tables
+from robotid.cli.console import Json, Table, print_json, print_tables, say
 from robotid.cli.views import view
-from robotid.errors import InputError
+from robotid.config.load import parse
+from robotid.errors import ConfigError, InputError
+from robotid.model.units import sliding
 from robotid.stages.pipeline import STAGES
+
+FORMATS = (".png", ".svg", ".pdf")
 
 
 def show_artifact(file: Path, *, as_json: bool = False) -> None:
     """Print an artifact of any stage. Raises InputError where it is missing, foreign or damaged."""
     label = peek(file)
-    stage = label.provenance.stage
-    if stage not in STAGES:
-        raise InputError(f'made by a stage "{stage}" that this version does not know', where=str(file))
-    content = load(file, STAGES[stage].type()).content
+    stage, content = label.provenance.stage, _content(file, label)
     if as_json:
         print_json({"content": view(stage).document(content), "provenance": _document(label)})
     else:
         print_tables([*view(stage).tables(content), _provenance(label)])
+
+
+def plot_artifact(file: Path, figure: Path) -> None:
+    """Draw an artifact into a file, whole or not at all. Raises ConfigError for a format that cannot be drawn."""
+    if figure.suffix not in FORMATS:
+        raise ConfigError(
+            f'no figure can be written as "{figure.suffix}"', where=str(figure), hint=f"use {', '.join(FORMATS)}"
+        )
+    label = peek(file)
+    content = _content(file, label)
+    from robotid.report.figures import draw
+
+    linear = parse(label.provenance.configuration).robot.linear
+    part = figure.with_name(f".{figure.stem}.part{figure.suffix}")
+    try:
+        draw(content, sliding if linear else str).savefig(part, dpi=150)
+        part.replace(figure)
+    finally:
+        part.unlink(missing_ok=True)
+    say(f"{figure} written")
+
+
+def _content(file: Path, label: Label) -> Any:
+    stage = label.provenance.stage
+    if stage not in STAGES:
+        raise InputError(f'made by a stage "{stage}" that this version does not know', where=str(file))
+    return load(file, STAGES[stage].type()).content
 
 
 def _document(label: Label) -> Json:
