@@ -115,7 +115,7 @@ def _read(node: h5py.Group | h5py.Dataset, hint: Any) -> Any:
     if node.shape is not None:
         words = h5py.check_string_dtype(node.dtype) is not None
         value = node.asstr()[()] if words else node[()]
-        if node.shape == () and words == _is_word(kind):
+        if node.shape == () and (_is_word(kind) if words else kind in NUMBERS):
             return _plain(value, kind)
         if len(node.shape) == 1 and origin is tuple and words == (_one_kind(kind) is str):
             return tuple(_plain(item, get_args(kind)[0]) for item in value)
@@ -162,7 +162,9 @@ def _alternative(hint: Any, name: str) -> Any:
     options = [option for option in _options(hint) if option is not NoneType]
     if len(options) == 1:
         return options[0]
-    return next((option for option in options if getattr(option, "__name__", "") == name), hint)
+    return next(
+        (option for option in options if is_dataclass(option) and getattr(option, "__name__", "") == name), hint
+    )
 
 
 def _is_word(kind: Any) -> bool:

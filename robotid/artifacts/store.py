@@ -16,7 +16,7 @@ from robotid.errors import InputError
 SCHEMA = 1
 FORMAT = "robotid artifact"
 AGAIN = "run its stage again"
-DAMAGED = (CodecError, KeyError, OSError, RuntimeError, TypeError, ValueError)
+DAMAGED = (AttributeError, CodecError, KeyError, OSError, RuntimeError, TypeError, ValueError)
 """What reading raises where bytes are not as they were written."""
 
 T = TypeVar("T")
@@ -77,8 +77,8 @@ def _image(content: object, provenance: Provenance, units: Units) -> bytes:
         group = file.create_group("content")
         write(group, content, units)
         write(file.create_group("provenance"), provenance)
-        kind, digest = type(content).__name__, content_digest(group)
-        file.attrs.update({"format": FORMAT, "schema": SCHEMA, "kind": kind, "digest": digest})
+        file.attrs.update({"format": FORMAT, "schema": SCHEMA, "kind": type(content).__name__})
+        file.attrs.update({"digest": content_digest(group), "provenance": content_digest(file["provenance"])})
         file.flush()
         image: bytes = file.id.get_file_image()
         return image
@@ -125,6 +125,8 @@ def _label(path: Path, file: h5py.File) -> Label:
             raise InputError(f"written in format {schema}, this version reads {SCHEMA}", where=str(path), hint=hint)
         if content_digest(file["content"]) != file.attrs["digest"]:
             raise InputError("damaged: the content does not match its checksum", where=str(path), hint=AGAIN)
+        if content_digest(file["provenance"]) != file.attrs["provenance"]:
+            raise InputError("damaged: the provenance does not match its checksum", where=str(path), hint=AGAIN)
         return Label(str(file.attrs["kind"]), str(file.attrs["digest"]), read(file["provenance"], Provenance))
     except DAMAGED as error:
         raise InputError(f"damaged ({_first_line(error)})", where=str(path), hint=AGAIN) from error

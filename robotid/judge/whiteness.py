@@ -70,7 +70,7 @@ def residual_test(residual: Array, torque: Array, lags: int = LAGS) -> ResidualT
     floor = _noise_floor(e)
     return ResidualTest(
         autocorrelation=r,
-        band=QUANTILE / np.sqrt(n),
+        band=float(QUANTILE / np.sqrt(n)),
         crosscorrelation=cross / both,
         cross_band=float(QUANTILE * np.sqrt(spread[0] / n) / both),
         # Ljung & Box 1978
