@@ -8,6 +8,7 @@ import numpy as np
 
 from robotid.model.array import Array
 from robotid.model.channel import Channel
+from robotid.model.delay import delayed
 from robotid.model.parameters import Parameter
 from robotid.model.port import Signal
 
@@ -27,19 +28,10 @@ class SensorDelay(Channel):
     signature = "a lag between torque and motion, as that of torque_delay"
 
     def apply(self, signal: Array, sampling_time: float, p: Sequence[float]) -> Array:
-        later, earlier, share = _neighbours(signal, float(p[0]) / sampling_time)
-        return np.asarray(later + share * (earlier - later))
+        return delayed(signal, p[0] / sampling_time)[0]
 
     def push(self, column: Array, signal: Array, sampling_time: float, p: Sequence[float]) -> Array:
         return self.apply(column, sampling_time, p)
 
     def partials(self, signal: Array, sampling_time: float, p: Sequence[float]) -> Array:
-        later, earlier, _ = _neighbours(signal, float(p[0]) / sampling_time)
-        return np.asarray((earlier - later)[None] / sampling_time)
-
-
-def _neighbours(signal: Array, delay: float) -> tuple[Array, Array, float]:
-    """The two samples that a delayed one lies between, and the share of the earlier. delay : in samples."""
-    whole = int(delay)
-    at = np.arange(signal.shape[-1]) - whole
-    return signal[..., np.maximum(at, 0)], signal[..., np.maximum(at - 1, 0)], delay - whole
+        return np.asarray(delayed(signal, p[0] / sampling_time)[1][None] / sampling_time)

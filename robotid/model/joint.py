@@ -16,14 +16,13 @@ import numpy as np
 from robotid.errors import ConfigError
 from robotid.model.array import Array, Mask
 from robotid.model.channel import Channel
+from robotid.model.geometry import Selection, coordinates, position, rotates
 from robotid.model.linear_algebra import inverse
 from robotid.model.parameters import Parameter, Parameters
 from robotid.model.port import Port, Signal
 from robotid.model.structure import Structure
 from robotid.model.term import Motion, Term
 from robotid.model.units import sliding
-
-Selection = tuple[tuple[int, float], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +76,7 @@ class Joint:
         self.ratio = structure.gear_ratio or 1.0
         probes = [_probe(term) for _, term in terms]
         self.keeps_angle = angle or any(
-            probe.x and port in _rotates(self.masses) for (port, _), probe in zip(terms, probes, strict=True)
+            probe.x and port in rotates(self.masses) for (port, _), probe in zip(terms, probes, strict=True)
         )
         self._lay_out(terms, probes)
         names = [(f"{port}.{term.name}", term.parameters) for port, term in terms]
@@ -95,9 +94,9 @@ class Joint:
         placed, theta = [], 0
         dry = np.zeros(nv, dtype=bool)
         for (port, term), probe in zip(terms, probes, strict=True):
-            q = _coordinates(port, nv, r)
+            q = coordinates(port, nv, r)
             v = tuple((npos + j, c) for j, c in q)
-            x = _position(port, nv, r) if self.keeps_angle or port not in _rotates(nv) else ()
+            x = position(port, nv, r) if self.keeps_angle or port not in rotates(nv) else ()
             count, k = len(term.parameters), len(term.states)
             placed.append(Placed(port, term, slice(theta, theta + count), x, v, q, slice(memory, memory + k), probe.a))
             theta, memory = theta + count, memory + k
@@ -260,39 +259,6 @@ def _probe(term: Term) -> _Reads:
 def _absent(partial: Array | float) -> bool:
     """Whether a partial is the structural zero of `Partials`."""
     return isinstance(partial, float) and partial == 0.0
-
-
-def _rotates(masses: int) -> set[Port]:
-    """Ports whose position is an absolute angle."""
-    return {Port.MOTOR, Port.ARM, Port.TOOL} | ({Port.LINK} if masses < 3 else set())
-
-
-def _coordinates(port: Port, masses: int, r: float) -> Selection:
-    """S: the port's speed as a sum over dq. A rigid gear makes the arm follow the motor."""
-    if masses == 1:
-        return ((0, 1.0 if port is Port.MOTOR else r),)
-    return {
-        Port.MOTOR: ((0, 1.0),),
-        Port.GEAR: ((0, r), (1, -1.0)),
-        Port.ARM: ((1, 1.0),),
-        Port.LINK: ((1, 1.0), (2, -1.0)) if masses == 3 else ((1, 1.0),),
-        Port.TOOL: ((2, 1.0),),
-    }[port]
-
-
-def _position(port: Port, masses: int, r: float) -> Selection:
-    """The port's position as a sum over the position states (twist, link twist, phi_m)."""
-    if masses == 1:
-        return ((0, 1.0 if port is Port.MOTOR else r),)
-    angle = masses - 1
-    arm = ((0, -1.0), (angle, r))
-    return {
-        Port.MOTOR: ((angle, 1.0),),
-        Port.GEAR: ((0, 1.0),),
-        Port.ARM: arm,
-        Port.LINK: ((1, 1.0),) if masses == 3 else arm,
-        Port.TOOL: ((0, -1.0), (1, -1.0), (angle, r)),
-    }[port]
 
 
 def _sum(selection: Selection, rows: Array) -> Array:
