@@ -50,7 +50,7 @@ def judge(run: Run, stage: Stage, before: Mapping[str, StageStatus]) -> StageSta
 
 def _why_stale(run: Run, stage: Stage, label: Label, before: Mapping[str, StageStatus]) -> str:
     made = label.provenance
-    if made.stage != stage.name or label.kind != stage.type().__name__:
+    if made.stage != stage.name or label.kind != stage.kind:
         return f"it holds what {made.stage} makes"
     if made.version != __version__:
         return f"made by version {made.version}"

@@ -33,6 +33,11 @@ class Stage:
     files: bool = False
     logs: bool = False
 
+    @property
+    def kind(self) -> str:
+        """Name of the class of the content, known without importing it."""
+        return self.content.partition(":")[2]
+
     def type(self) -> type[Any]:
         """Class of the content."""
         kind: type[Any] = find(self.content)
