@@ -12,7 +12,8 @@ import numpy as np
 
 from robotid.model import term
 from robotid.model.array import Array
-from robotid.model.joint import Joint, Placed
+from robotid.model.felt import Placed
+from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.port import Port
 from robotid.signals.differentiate import Kinematics, decimate, differentiate
@@ -85,10 +86,12 @@ def regress(joint: Joint, parameters: Parameters, record: Record, filtering: Fil
 
 
 def moving(joint: Joint) -> Iterator[tuple[Placed, float]]:
-    """Terms without memory that move when the joint moves rigidly, with the speed of their port in motor speeds."""
+    """Terms that move when the joint moves rigidly and depend on that motion alone (neither on memory nor on other
+    terms), with the speed of their port in motor speeds."""
     factors = {Port.MOTOR: 1.0, Port.ARM: joint.ratio, Port.TOOL: joint.ratio}
     for place in joint.placed:
-        if place.port in factors and not place.term.states:
+        own = not place.term.states and place.term.reads is None and not isinstance(place.term, term.Bend)
+        if place.port in factors and own:
             yield place, factors[place.port]
 
 

@@ -62,7 +62,7 @@ def required_torque(joint: Joint, theta: Array, record: Record, motion: Kinemati
     start = first_state.copy()
     start[list(prescribed)] = x[list(prescribed), 0]
     for _ in range(SWEEPS):
-        x = follow_motor(Problem(joint, theta, torque[:-1], record.sampling_time, x), start)
+        x = follow_motor(Problem(joint, theta, torque[:-1], record.sampling_time, x, begin=record.begin), start)
         torque = _balance(joint, theta, x, motion.acceleration, record.t)
     return torque
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotid.model.array import Array
-from robotid.model.joint import Joint, Placed
+from robotid.model.felt import Placed
+from robotid.model.joint import Joint
 from robotid.model.port import Port
 from robotid.model.term import Motion
 from robotid.model.units import sliding
@@ -97,13 +98,13 @@ def _number(signal: Array, k: int) -> str:
 def _blocks(trajectory: Trajectory) -> Iterator[tuple[list[Motion], list[Array]]]:
     """Motion and torque of every term, block by block of samples."""
     joint, theta, n = trajectory.joint, trajectory.theta, len(trajectory.u)
-    problem = Problem(joint, theta, trajectory.u, trajectory.sampling_time, trajectory.x)
+    problem = Problem(joint, theta, trajectory.u, trajectory.sampling_time, trajectory.x, begin=trajectory.begin)
     for first in range(0, n, BLOCK):
         motive = problem.motive(first, min(n, first + BLOCK))
         x = trajectory.x[:, first : first + BLOCK]
         mode = modes(motive, x)
         ddq = joint.evaluate(x, motive.u, mode.s, motive.t, theta, mode.locked).f[joint.speeds]
-        motions = [joint.motion(place, x, ddq, mode.s, motive.t) for place in joint.placed]
+        motions = joint.motions(x, ddq, mode.s, motive.t, theta)
         yield (
             motions,
             [

@@ -8,36 +8,22 @@ than the angles they are the difference of.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robotid.errors import ConfigError
 from robotid.model.array import Array, Mask
 from robotid.model.channel import Channel
+from robotid.model.felt import Felt, Lever, Placed, Tangent, absent, bent, combine, own_tangent
 from robotid.model.geometry import Selection, coordinates, position, rotates
 from robotid.model.linear_algebra import inverse
 from robotid.model.parameters import Parameter, Parameters
 from robotid.model.port import Port, Signal
 from robotid.model.structure import Structure
-from robotid.model.term import Motion, Term
+from robotid.model.term import Bend, Motion, Partials, Term
 from robotid.model.units import sliding
-
-
-@dataclass(frozen=True, slots=True)
-class Placed:
-    """A term at its port. at : slice of theta; x, v : the port's position and speed as sums over the state; q : its
-    selection S of the coordinates; z : slice of its memory in the state."""
-
-    port: Port
-    term: Term
-    at: slice
-    x: Selection
-    v: Selection
-    q: Selection
-    z: slice
-    reads_acceleration: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +43,8 @@ class Joint:
 
     terms : (port, term) pairs; channels : (signal, channel) pairs; ratio : phi_a / phi_m.
     angle : keep phi_m as a state even where no effect reads it.
+    candidates : further (port, term) pairs, each at its null: they change nothing, but B has the columns of their
+    parameters, whose indices follow those of the terms. Their memory is no state: it is read from further rows of x.
     """
 
     def __init__(
@@ -66,6 +54,7 @@ class Joint:
         channels: Sequence[tuple[Signal, Channel]] = (),
         *,
         angle: bool = False,
+        candidates: Sequence[tuple[Port, Term]] = (),
     ) -> None:
         self.structure = structure
         self.channels = tuple(channels)
@@ -74,11 +63,14 @@ class Joint:
         if structure.gear_ratio is None and ports != {Port.MOTOR}:
             raise ConfigError("effects beyond the motor need robot.gear_ratio", where="robot.model")
         self.ratio = structure.gear_ratio or 1.0
-        probes = [_probe(term) for _, term in terms]
+        everything = (*terms, *candidates)
+        probes = [_probe(term) for _, term in everything]
         self.keeps_angle = angle or any(
-            probe.x and port in rotates(self.masses) for (port, _), probe in zip(terms, probes, strict=True)
+            (probe.x and port in rotates(self.masses)) or getattr(term, "watches", None) in rotates(self.masses)
+            for (port, term), probe in zip(everything, probes, strict=True)
         )
         self._lay_out(terms, probes)
+        self._lay_out_candidates(candidates, probes[len(terms) :])
         names = [(f"{port}.{term.name}", term.parameters) for port, term in terms]
         names += [(f"{signal}.{channel.name}", channel.parameters) for signal, channel in self.channels]
         self.declared: tuple[Parameter, ...] = tuple(p for _, ps in names for p in ps)
@@ -86,25 +78,36 @@ class Joint:
 
     def _lay_out(self, terms: Sequence[tuple[Port, Term]], probes: Sequence[_Reads]) -> None:
         nv, npos = self.masses, self.masses - 1 + self.keeps_angle
-        memory = npos + nv
         r = self.ratio
         motion = np.array([[r, -1.0, 0.0], [0.0, 1.0, -1.0]])[: nv - 1, :nv]
         self._flow = np.vstack([motion, np.eye(1, nv)]) if self.keeps_angle else motion
         self.speeds = slice(npos, npos + nv)
-        placed, theta = [], 0
+        placed, theta, memory = [], 0, npos + nv
         dry = np.zeros(nv, dtype=bool)
-        for (port, term), probe in zip(terms, probes, strict=True):
-            q = coordinates(port, nv, r)
-            v = tuple((npos + j, c) for j, c in q)
-            x = position(port, nv, r) if self.keeps_angle or port not in rotates(nv) else ()
-            count, k = len(term.parameters), len(term.states)
-            placed.append(Placed(port, term, slice(theta, theta + count), x, v, q, slice(memory, memory + k), probe.a))
-            theta, memory = theta + count, memory + k
-            if probe.s and len(q) == 1:
-                dry[q[0][0]] = True
+        for (port, term), probe in zip(terms, probes, strict=False):
+            place = self._place(port, term, theta, memory, probe, acts=True)
+            placed.append(place)
+            theta, memory = place.at.stop, place.z.stop
+            if probe.s and len(place.q) == 1:
+                dry[place.q[0][0]] = True
         self.placed = tuple(placed)
         self.dry = tuple(int(j) for j in np.flatnonzero(dry))
         self.nx, self.n_theta = memory, theta
+
+    def _lay_out_candidates(self, candidates: Sequence[tuple[Port, Term]], probes: Sequence[_Reads]) -> None:
+        placed, theta, memory = [], self.n_theta, self.nx
+        for (port, term), probe in zip(candidates, probes, strict=True):
+            placed.append(self._place(port, term, theta, memory, probe, acts=False))
+            theta, memory = placed[-1].at.stop, placed[-1].z.stop
+        self.candidates = tuple(placed)
+
+    def _place(self, port: Port, term: Term, theta: int, memory: int, probe: _Reads, *, acts: bool) -> Placed:
+        nv, r = self.masses, self.ratio
+        q = coordinates(port, nv, r)
+        v = tuple((self.speeds.start + j, c) for j, c in q)
+        x = position(port, nv, r) if self.keeps_angle or port not in rotates(nv) else ()
+        at, z = slice(theta, theta + len(term.parameters)), slice(memory, memory + len(term.states))
+        return Placed(port, term, at, x, v, q, z, probe.a, acts)
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -113,6 +116,11 @@ class Joint:
         memory = tuple(f"{p.port}.{p.term.name}.{s}" for p in self.placed for s in p.term.states)
         return (*positions, *("dphi_m", "dphi_a", "dphi_b")[: self.masses], *memory)
 
+    @property
+    def positions(self) -> Array:
+        """d(position states)/dq, (positions, nv)."""
+        return np.asarray(self._flow)
+
     def parameters(self) -> Parameters:
         """Declared guesses and bounds, all free, terms first and then channels."""
         lower, upper = np.array([p.bounds for p in self.declared], dtype=np.float64).reshape(-1, 2).T
@@ -120,33 +128,109 @@ class Joint:
         units = tuple(sliding(p.unit) if self.structure.linear else p.unit for p in self.declared)
         return Parameters(self.names, units, values, lower, upper, np.ones(len(values), dtype=bool))
 
-    def motion(self, place: Placed, x: Array, ddq: Array | None, s: Array, t: Array) -> Motion:
-        """Motion of one port at states x (nx, n), accelerations ddq (nv, n) or None for rest, directions s (nv, n)."""
-        v = _sum(place.v, x)
-        zero = np.zeros(1)
-        a = _sum(place.q, ddq) if ddq is not None else zero
-        direction = s[place.q[0][0]] * np.sign(place.q[0][1]) if len(place.q) == 1 else np.sign(v)
-        return Motion(_sum(place.x, x) if place.x else zero, v, a, direction, t, x[place.z])
+    def motions(self, x: Array, ddq: Array | None, s: Array, t: Array, theta: Array) -> list[Motion]:
+        """What each term feels at states x (nx, n), accelerations ddq (nv, n) or None for rest, directions s."""
+        felts = self._feel(x, s, t, theta)
+        return [
+            felt.m if ddq is None else replace(felt.m, a=_sum(place.q, ddq))
+            for place, felt in zip(self.placed, felts, strict=True)
+        ]
+
+    def settled(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
+        """States x (nx, n) with the terms' memory as long motion at these positions and speeds leaves it."""
+        if self.nx > self.speeds.stop:
+            x = x.copy()
+            for place, m in zip(self.placed, self.motions(x, None, s, t, theta), strict=True):
+                for row, value in enumerate(place.term.settled(m, _of(theta, place)), start=place.z.start):
+                    x[row] = value
+        return x
 
     def force(self, x: Array, u: Array, s: Array, t: Array, theta: Array) -> Array:
         """Generalised force B u - sum S^T tau(x, v, 0), (nv, n)."""
-        return self._force([self.motion(place, x, None, s, t) for place in self.placed], u, theta)
+        return self._force(self._feel(x, s, t, theta), u, theta)
 
-    def _force(self, motions: Sequence[Motion], u: Array, theta: Array) -> Array:
+    def slopes(self, x: Array, s: Array, t: Array, theta: Array) -> tuple[Array, Array]:
+        """d(force)/dx (nv, nx, n) without accelerations, and the mass matrix (nv, nv, 1 or n)."""
+        felts = self._feel(x, s, t, theta)
+        jacobian = np.zeros((self.masses, self.nx, x.shape[1]))
+        for place, felt in zip(self.placed, felts, strict=True):
+            self._add_torque(place, felt, theta, jacobian, None, {})
+        return jacobian, self._mass_matrix(felts, theta)
+
+    def _feel(self, x: Array, s: Array, t: Array, theta: Array, places: Sequence[Placed] | None = None) -> list[Felt]:
+        """What each place feels: the motion of its port, bent by the bends there, and the torque it reads."""
+        places = self.placed if places is None else places
+        ports = {place.port: self._raw(place, x, s, t) for place in places}
+        felts: dict[int, Felt] = {}
+        for k, place in enumerate(places):
+            if isinstance(place.term, Bend):
+                felts[k] = replace(ports[place.port], m=replace(ports[place.port].m, z=x[place.z]))
+                watched = self._watched(place.term, x, s, t)
+                ports[place.port] = bent(
+                    place, ports[place.port], watched, x[place.z], self._values(place, theta), self.nx
+                )
+        for k, place in enumerate(places):
+            if k not in felts:
+                felt = ports[place.port]
+                felts[k] = replace(felt, m=replace(felt.m, z=x[place.z])) if place.term.states else felt
+        read = {k: self._read(place, places, felts, theta) for k, place in enumerate(places) if place.term.reads}
+        return [
+            replace(felts[k], m=replace(felts[k].m, tau=read[k][0]), tau=read[k][1]) if k in read else felts[k]
+            for k in range(len(places))
+        ]
+
+    def _raw(self, place: Placed, x: Array, s: Array, t: Array) -> Felt:
+        """The motion of a port itself."""
+        v, zero = _sum(place.v, x), np.zeros(1)
+        direction = s[place.q[0][0]] * np.sign(place.q[0][1]) if len(place.q) == 1 else np.sign(v)
+        m = Motion(_sum(place.x, x) if place.x else zero, v, zero, direction, t, x[:0])
+        return Felt(m, dict(place.x), dict(place.v), {}, {}, tuple(Lever(j, c) for j, c in place.q))
+
+    def _watched(self, bend: Bend, x: Array, s: Array, t: Array) -> Felt | None:
+        if bend.watches is None:
+            return None
+        port = self._place(bend.watches, bend, 0, 0, _Reads(x=True, a=False, s=False), acts=True)
+        return self._raw(port, x, s, t)
+
+    def _read(
+        self, reader: Placed, places: Sequence[Placed], felts: dict[int, Felt], theta: Array
+    ) -> tuple[Array | float, Tangent]:
+        """The torque that a term reads, with its tangent."""
+        reading = reader.term.reads
+        assert reading is not None
+        total: Array | float = 0.0
+        parts: list[tuple[Array | float, Tangent]] = []
+        for k, place in enumerate(places):
+            plain = place.acts and place.term.reads is None and not place.reads_acceleration
+            named = not reading.terms or place.term.name in reading.terms
+            if plain and named and place.port is (reading.port or reader.port):
+                p, felt = _of(theta, place), felts[k]
+                total = total + place.term.torque(felt.m, p)
+                d = place.term.partials(felt.m, p)
+                parts.append((1.0, felt.chain(d, own_tangent(place, d, self.nx))))
+        return total, combine(parts)
+
+    def _values(self, place: Placed, theta: Array) -> list[float]:
+        """Parameter values of a place; a candidate is at its null, its shapes at their guesses."""
+        return (
+            _of(theta, place) if place.acts else [q.guess if q.null is None else q.null for q in place.term.parameters]
+        )
+
+    def _force(self, felts: Sequence[Felt], u: Array, theta: Array) -> Array:
         force = np.zeros((self.masses, len(u)))
         force[0] = u
-        for place, m in zip(self.placed, motions, strict=True):
-            tau = place.term.torque(m, theta[place.at].tolist())
-            for j, c in place.q:
-                force[j] -= c * tau
+        for place, felt in zip(self.placed, felts, strict=False):
+            tau = place.term.torque(felt.m, _of(theta, place))
+            for lever in felt.levers:
+                force[lever.j] -= lever.c * tau
         return force
 
-    def _mass_matrix(self, motions: Sequence[Motion], theta: Array) -> Array:
+    def _mass_matrix(self, felts: Sequence[Felt], theta: Array) -> Array:
         """M = sum S^T (dtau/da) S, (nv, nv, n), or (nv, nv, 1) where it does not change."""
         mass = np.zeros((self.masses, self.masses, 1))
-        for place, m in zip(self.placed, motions, strict=True):
+        for place, felt in zip(self.placed, felts, strict=False):
             if place.reads_acceleration:
-                a = place.term.partials(m, theta[place.at].tolist()).a
+                a = place.term.partials(felt.m, _of(theta, place)).a
                 added = np.zeros((self.masses, self.masses, np.size(a)))
                 for i, ci in place.q:
                     for j, cj in place.q:
@@ -166,12 +250,14 @@ class Joint:
     ) -> Dynamics:
         """Right-hand side and its derivatives.
 
-        x : (nx, n); u : (n,) motor torque; s : (nv, n) directions of motion; t : (n,); theta : (n_theta,).
-        locked : (nv, n) coordinates held at rest by friction. columns : indices into theta of the derivatives wanted.
+        x : (nx, n), and rows of the candidates' memory; u : (n,) motor torque; s : (nv, n) directions of motion;
+        t : (n,); theta : (n_theta,). locked : (nv, n) coordinates held at rest by friction. columns : indices of the
+        derivatives wanted, into theta and on into the candidates' parameters.
         """
         n, nv = x.shape[1], self.masses
-        motions = [self.motion(place, x, None, s, t) for place in self.placed]
-        force, mass = self._force(motions, u, theta), self._mass_matrix(motions, theta)
+        places = (*self.placed, *self.candidates) if columns is not None else self.placed
+        felts = self._feel(x, s, t, theta, places)
+        force, mass = self._force(felts, u, theta), self._mass_matrix(felts, theta)
         if locked is not None:
             force, mass = np.where(locked, 0.0, force), _hold(mass, locked)
         gain = inverse(mass)
@@ -183,13 +269,12 @@ class Joint:
         flow = len(self._flow)
         f[:flow], f[self.speeds] = self._flow @ x[self.speeds], ddq
         A[:flow, self.speeds] = self._flow[:, :, None]
-        where = {} if columns is None else {c: k for k, c in enumerate(columns)}
-        for place, m in zip(self.placed, motions, strict=True):
-            if place.reads_acceleration:
-                m = self.motion(place, x, ddq, s, t)
-            self._add_torque(place, m, theta, jacobian, response, where)
-            if place.term.states:
-                self._add_memory(place, m, theta, f, A, B, where)
+        where = {} if columns is None else {self.nx + c: k for k, c in enumerate(columns)}
+        for place, felt in zip(places, felts, strict=True):
+            moving = replace(felt, m=replace(felt.m, a=_sum(place.q, ddq))) if place.reads_acceleration else felt
+            self._add_torque(place, moving, theta, jacobian, response, where)
+            if place.acts and place.term.states:
+                self._add_memory(place, felt, theta, f, A, B, where)
         if response is not None and B is not None:
             response[0, -1] = 1.0
         if locked is not None:
@@ -202,41 +287,61 @@ class Joint:
         return Dynamics(f, A, B)
 
     def _add_torque(
-        self, place: Placed, m: Motion, theta: Array, jacobian: Array, response: Array | None, where: dict[int, int]
+        self,
+        place: Placed,
+        felt: Felt,
+        theta: Array,
+        jacobian: Array,
+        response: Array | None,
+        where: dict[int, int],
     ) -> None:
-        d = place.term.partials(m, theta[place.at].tolist())
-        for j, c in place.q:
-            for partial, selection in ((d.x, place.x), (d.v, place.v)):
-                if not _absent(partial):
-                    for i, k in selection:
-                        jacobian[j, i] -= c * k * partial
-            for i, partial in enumerate(d.z, start=place.z.start):
-                jacobian[j, i] -= c * partial
-            if response is not None:
-                for i, partial in enumerate(d.theta, start=place.at.start):
-                    if i in where:
-                        response[j, where[i]] -= c * partial
+        """What a term's torque adds to the derivatives of the force; a candidate's, to those to its parameters only."""
+        if isinstance(place.term, Bend):
+            return
+        p = self._values(place, theta)
+        d = place.term.partials(felt.m, p)
+        tau: Array | float | None = None
+        for target, k, value in _entries(felt.chain(d, own_tangent(place, d, self.nx)), self.nx, response, where):
+            matrix = jacobian if target else response
+            if matrix is not None and (place.acts or not target):
+                for lever in felt.levers:
+                    if not absent(lever.c):
+                        matrix[lever.j, k] -= lever.c * value
+        for lever in felt.levers:
+            for target, k, value in _entries(lever.dc, self.nx, response, where):
+                matrix = jacobian if target else response
+                if matrix is not None and place.acts:
+                    tau = place.term.torque(felt.m, p) if tau is None else tau
+                    matrix[lever.j, k] -= value * tau
 
     def _add_memory(
-        self, place: Placed, m: Motion, theta: Array, f: Array, A: Array, B: Array | None, where: dict[int, int]
+        self, place: Placed, felt: Felt, theta: Array, f: Array, A: Array, B: Array | None, where: dict[int, int]
     ) -> None:
-        rates = place.term.rate(m, theta[place.at].tolist())
-        for row, rate, d in zip(
-            range(place.z.start, place.z.stop),
-            rates,
-            place.term.rate_partials(m, theta[place.at].tolist()),
-            strict=True,
-        ):
+        p = _of(theta, place)
+        rates, slopes = place.term.rate(felt.m, p), place.term.rate_partials(felt.m, p)
+        for row, rate, d in zip(range(place.z.start, place.z.stop), rates, slopes, strict=True):
             f[row] = rate
-            for partial, selection in ((d.x, place.x), (d.v, place.v)):
-                for i, k in selection:
-                    A[row, i] += k * partial
-            for i, partial in enumerate(d.z, start=place.z.start):
-                A[row, i] += partial
-            if B is not None:
-                for i, partial in enumerate(d.theta, start=place.at.start):
-                    if i in where:
-                        B[row, where[i]] += partial
+            tangent = felt.chain(d, own_tangent(place, d, self.nx))
+            for in_state, k, value in _entries(tangent, self.nx, B, where):
+                matrix = A if in_state else B
+                if matrix is not None:
+                    matrix[row, k] += value
+
+
+def _of(theta: Array, place: Placed) -> list[float]:
+    values: list[float] = theta[place.at].tolist()
+    return values
+
+
+def _entries(
+    tangent: Tangent, nx: int, response: Array | None, where: dict[int, int]
+) -> Iterator[tuple[bool, int, Array | float]]:
+    """Where the parts of a tangent go: (to the state or else to the wanted parameters, column, value)."""
+    for key, value in tangent.items():
+        if key < nx:
+            yield True, key, value
+        elif response is not None and key in where:
+            yield False, where[key], value
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,15 +355,10 @@ class _Reads:
 
 def _probe(term: Term) -> _Reads:
     point, zero = np.full(1, 0.3), np.zeros(1)
-    m = Motion(point, point, zero, np.ones(1), point, np.full((len(term.states), 1), 0.3))
+    m = Motion(point, point, zero, np.ones(1), point, np.full((len(term.states), 1), 0.3), point, point, point)
     p = [q.guess or min(1.0, q.bounds[1]) for q in term.parameters]
-    partials = (term.partials(m, p), *term.rate_partials(m, p))
-    return _Reads(*(any(not _absent(getattr(d, name)) for d in partials) for name in ("x", "a", "s")))
-
-
-def _absent(partial: Array | float) -> bool:
-    """Whether a partial is the structural zero of `Partials`."""
-    return isinstance(partial, float) and partial == 0.0
+    partials: tuple[Partials, ...] = (term.partials(m, p), *term.rate_partials(m, p))
+    return _Reads(*(any(not absent(getattr(d, name)) for d in partials) for name in ("x", "a", "s")))
 
 
 def _sum(selection: Selection, rows: Array) -> Array:

@@ -54,20 +54,12 @@ def linearise(joint: Joint, theta: Array, speed: float = 0.0) -> LinearJoint:
     x, zero = np.zeros((joint.nx, 1)), np.zeros(1)
     x[joint.speeds, 0] = speed * np.array([1.0, joint.ratio, joint.ratio])[: joint.masses]
     s = np.full((joint.masses, 1), 1.0 if speed >= 0 else -1.0)
-    K, D, M = np.zeros((3, joint.masses, joint.masses))
-    for place in joint.placed:
-        m, p = joint.motion(place, x, None, s, zero), theta[place.at].tolist()
-        for row, value in enumerate(place.term.settled(m, p), start=place.z.start):
-            x[row] = value
-        d = place.term.partials(joint.motion(place, x, None, s, zero), p)
-        S = np.zeros(joint.masses)
-        for j, c in place.q:
-            S[j] = c
-        for matrix, partial in ((K, d.x), (D, d.v), (M, d.a)):
-            matrix += np.outer(S, S) * float(np.asarray(partial).flat[0])
+    x = joint.settled(x, s, zero, theta)
+    slopes, mass = joint.slopes(x, s, zero, theta)
+    K, D = -slopes[:, : joint.speeds.start, 0] @ joint.positions, -slopes[:, joint.speeds, 0]
     point = joint.evaluate(x, zero, s, zero, theta, columns=())
     assert point.B is not None
-    return LinearJoint(K, D, M, point.A[..., 0], point.B[:, -1, 0], joint.speeds.start)
+    return LinearJoint(K, D, mass[..., 0], point.A[..., 0], point.B[:, -1, 0], joint.speeds.start)
 
 
 def channel_response(joint: Joint, theta: Array, omega: Array, sampling_time: float) -> Complex:

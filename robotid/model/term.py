@@ -20,6 +20,8 @@ class Motion:
     s direction of motion, sgn(v), as a variable of its own : (n,). The simulator decides it, exactly, also while
     the port sticks; abs(v) is s * v. A formula written with s is analytic in every argument.
     z the term's own states : (k, n).
+    tau the torque that the term reads [Nm]; xw, vw position and speed of the port it watches : (n,), where it declares
+    so.
     """
 
     x: Array
@@ -28,6 +30,9 @@ class Motion:
     s: Array
     t: Array
     z: Array
+    tau: Array | float = 0.0
+    xw: Array | float = 0.0
+    vw: Array | float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +49,20 @@ class Partials:
     s: Array | float = 0.0
     z: tuple[Array | float, ...] = ()
     theta: tuple[Array | float, ...] = ()
+    tau: Array | float = 0.0
+    xw: Array | float = 0.0
+    vw: Array | float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """Whose torque a term reads: the sum over the named terms, or over all, at a port, or at the term's own.
+
+    Terms that read a torque themselves, or an acceleration, are left out of the sum.
+    """
+
+    port: Port | None = None
+    terms: tuple[str, ...] = ()
 
 
 class Term(ABC):
@@ -51,7 +70,8 @@ class Term(ABC):
 
     name : as in configuration and verdicts. ports : where it may act, the usual one first. formula, source : text for
     people. signature : what the effect looks like in a residual when a model lacks it.
-    The torque must be affine in a. States (memory) evolve by `rate`, which may not read a.
+    The torque must be affine in a. States (memory) evolve by `rate`, which may not read a. reads : a torque of other
+    terms that this one leans on; the joint hands it over as Motion.tau, and chains its derivatives.
     """
 
     name: ClassVar[str]
@@ -61,6 +81,7 @@ class Term(ABC):
     source: ClassVar[str]
     signature: ClassVar[str]
     states: ClassVar[tuple[str, ...]] = ()
+    reads: ClassVar[Reading | None] = None
 
     @abstractmethod
     def torque(self, m: Motion, p: Sequence[float]) -> Array | float:
@@ -81,3 +102,28 @@ class Term(ABC):
     def settled(self, m: Motion, p: Sequence[float]) -> tuple[Array | float, ...]:
         """The states after long motion as in m: where a record that starts amid motion finds them."""
         return (0.0,) * len(self.states)
+
+
+class Bend(Term):
+    """An effect without a torque of its own: it bends the motion that the other terms at its port feel.
+
+    Position, speed and direction may be bent. watches : another port, whose motion enters as xw and vw and whose speed
+    enters the bent speed linearly, as that of a mechanism does: by virtual work the torques felt at the bent port then
+    act back on the watched one. At its null a bend changes nothing.
+    """
+
+    watches: ClassVar[Port | None] = None
+
+    @abstractmethod
+    def bend(self, m: Motion, p: Sequence[float]) -> tuple[Array | float, Array | float, Array | float]:
+        """The position, speed and direction (x, v, s) that the other terms feel, (n,) each."""
+
+    @abstractmethod
+    def bend_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, Partials, Partials]:
+        """Derivatives of the three."""
+
+    def torque(self, m: Motion, p: Sequence[float]) -> float:
+        return 0.0
+
+    def partials(self, m: Motion, p: Sequence[float]) -> Partials:
+        return Partials(z=(0.0,) * len(self.states), theta=(0.0,) * len(self.parameters))

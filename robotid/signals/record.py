@@ -20,7 +20,8 @@ class Record:
     """One experiment. All signals are on the motor side unless they end in _a, and (n,).
 
     tau_m is held from its sample to the next. ref is the controller's reference, of the quantity ref_kind names.
-    period [s] is set where the excitation repeats; band [Hz] where it fills a known band.
+    period [s] is set where the excitation repeats; band [Hz] where it fills a known band. begin [s] : time of the first
+    sample, other than zero for a piece of an experiment.
     """
 
     name: str
@@ -35,14 +36,15 @@ class Record:
     ref_kind: Quantity | None = None
     period: float | None = field(default=None, metadata={"unit": "s"})
     band: tuple[float, float] | None = field(default=None, metadata={"unit": "Hz"})
+    begin: float = field(default=0.0, metadata={"unit": "s"})
 
     def __len__(self) -> int:
         return len(self.tau_m)
 
     @property
     def t(self) -> Array:
-        """Time from the first sample [s], (n,)."""
-        return np.arange(len(self), dtype=np.float64) * self.sampling_time
+        """Time since the experiment began [s], (n,)."""
+        return self.begin + np.arange(len(self), dtype=np.float64) * self.sampling_time
 
     @property
     def duration(self) -> float:
@@ -56,7 +58,7 @@ class Record:
             for name in ("tau_m", "phi_m", "dphi_m", "phi_a", "ref")
             if (signal := getattr(self, name)) is not None
         }
-        return replace(self, period=None, **cut)
+        return replace(self, period=None, begin=self.begin + first * self.sampling_time, **cut)
 
     def pieces(self, length: float) -> tuple[Record, ...]:
         """Consecutive pieces of about this length [s], none shorter than half of it."""

@@ -56,7 +56,7 @@ def _integrate(problem: Problem, first: int, stop: int, start: Array) -> Array:
     for k in range(first, stop):
         step = _solve_ivp(
             lambda t, y, k=k: smooth_rate(problem.joint, y, float(problem.u[k]), t, problem.theta),
-            (k * h, (k + 1) * h),
+            (problem.begin + k * h, problem.begin + (k + 1) * h),
             x[-1],
             method="LSODA",
             rtol=RTOL,
@@ -72,7 +72,9 @@ def _integrate(problem: Problem, first: int, stop: int, start: Array) -> Array:
 
 def _key(problem: Problem, first: int, stop: int, start: Array) -> str:
     structure = problem.joint.structure
-    digest = hashlib.sha256(repr((structure, problem.joint.state_names, RTOL, ATOL, SMOOTHING, first)).encode())
+    digest = hashlib.sha256(
+        repr((structure, problem.joint.state_names, RTOL, ATOL, SMOOTHING, first, problem.begin)).encode()
+    )
     for array in (problem.theta, problem.u[first:stop], start, np.array([problem.sampling_time])):
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()

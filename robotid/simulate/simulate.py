@@ -23,7 +23,7 @@ class Trajectory:
     """A simulated motion at the n samples of a record.
 
     x : (nx, n) states; phi_m, dphi_m : (n,) [rad, rad/s]; twist : (n,) of the gear [rad], None for a rigid joint;
-    u : (n,) effective torque; rescued : windows (first, stop) that LSODA had to integrate.
+    u : (n,) effective torque; rescued : windows (first, stop) that LSODA had to integrate; begin [s] : of the record.
     """
 
     joint: Joint
@@ -35,12 +35,13 @@ class Trajectory:
     dphi_m: Array
     twist: Array | None
     rescued: tuple[tuple[int, int], ...] = ()
+    begin: float = 0.0
 
     @property
     def ddphi_m(self) -> Array:
         """Motor acceleration at the start of each interval [rad/s2], (n,)."""
         joint, n = self.joint, len(self.u)
-        problem = Problem(joint, self.theta, self.u, self.sampling_time, self.x)
+        problem = Problem(joint, self.theta, self.u, self.sampling_time, self.x, begin=self.begin)
         blocks = []
         for first in range(0, n, BLOCK):
             motive = problem.motive(first, min(n, first + BLOCK))
@@ -62,7 +63,7 @@ def simulate(
     u = effective_torque(joint, theta, record)
     cold = guess is None
     guess = measured_guess(joint, theta, record) if guess is None else guess
-    problem = Problem(joint, theta, u[:-1], record.sampling_time, guess)
+    problem = Problem(joint, theta, u[:-1], record.sampling_time, guess, begin=record.begin)
     if cold:
         problem = replace(problem, guess=follow_motor(problem, x0))
     return _finish(problem, u, record, *_march(problem, x0))
@@ -86,7 +87,7 @@ def _finish(problem: Problem, u: Array, record: Record, x: Array, rescued: tuple
     else:
         phi = record.phi_m[0] + np.concatenate([[0.0], np.cumsum(h / 2 * (dphi[1:] + dphi[:-1]))])
     twist = x[0] if joint.masses > 1 else None
-    return Trajectory(joint, problem.theta, h, u, x, phi, dphi, twist, rescued)
+    return Trajectory(joint, problem.theta, h, u, x, phi, dphi, twist, rescued, record.begin)
 
 
 def follow_motor(problem: Problem, x0: Array) -> Array:
@@ -152,12 +153,7 @@ def measured_guess(joint: Joint, theta: Array, record: Record) -> Array:
     noise = np.median(np.abs(np.diff(record.dphi_m, 2))) / (0.6745 * np.sqrt(6.0))
     x[first] = np.where(np.abs(record.dphi_m) > 3 * noise, record.dphi_m, 0.0) if joint.dry else record.dphi_m
     x[first + 1 : joint.speeds.stop] = joint.ratio * x[first]
-    for place in joint.placed:
-        if place.term.states:
-            m = joint.motion(place, x, None, np.sign(x[joint.speeds]), record.t)
-            for row, value in enumerate(place.term.settled(m, theta[place.at].tolist()), start=place.z.start):
-                x[row] = value
-    return x
+    return joint.settled(x, np.sign(x[joint.speeds]), record.t, theta)
 
 
 def sensitivities(
@@ -174,7 +170,7 @@ def sensitivities(
     out = np.empty((len(rows), width, n))
     start = np.zeros((joint.nx, width))
     start[list(free_states), len(columns) + np.arange(len(free_states))] = 1.0
-    problem = Problem(joint, theta, trajectory.u[:-1], trajectory.sampling_time, trajectory.x)
+    problem = Problem(joint, theta, trajectory.u[:-1], trajectory.sampling_time, trajectory.x, begin=record.begin)
     out[:, :, 0] = start[list(rows)]
     for first in range(0, n - 1, BLOCK):
         last = min(n - 1, first + BLOCK)

@@ -34,6 +34,8 @@ TOLERANCE = 1e-5  # of the last Newton step, relative; the error left is of the 
 class Problem:
     """A simulation to be done: u (n,) torque held over each of the n intervals, guess (nx, n + 1) of the nodes.
 
+    begin [s] : time of the first node.
+
     scale (nx,) grows with the trajectory: the size against which a Newton step counts as small.
     """
 
@@ -42,6 +44,7 @@ class Problem:
     u: Array
     sampling_time: float
     guess: Array
+    begin: float = field(default=0.0, kw_only=True)
     scale: Array = field(init=False)
 
     def __post_init__(self) -> None:
@@ -59,7 +62,7 @@ class Problem:
     def motive(self, first: int, last: int, columns: Sequence[int] | None = None) -> Motive:
         """What acts in intervals first .. last - 1."""
         h = self.sampling_time
-        t = np.arange(first, last, dtype=np.float64) * h
+        t = self.begin + np.arange(first, last, dtype=np.float64) * h
         return Motive(
             self.joint, self.theta, self.u[first:last], t, np.full(last - first, h, dtype=np.float64), columns
         )

@@ -1,0 +1,129 @@
+"""What diagnosis finds out: how much is wrong, where, why, and what the cause cannot be told from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from robotid.estimate.result import Estimate
+from robotid.judge.location import Curve
+from robotid.judge.validation import Trace
+from robotid.model.array import Array
+from robotid.signals.record import Quantity, Role
+
+Verdict = Literal["clean", "named", "unknown"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Misfit:
+    """A model on one record against the noise.
+
+    noise_floor : the smallest RMS error that any model could have here; misfit : the RMS error of this one beyond it,
+    root of the difference of squares; both in the unit of the output. explained_after : share of the misfit's energy
+    that all causes together remove.
+    """
+
+    role: Role
+    fit_percent: float = field(metadata={"unit": "%"})
+    rmse: float = field(metadata={"unit": "rad/s or rad"})
+    noise_floor: float = field(metadata={"unit": "rad/s or rad"})
+    misfit: float = field(metadata={"unit": "rad/s or rad"})
+    explained_after: float
+
+
+@dataclass(frozen=True, slots=True)
+class Separation:
+    """An experiment that tells two causes apart. excite : the block of a record, as JSON, which is YAML as well.
+
+    ratio : RMS difference of the two models' outputs over the noise; against : the effect it tells from the first.
+    """
+
+    against: str
+    excite: str
+    ratio: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cause:
+    """An effect that the model lacks.
+
+    explained : share of the misfit's energy above the noise floor that it removes. heldout_gain : of fit, on records
+    or blocks that did not serve to fit it. twins : what these data cannot tell from it, itself first.
+    """
+
+    effect: str
+    parameters: tuple[Estimate, ...]
+    explained: float
+    heldout_gain: float = field(metadata={"unit": "% points"})
+    p_value: float
+    twins: tuple[str, ...]
+    separation: Separation | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rejected:
+    """An effect that was tried, and why it is not a cause. heldout_gain is nan where no refit was worth it."""
+
+    effect: str
+    explained: float
+    heldout_gain: float = field(metadata={"unit": "% points"})
+    why: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Diagnosis:
+    """The verdict on one fitted model.
+
+    noise_floor, misfit, remaining : RMS over the records of the fit, in the unit of the output; remaining is the misfit
+    that the causes leave. records : by name. missing : the missing torque of each record, before any extension: its
+    measured part is what the residual asks for, its simulated part what the causes supply. curves : where the missing
+    torque sits, best ordered first. shape : the curve of what no cause explains, of an unknown effect only.
+    """
+
+    verdict: Verdict
+    model: str
+    output: Quantity
+    unit: str
+    noise_floor: float = field(metadata={"unit_in": "unit"})
+    misfit: float = field(metadata={"unit_in": "unit"})
+    remaining: float = field(metadata={"unit_in": "unit"})
+    records: dict[str, Misfit]
+    causes: tuple[Cause, ...]
+    rejected: tuple[Rejected, ...]
+    curves: tuple[Curve, ...]
+    missing: dict[str, Trace]
+    residuals: dict[str, Trace]
+    shape: Curve | None
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Score:
+    """A model on one record. used : whether it was fitted to it."""
+
+    role: Role
+    used: bool
+    fit_percent: float = field(metadata={"unit": "%"})
+    rmse: float = field(metadata={"unit": "rad/s or rad"})
+    trace: Trace
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Extension:
+    """The model before and after, by record; effects of both; Bayesian information criteria of both on the records of
+    the fit; the parameters after. configuration : the text of extended.yaml. dropped : causes that lost their worth in
+    the final refit. covariance : robust, (p, p)."""
+
+    model: str
+    output: Quantity
+    unit: str
+    model_before: tuple[str, ...]
+    model_after: tuple[str, ...]
+    before: dict[str, Score]
+    after: dict[str, Score]
+    bic_before: float
+    bic_after: float
+    parameters: tuple[Estimate, ...]
+    covariance: Array = field(metadata={"unit": "SI"})
+    dropped: tuple[Rejected, ...]
+    configuration: str

@@ -1,0 +1,126 @@
+"""The motion as a term feels it: that of its port, bent by the bends there, with the torques it reads.
+
+Every quantity comes with its tangent, so derivatives pass through bends and readings by themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+from robotid.model.array import Array
+from robotid.model.port import Port
+from robotid.model.term import Bend, Motion, Partials, Term
+
+Selection = tuple[tuple[int, float], ...]
+Tangent = dict[int, "Array | float"]
+"""Derivatives of one signal: row of the state, or number of states + index into theta, to (n,) or a number."""
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """A term at its port. at : slice of theta; x, v : the port's position and speed as sums over the state; q : its
+    selection S of the coordinates; z : slice of its memory in the state. acts : False for a candidate, an effect at
+    its null that feels the motion but adds nothing to it."""
+
+    port: Port
+    term: Term
+    at: slice
+    x: Selection
+    v: Selection
+    q: Selection
+    z: slice
+    reads_acceleration: bool
+    acts: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Lever:
+    """Where a torque acts: on coordinate j, by factor c; dc is the tangent of a factor that changes."""
+
+    j: int
+    c: Array | float
+    dc: Tangent = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Felt:
+    """A motion m, the tangents of its position, speed, direction and of the torque read, and the levers of a torque."""
+
+    m: Motion
+    x: Tangent
+    v: Tangent
+    s: Tangent
+    tau: Tangent
+    levers: tuple[Lever, ...]
+
+    def chain(self, d: Partials, own: Tangent) -> Tangent:
+        """Tangent of a quantity with these partials; own : that to the term's own states and parameters."""
+        return combine([(d.x, self.x), (d.v, self.v), (d.s, self.s), (d.tau, self.tau), (1.0, own)])
+
+
+def combine(parts: Iterable[tuple[Array | float, Tangent]]) -> Tangent:
+    """Sum of tangents, each times a factor."""
+    total: Tangent = {}
+    for factor, tangent in parts:
+        if absent(factor):
+            continue
+        for key, value in tangent.items():
+            scaled = value if _one(factor) else factor if _one(value) else factor * value
+            total[key] = total[key] + scaled if key in total else scaled
+    return total
+
+
+def absent(partial: Array | float) -> bool:
+    """Whether a partial is the structural zero of `Partials`."""
+    return isinstance(partial, float) and partial == 0.0
+
+
+def _one(factor: Array | float) -> bool:
+    return isinstance(factor, float) and factor == 1.0
+
+
+def own_tangent(place: Placed, d: Partials, nx: int) -> Tangent:
+    """Derivatives to the term's own states and parameters; a candidate's states are none of the joint's."""
+    states = dict(enumerate(d.z, start=place.z.start)) if place.acts else {}
+    theta = dict(enumerate(d.theta, start=nx + place.at.start))
+    return {key: value for key, value in (states | theta).items() if not absent(value)}
+
+
+def bent(place: Placed, felt: Felt, watched: Felt | None, z: Array, p: Sequence[float], nx: int) -> Felt:
+    """What is felt at a port behind one more bend. watched : the raw motion of the port that the bend watches."""
+    bend = place.term
+    assert isinstance(bend, Bend)
+    m = replace(felt.m, z=z)
+    if watched is not None:
+        m = replace(m, xw=watched.m.x, vw=watched.m.v)
+    x, v, s = bend.bend(m, p)
+    dx, dv, ds = bend.bend_partials(m, p)
+
+    def tangent(d: Partials) -> Tangent:
+        watching = [] if watched is None else [(d.xw, watched.x), (d.vw, watched.v)]
+        return combine([(1.0, felt.chain(d, own_tangent(place, d, nx))), *watching])
+
+    levers = felt.levers
+    if watched is not None:
+        # The bent speed is linear in the watched one: at v = 0, vw = 1 its value is the lever, its slope the lever's.
+        unit = bend.bend_partials(replace(m, v=0.0 * m.x, vw=1.0 + 0.0 * m.x), p)[1]
+        turns = combine([(unit.xw, watched.x), (1.0, own_tangent(place, unit, nx))])
+        levers += tuple(
+            Lever(lever.j, lever.c * dv.vw, {key: lever.c * value for key, value in turns.items()})
+            for lever in watched.levers
+        )
+    after = replace(felt.m, x=x + 0.0 * felt.m.x, v=v + 0.0 * felt.m.v, s=s + 0.0 * felt.m.s)
+    if not place.acts:
+        return _glimpsed(felt, (tangent(dx), tangent(dv), tangent(ds)), levers, nx + place.at.start)
+    return Felt(after, tangent(dx), tangent(dv), tangent(ds), felt.tau, levers)
+
+
+def _glimpsed(felt: Felt, tangents: tuple[Tangent, Tangent, Tangent], levers: tuple[Lever, ...], first: int) -> Felt:
+    """The motion unbent, as at the null of a candidate, with the derivatives to the candidate's parameters."""
+    x, v, s = ({key: value for key, value in tangent.items() if key >= first} for tangent in tangents)
+    turned = tuple(
+        Lever(lever.j, 0.0, {key: value for key, value in lever.dc.items() if key >= first})
+        for lever in levers[len(felt.levers) :]
+    )
+    return Felt(felt.m, felt.x | x, felt.v | v, felt.s | s, felt.tau, felt.levers + turned)
