@@ -44,7 +44,7 @@ class Joint:
     terms : (port, term) pairs; channels : (signal, channel) pairs; ratio : phi_a / phi_m.
     angle : keep phi_m as a state even where no effect reads it.
     candidates : further (port, term) pairs, each at its null: they change nothing, but B has the columns of their
-    parameters, whose indices follow those of the terms. Their memory is no state: it is read from further rows of x.
+    parameters, which follow all others in theta. Their memory is no state: it is read from further rows of x.
     """
 
     def __init__(
@@ -70,11 +70,11 @@ class Joint:
             for (port, term), probe in zip(everything, probes, strict=True)
         )
         self._lay_out(terms, probes)
-        self._lay_out_candidates(candidates, probes[len(terms) :])
         names = [(f"{port}.{term.name}", term.parameters) for port, term in terms]
         names += [(f"{signal}.{channel.name}", channel.parameters) for signal, channel in self.channels]
         self.declared: tuple[Parameter, ...] = tuple(p for _, ps in names for p in ps)
         self.names: tuple[str, ...] = tuple(f"{name}.{p.symbol}" for name, ps in names for p in ps)
+        self._lay_out_candidates(candidates, probes[len(terms) :])
 
     def _lay_out(self, terms: Sequence[tuple[Port, Term]], probes: Sequence[_Reads]) -> None:
         nv, npos = self.masses, self.masses - 1 + self.keeps_angle
@@ -95,7 +95,7 @@ class Joint:
         self.nx, self.n_theta = memory, theta
 
     def _lay_out_candidates(self, candidates: Sequence[tuple[Port, Term]], probes: Sequence[_Reads]) -> None:
-        placed, theta, memory = [], self.n_theta, self.nx
+        placed, theta, memory = [], len(self.names), self.nx
         for (port, term), probe in zip(candidates, probes, strict=True):
             placed.append(self._place(port, term, theta, memory, probe, acts=False))
             theta, memory = placed[-1].at.stop, placed[-1].z.stop
@@ -166,9 +166,7 @@ class Joint:
             if isinstance(place.term, Bend):
                 felts[k] = replace(ports[place.port], m=replace(ports[place.port].m, z=x[place.z]))
                 watched = self._watched(place.term, x, s, t)
-                ports[place.port] = bent(
-                    place, ports[place.port], watched, x[place.z], self._values(place, theta), self.nx
-                )
+                ports[place.port] = bent(place, ports[place.port], watched, x[place.z], _of(theta, place), self.nx)
         for k, place in enumerate(places):
             if k not in felts:
                 felt = ports[place.port]
@@ -210,12 +208,6 @@ class Joint:
                 parts.append((1.0, felt.chain(d, own_tangent(place, d, self.nx))))
         return total, combine(parts)
 
-    def _values(self, place: Placed, theta: Array) -> list[float]:
-        """Parameter values of a place; a candidate is at its null, its shapes at their guesses."""
-        return (
-            _of(theta, place) if place.acts else [q.guess if q.null is None else q.null for q in place.term.parameters]
-        )
-
     def _force(self, felts: Sequence[Felt], u: Array, theta: Array) -> Array:
         force = np.zeros((self.masses, len(u)))
         force[0] = u
@@ -251,7 +243,7 @@ class Joint:
         """Right-hand side and its derivatives.
 
         x : (nx, n), and rows of the candidates' memory; u : (n,) motor torque; s : (nv, n) directions of motion;
-        t : (n,); theta : (n_theta,). locked : (nv, n) coordinates held at rest by friction. columns : indices of the
+        t : (n,); theta : (p,), the candidates' after it. locked : (nv, n) coordinates held at rest by friction. columns : indices of the
         derivatives wanted, into theta and on into the candidates' parameters.
         """
         n, nv = x.shape[1], self.masses
@@ -298,7 +290,7 @@ class Joint:
         """What a term's torque adds to the derivatives of the force; a candidate's, to those to its parameters only."""
         if isinstance(place.term, Bend):
             return
-        p = self._values(place, theta)
+        p = _of(theta, place)
         d = place.term.partials(felt.m, p)
         tau: Array | float | None = None
         for target, k, value in _entries(felt.chain(d, own_tangent(place, d, self.nx)), self.nx, response, where):
