@@ -43,8 +43,8 @@ class Joint:
 
     terms : (port, term) pairs; channels : (signal, channel) pairs; ratio : phi_a / phi_m.
     angle : keep phi_m as a state even where no effect reads it.
-    candidates : further (port, term) pairs, each at its null: they change nothing, but B has the columns of their
-    parameters, which follow all others in theta. Their memory is no state: it is read from further rows of x.
+    candidates : further (port, term) pairs, each at its null: they change nothing, and `candidate_forces` tells what
+    they would add. Their parameters follow all others in theta; their memory is read from further rows of x.
     """
 
     def __init__(
@@ -242,13 +242,12 @@ class Joint:
     ) -> Dynamics:
         """Right-hand side and its derivatives.
 
-        x : (nx, n), and rows of the candidates' memory; u : (n,) motor torque; s : (nv, n) directions of motion;
-        t : (n,); theta : (p,), the candidates' after it. locked : (nv, n) coordinates held at rest by friction. columns : indices of the
-        derivatives wanted, into theta and on into the candidates' parameters.
+        x : (nx, n); u : (n,) motor torque; s : (nv, n) directions of motion;
+        t : (n,); theta : (p,). locked : (nv, n) coordinates held at rest by friction. columns : indices into theta of
+        the derivatives wanted; -1 - j asks for that to a force on coordinate j.
         """
         n, nv = x.shape[1], self.masses
-        places = (*self.placed, *self.candidates) if columns is not None else self.placed
-        felts = self._feel(x, s, t, theta, places)
+        felts = self._feel(x, s, t, theta)
         force, mass = self._force(felts, u, theta), self._mass_matrix(felts, theta)
         if locked is not None:
             force, mass = np.where(locked, 0.0, force), _hold(mass, locked)
@@ -262,13 +261,16 @@ class Joint:
         f[:flow], f[self.speeds] = self._flow @ x[self.speeds], ddq
         A[:flow, self.speeds] = self._flow[:, :, None]
         where = {} if columns is None else {self.nx + c: k for k, c in enumerate(columns)}
-        for place, felt in zip(places, felts, strict=True):
+        for place, felt in zip(self.placed, felts, strict=True):
             moving = replace(felt, m=replace(felt.m, a=_sum(place.q, ddq))) if place.reads_acceleration else felt
             self._add_torque(place, moving, theta, jacobian, response, where)
-            if place.acts and place.term.states:
+            if place.term.states:
                 self._add_memory(place, felt, theta, f, A, B, where)
-        if response is not None and B is not None:
+        if response is not None and columns is not None:
             response[0, -1] = 1.0
+            for k, c in enumerate(columns):
+                if c < 0:
+                    response[-1 - c, k] = 1.0
         if locked is not None:
             jacobian[np.broadcast_to(locked[:, None], jacobian.shape)] = 0.0
             if response is not None:
@@ -278,32 +280,47 @@ class Joint:
             B[self.speeds] = _times(gain, response)
         return Dynamics(f, A, B)
 
+    def candidate_forces(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
+        """Generalised forces that the candidates' parameters add, each per unit, (nv, k, n).
+
+        x : (nx + their memory, n) states; s : (nv, n) directions; t : (n,); theta : (p + k,), each candidate at its
+        null.
+        """
+        places = (*self.placed, *self.candidates)
+        first = len(self.names)
+        forces = np.zeros((self.masses, len(theta) - first, x.shape[1]))
+        where = {self.nx + c: c - first for c in range(first, len(theta))}
+        for place, felt in zip(places, self._feel(x, s, t, theta, places), strict=True):
+            self._add_torque(place, felt, theta, None, forces, where)
+        return forces
+
     def _add_torque(
         self,
         place: Placed,
         felt: Felt,
         theta: Array,
-        jacobian: Array,
+        jacobian: Array | None,
         response: Array | None,
         where: dict[int, int],
     ) -> None:
-        """What a term's torque adds to the derivatives of the force; a candidate's, to those to its parameters only."""
+        """What a term's torque adds to the derivatives of the force; at the null of a candidate the rest vanishes."""
         if isinstance(place.term, Bend):
             return
         p = _of(theta, place)
         d = place.term.partials(felt.m, p)
-        tau: Array | float | None = None
-        for target, k, value in _entries(felt.chain(d, own_tangent(place, d, self.nx)), self.nx, response, where):
+        own = own_tangent(place, d, self.nx)
+        for target, k, value in _entries(felt.chain(d, own) if place.acts else own, self.nx, response, where):
             matrix = jacobian if target else response
-            if matrix is not None and (place.acts or not target):
+            if matrix is not None:
                 for lever in felt.levers:
                     if not absent(lever.c):
                         matrix[lever.j, k] -= lever.c * value
-        for lever in felt.levers:
+        turning = [lever for lever in felt.levers if lever.dc] if place.acts else []
+        tau = place.term.torque(felt.m, p) if turning else 0.0
+        for lever in turning:
             for target, k, value in _entries(lever.dc, self.nx, response, where):
                 matrix = jacobian if target else response
-                if matrix is not None and place.acts:
-                    tau = place.term.torque(felt.m, p) if tau is None else tau
+                if matrix is not None:
                     matrix[lever.j, k] -= value * tau
 
     def _add_memory(

@@ -157,16 +157,25 @@ def measured_guess(joint: Joint, theta: Array, record: Record) -> Array:
 
 
 def sensitivities(
-    trajectory: Trajectory, record: Record, columns: Sequence[int], rows: Sequence[int], free_states: Sequence[int] = ()
+    trajectory: Trajectory,
+    record: Record,
+    columns: Sequence[int],
+    rows: Sequence[int],
+    free_states: Sequence[int] = (),
+    forces: Array | None = None,
 ) -> Array:
-    """Derivatives of states `rows` to parameters `columns` and to initial states `free_states`, (rows, k, n).
+    """Derivatives of states `rows` to parameters `columns`, to initial states `free_states`, and to the size of
+    `forces` (nv, q, n), generalised forces on the coordinates, each held over its interval: (rows, k, n).
 
     One banded triangular solve a block of samples; only the wanted rows are kept.
     """
     joint, theta, n = trajectory.joint, trajectory.theta, len(trajectory.u)
+    forces = np.zeros((joint.masses, 0, n)) if forces is None else forces
     mechanical = [k for k in columns if k < joint.n_theta]
+    inputs = [-1 - j for j in range(joint.masses)] if forces.size else []
     channel = torque_columns(joint, theta, record)
-    width = len(columns) + len(free_states)
+    given = len(columns) + len(free_states)
+    width = given + forces.shape[1]
     out = np.empty((len(rows), width, n))
     start = np.zeros((joint.nx, width))
     start[list(free_states), len(columns) + np.arange(len(free_states))] = 1.0
@@ -174,9 +183,8 @@ def sensitivities(
     out[:, :, 0] = start[list(rows)]
     for first in range(0, n - 1, BLOCK):
         last = min(n - 1, first + BLOCK)
-        steps = linearise(
-            problem.motive(first, last, mechanical), trajectory.x[:, first:last], trajectory.x[:, first + 1 : last + 1]
-        )
+        motive = problem.motive(first, last, [*mechanical, *inputs])
+        steps = linearise(motive, trajectory.x[:, first:last], trajectory.x[:, first + 1 : last + 1])
         assert steps.S is not None
         forcing = np.zeros((joint.nx, width, last - first + 1))
         forcing[:, :, 0] = start
@@ -185,6 +193,8 @@ def sensitivities(
                 forcing[:, k, 1:] = steps.S[:, mechanical.index(column)]
             elif column in channel:
                 forcing[:, k, 1:] = steps.S[:, -1] * channel[column][first:last]
+        for j in range(len(inputs)):
+            forcing[:, given:, 1:] += steps.S[:, None, len(mechanical) + j] * forces[j, :, first:last]
         z = carry(steps, forcing)
         out[:, :, first : last + 1] = z[list(rows)]
         start = z[:, :, -1]
