@@ -40,8 +40,8 @@ def autoregression(residual: Array, highest: int = HIGHEST_ORDER) -> tuple[Array
     return best
 
 
-def impulse_response(joint: Joint, theta: Array, row: int, sampling_time: float, n: int) -> Array:
-    """State `row` after a torque of 1 Nm held for one interval, while slipping with the spring at rest, (n,)."""
+def held_response(joint: Joint, theta: Array, sampling_time: float) -> tuple[Array, Array]:
+    """x[n + 1] = A x[n] + b u[n] with the torque held, while slipping with the spring at rest: A (nx, nx), b (nx,)."""
     x = np.zeros((joint.nx, 1))
     s = np.ones((joint.masses, 1))
     at = joint.evaluate(x, np.zeros(1), s, np.zeros(1), theta, columns=())
@@ -50,13 +50,20 @@ def impulse_response(joint: Joint, theta: Array, row: int, sampling_time: float,
     block = np.zeros((d + 1, d + 1))
     block[:d, :d], block[:d, d] = at.A[:, :, 0], at.B[:, -1, 0]
     held = expm(block * sampling_time)
+    return held[:d, :d], held[:d, d]
+
+
+def impulse_response(joint: Joint, theta: Array, row: int, sampling_time: float, n: int) -> Array:
+    """State `row` after a torque of 1 Nm held for one interval, while slipping with the spring at rest, (n,)."""
+    A, b = held_response(joint, theta, sampling_time)
+    d = joint.nx
     band = np.zeros((2 * d, d * n))
     for i in range(d):
         for j in range(d):
-            band[d + i - j, j : d * (n - 1) : d] = -held[i, j]
+            band[d + i - j, j : d * (n - 1) : d] = -A[i, j]
     rhs = np.zeros((d * n, 1), order="F")
     if n > 1:
-        rhs[d : 2 * d, 0] = held[:d, d]
+        rhs[d : 2 * d, 0] = b
     states, _ = dtbtrs(band, rhs, uplo="L", diag="U")
     return np.asarray(states[row::d, 0])
 

@@ -280,6 +280,13 @@ class Joint:
             B[self.speeds] = _times(gain, response)
         return Dynamics(f, A, B)
 
+    def candidate_motions(self, x: Array, s: Array, t: Array, theta: Array) -> list[Motion]:
+        """What each candidate feels, its memory zero. Arguments as of `candidate_forces`, x (nx, n)."""
+        places = (*self.placed, *self.candidates)
+        rows = sum(len(place.term.states) for place in self.candidates)
+        felts = self._feel(np.concatenate([x, np.zeros((rows, x.shape[1]))]), s, t, theta, places)
+        return [felt.m for felt in felts[len(self.placed) :]]
+
     def candidate_forces(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
         """Generalised forces that the candidates' parameters add, each per unit, (nv, k, n).
 

@@ -1,0 +1,154 @@
+"""What each candidate would add to a simulated output: one column a parameter, through the joint as it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robotid.estimate.residual import output_columns
+from robotid.judge.candidates import Candidate
+from robotid.model.array import Array
+from robotid.model.channel import Channel
+from robotid.model.joint import Joint
+from robotid.model.port import Port, Signal
+from robotid.model.term import Term
+from robotid.signals.record import Quantity, Record
+from robotid.simulate.driven import driven
+from robotid.simulate.simulate import BLOCK, Trajectory, sensitivities
+from robotid.simulate.solver import Problem
+from robotid.simulate.steps import modes
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Columns:
+    """Derivatives of an output (n,). known (k, n) : to what was fitted; missing (q, n) : to the candidates' parameters,
+    candidate by candidate; torque (m, n) : to torques at the motor that were asked for."""
+
+    known: Array
+    missing: Array
+    torque: Array
+
+
+def columns(
+    trajectory: Trajectory,
+    record: Record,
+    output: Quantity,
+    fitted: Sequence[int],
+    free_states: Sequence[int],
+    missing: Sequence[Candidate],
+    torques: Array | None = None,
+) -> Columns:
+    """All columns of one record in one banded solve.
+
+    fitted : indices into theta; free_states : of the trajectory's joint; torques (m, n) [Nm], each held over its
+    interval.
+    """
+    free_states = [_moved(trajectory.joint, k) for k in free_states]
+    trajectory = with_angle(trajectory)
+    joint = trajectory.joint
+    torques = np.zeros((0, len(record))) if torques is None else torques
+    forces, rows = _forces(trajectory, record, missing)
+    forces = np.concatenate([forces, np.stack([torques, *[0 * torques] * (joint.masses - 1)])], axis=1)
+    row = joint.speeds.start - (output == "position")
+    inner = sensitivities(trajectory, record, fitted, (row,), free_states, forces)[0]
+    outer = output_columns(trajectory, output, fitted, inner)
+    given = len(fitted) + len(free_states)
+    every = np.zeros((sum(len(c.scored) for c in missing), len(record)))
+    last = forces.shape[1] - len(torques)
+    every[rows] = outer[given : given + last]
+    _add_sensors(every, trajectory, output, missing)
+    return Columns(outer[:given], every, outer[given + last :])
+
+
+def with_angle(trajectory: Trajectory) -> Trajectory:
+    """The same trajectory of a joint that keeps its angle."""
+    joint = trajectory.joint
+    if joint.keeps_angle:
+        return trajectory
+    terms = [(place.port, place.term) for place in joint.placed]
+    kept = Joint(joint.structure, terms, joint.channels, angle=True)
+    return replace(trajectory, joint=kept, x=np.insert(trajectory.x, joint.speeds.start, trajectory.phi_m, axis=0))
+
+
+def _moved(joint: Joint, state: int) -> int:
+    """Index of a state once the angle is kept."""
+    return state if joint.keeps_angle or state < joint.speeds.start else state + 1
+
+
+def _forces(trajectory: Trajectory, record: Record, missing: Sequence[Candidate]) -> tuple[Array, list[int]]:
+    """Mean generalised forces (nv, q, n) of all candidates that act on the joint, and which columns they are."""
+    joint, n = trajectory.joint, len(record)
+    first = np.cumsum([0, *(len(c.scored) for c in missing)])
+    terms = [(k, c) for k, c in enumerate(missing) if isinstance(c.effect, Term)]
+    at_nodes = _term_forces(trajectory, [c for _, c in terms])
+    means = (at_nodes + np.concatenate([at_nodes[:, :, 1:], at_nodes[:, :, -1:]], axis=2)) / 2
+    rows = [int(first[k]) + i for k, c in terms for i in range(len(c.scored))]
+    torques = []
+    for k, c in enumerate(missing):
+        if isinstance(c.effect, Channel) and c.place is Signal.TORQUE:
+            torques += list(c.effect.partials(trajectory.u, record.sampling_time, c.values)[list(c.scored)])
+            rows += range(int(first[k]), int(first[k + 1]))
+    extra = np.zeros((joint.masses, len(torques), n))
+    if torques:
+        extra[0] = torques
+    return np.concatenate([means, extra], axis=1), rows
+
+
+def _term_forces(trajectory: Trajectory, missing: Sequence[Candidate]) -> Array:
+    """Generalised forces at the samples, (nv, q, n), of the parameters that are scored."""
+    base = trajectory.joint
+    placed = [(Port(c.place), c.effect) for c in missing if isinstance(c.effect, Term)]
+    terms = [(place.port, place.term) for place in base.placed]
+    joint = Joint(base.structure, terms, base.channels, angle=True, candidates=placed)
+    theta = np.concatenate([trajectory.theta, *(np.array(c.values) for c in missing)])
+    wanted = [
+        place.at.start - len(base.names) + k
+        for place, c in zip(joint.candidates, missing, strict=True)
+        for k in c.scored
+    ]
+    n, h = len(trajectory.u), trajectory.sampling_time
+    t = trajectory.begin + np.arange(n) * h
+    memory = _memory(joint, trajectory, missing, theta, t)
+    forces = np.empty((joint.masses, len(wanted), n))
+    problem = Problem(base, trajectory.theta, trajectory.u, h, trajectory.x, begin=trajectory.begin)
+    for start in range(0, n, BLOCK):
+        at = slice(start, min(n, start + BLOCK))
+        x = np.concatenate([trajectory.x[:, at], memory[:, at]])
+        s = modes(problem.motive(start, at.stop), trajectory.x[:, at]).s
+        forces[:, :, at] = joint.candidate_forces(x, s, t[at], theta)[:, wanted]
+    return forces
+
+
+def _memory(joint: Joint, trajectory: Trajectory, missing: Sequence[Candidate], theta: Array, t: Array) -> Array:
+    """States of the candidates with memory, as the trajectory drives them, (rows, n)."""
+    rows = [np.zeros((0, len(t)))]
+    motions = joint.candidate_motions(trajectory.x, np.sign(trajectory.x[joint.speeds]), t, theta)
+    for place, c, m in zip(joint.candidates, missing, motions, strict=True):
+        if place.term.states:
+            rows.append(driven(place.term, m, c.values, trajectory.sampling_time))
+    return np.concatenate(rows)
+
+
+def _add_sensors(every: Array, trajectory: Trajectory, output: Quantity, missing: Sequence[Candidate]) -> None:
+    """The columns of candidates that act on the measured signal itself."""
+    first = 0
+    for c in missing:
+        last = first + len(c.scored)
+        if isinstance(c.effect, Channel) and c.place is not Signal.TORQUE:
+            every[first:last] = sensed(trajectory, output, c)
+        first = last
+
+
+def sensed(trajectory: Trajectory, output: Quantity, candidate: Candidate) -> Array:
+    """Columns of a channel behind all others on a sensor, (k, n)."""
+    joint = trajectory.joint
+    assert isinstance(candidate.effect, Channel)
+    terms = [(place.port, place.term) for place in joint.placed]
+    channels = (*joint.channels, (Signal(candidate.place), candidate.effect))
+    extended = Joint(joint.structure, terms, channels, angle=True)
+    theta = np.concatenate([trajectory.theta, candidate.values])
+    columns = [len(joint.names) + k for k in candidate.scored]
+    still = np.zeros((len(columns), len(trajectory.u)))
+    return output_columns(replace(trajectory, joint=extended, theta=theta), output, columns, still)
