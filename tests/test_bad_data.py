@@ -146,7 +146,8 @@ CASES = [
     Case(
         "unknown_suffix",
         "t,tau_m\n",
-        'FILE: no reader for the format ".xlsx"; known are .csv, .h5, .hdf5, .mat, .npz, .tsv, .txt',
+        'FILE: no reader for the format ".xlsx"; known are '
+        ".csv, .db3, .h5, .hdf5, .mat, .mcap, .mdf, .mf4, .npz, .parquet, .pq, .tsv, .txt",
         file="day1.xlsx",
     ),
     Case(

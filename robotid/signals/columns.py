@@ -14,7 +14,19 @@ from robotid.signals.units import SI, Unit, parse, unit
 
 ALIASES: dict[str, tuple[str, ...]] = {
     "t": ("t", "time", "timestamp", "zeit"),
-    "tau_m": ("tau_m", "tau", "torque", "motor_torque", "tau_motor", "moment", "force", "drehmoment", "u", "vir"),
+    "tau_m": (
+        "tau_m",
+        "tau",
+        "torque",
+        "motor_torque",
+        "tau_motor",
+        "moment",
+        "force",
+        "effort",
+        "drehmoment",
+        "u",
+        "vir",
+    ),
     "phi_m": (
         "phi_m",
         "phi",

@@ -18,7 +18,20 @@ from robotid.signals.units import UNITS, parse
 
 WORDS = {
     "t": {"t", "time", "timestamp", "zeit", "clock"},
-    "tau_m": {"tau", "torque", "trq", "moment", "drehmoment", "force", "u", "vir", "volt", "voltage", "current"},
+    "tau_m": {
+        "tau",
+        "torque",
+        "trq",
+        "moment",
+        "drehmoment",
+        "force",
+        "effort",
+        "u",
+        "vir",
+        "volt",
+        "voltage",
+        "current",
+    },
     "dphi_m": {"dphi", "dq", "qd", "dtheta", "omega", "speed", "velocity", "vel", "drehzahl"},
     "phi_m": {"phi", "angle", "ang", "pos", "position", "q", "qm", "theta", "enc", "encoder", "winkel"},
 }
@@ -69,12 +82,19 @@ def propose(path: Path) -> Proposal:
             remarks += _said(signal, fitting)
         elif signal in NEEDED:
             remarks.append(f"no column looks like {signal}; {table.offer()}")
+    if "phi_m" in columns and (clock := table.clock(columns["phi_m"].name)) is not None:
+        columns = {"t": Column(clock)} | columns
     h = _sampling_time(table, columns.get("t"), remarks)
     return Proposal(path, columns, h, tuple(remarks))
 
 
 def _recorded(table: Table) -> list[str]:
-    """Columns of the commonest length: what else a file holds was not recorded with them."""
+    """Columns of the commonest length: what else a file holds was not recorded with them.
+
+    Where each has its time stamps, all but these.
+    """
+    if table.clocks:
+        return [name for name in table.columns if name not in table.clocks.values()]
     lengths = {name: max(values.shape) for name, values in table.columns.items()}
     total = Counter(lengths.values())
     usual = max(total, key=lambda length: length * total[length], default=0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from math import pi
 
 import numpy as np
@@ -11,6 +11,7 @@ from robotid.config.columns import ColumnSettings
 from robotid.config.records import RecordSettings
 from robotid.errors import ConfigError, InputError
 from robotid.model.array import Array, Mask
+from robotid.signals.clocks import on_one_clock
 from robotid.signals.columns import ALIASES, NEEDED, Column, Signal, convert, find, missing, said
 from robotid.signals.differentiate import central_difference
 from robotid.signals.quality import Report, inspect
@@ -58,19 +59,37 @@ def _turns(found: Mapping[str, Signal]) -> dict[str, tuple[float, ...]]:
 def read_signals(settings: RecordSettings, table: Table, *, linear: bool) -> tuple[dict[str, Signal], list[str]]:
     """Signals by name in SI, from the configured columns or those found by name, and what is to be said of them."""
     given = settings.columns.model_fields_set if settings.columns else frozenset()
+    chosen = _chosen(settings, table, given, linear=linear)
+    table, remarks = on_one_clock(table, chosen)
     found: dict[str, Signal] = {}
-    remarks: list[str] = []
-    for signal in ALIASES:
-        column = _given(getattr(settings.columns, signal)) if signal in given else find(table, signal, linear=linear)
-        if column is not None and signal == "t" and settings.sampling_time is not None and signal not in given:
+    for signal, column in chosen.items():
+        if signal == "t" and settings.sampling_time is not None and signal not in given:
             remarks.append(f"t is column {column.name}, not used, for sampling_time is given")
-        elif column is not None:
-            found[signal] = convert(table, signal, column, linear=linear)
-            remarks += [] if signal in given else [said(signal, column, found[signal])]
-            remarks += [found[signal].remark] if found[signal].remark else []
-        elif signal in NEEDED:
-            raise missing(table, signal)
+            continue
+        found[signal] = convert(table, signal, column, linear=linear)
+        by_name = signal not in given and column.name not in table.clocks.values()
+        remarks += [said(signal, column, found[signal])] if by_name else []
+        remarks += [found[signal].remark] if found[signal].remark else []
     return found, remarks
+
+
+def _chosen(settings: RecordSettings, table: Table, given: Set[str], *, linear: bool) -> dict[str, Column]:
+    """Columns by signal, as configured or found by name; the time stamps of the angle where the file tells them."""
+    found: dict[str, Column | None] = {}
+    for signal in ALIASES:
+        if signal in given:
+            found[signal] = _given(getattr(settings.columns, signal))
+        elif signal == "t" and table.clocks:
+            found[signal] = None
+        else:
+            found[signal] = find(table, signal, linear=linear)
+        if found[signal] is None and signal in NEEDED:
+            raise missing(table, signal)
+    angle = found["phi_m"]
+    clock = None if angle is None else table.clock(angle.name)
+    if "t" not in given and clock is not None:
+        found["t"] = Column(clock)
+    return {signal: column for signal, column in found.items() if column is not None}
 
 
 def _given(column: str | ColumnSettings | None) -> Column | None:

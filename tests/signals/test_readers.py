@@ -177,7 +177,8 @@ def test_a_matrix_may_lie_either_way(axes: tuple[int, int]) -> None:
 
 def test_every_suffix_has_one_reader() -> None:
     known = formats()
-    assert set(known) == {".csv", ".tsv", ".txt", ".mat", ".h5", ".hdf5", ".npz"}
+    plain, extra = {".csv", ".tsv", ".txt", ".mat", ".h5", ".hdf5", ".npz"}, {".parquet", ".pq", ".mcap", ".db3"}
+    assert set(known) == plain | extra | {".mf4", ".mdf"}
     assert len(known) == sum(len(module.SUFFIXES) for module in set(known.values()))
 
 

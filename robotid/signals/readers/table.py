@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -13,22 +14,31 @@ from robotid.errors import ConfigError, InputError
 from robotid.model.array import Array
 
 SHOWN = 12  # names that a message lists
+INDEXED = re.compile(r"(.+)\[(\d+)\]")
+LARGEST_EXACT = 2**53  # integer up to which a float holds every one
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Table:
     """A file's numeric columns. path : as messages name it; columns : dotted name to (n,) or a matrix; units : by name,
     where the file tells them; lines : (n,) line of the file of each row, where the file has lines; text : columns that
-    hold text, and the first of it."""
+    hold text, and the first of it; clocks : the column that holds a column's time stamps, where the file tells."""
 
     path: str
     columns: dict[str, Array]
     units: dict[str, str] = field(default_factory=dict)
     lines: Array | None = None
     text: dict[str, str] = field(default_factory=dict)
+    clocks: dict[str, str] = field(default_factory=dict)
 
     def pick(self, name: str, column: int | None = None) -> Array:
-        """One column, (n,). column : of a matrix, whichever way it lies. Raises ConfigError where it is not there."""
+        """One column, (n,). column : of a matrix, whichever way it lies; name[3] means the same as name with column 3.
+
+        Raises ConfigError where it is not there.
+        """
+        stored = self.stored(name)
+        if stored != name and column is None:
+            return self.pick(stored, int(name[len(stored) + 1 : -1]))
         values = self._find(name)
         if values.ndim == 1:
             if column not in (None, 0):
@@ -43,6 +53,15 @@ class Table:
             what = f'"{name}" has columns 0 to {len(rows) - 1}, not {column}'
             raise ConfigError(what, where=self.path, hint="columns are counted from 0")
         return np.ascontiguousarray(rows[column])
+
+    def stored(self, name: str) -> str:
+        """The column that holds what a name means: q for q[3], where q is a matrix."""
+        indexed = INDEXED.fullmatch(name)
+        return indexed[1] if indexed and name not in self.columns and indexed[1] in self.columns else name
+
+    def clock(self, name: str) -> str | None:
+        """The column with the time stamps of what a name means, where the file tells."""
+        return self.clocks.get(self.stored(name))
 
     def _find(self, name: str) -> Array:
         if name in self.columns:
@@ -78,12 +97,26 @@ def numeric(name: str, values: Any) -> Iterator[tuple[str, Array]]:
     elif values.dtype.kind in "fiub":
         squeezed = np.squeeze(values)
         if squeezed.ndim in (1, 2) and squeezed.size > 1:
-            yield name, np.asarray(squeezed, dtype=np.float64)
+            yield name, floats(squeezed)
 
 
-def table(path: str, columns: Mapping[str, Array], units: Mapping[str, str] | None = None) -> Table:
+def floats(values: Any) -> Array:
+    """Numbers as floats. Integers too large for that, nanoseconds since 1970 say, are counted from the first."""
+    if values.ndim == 1 and values.dtype.kind in "iu" and max(-int(values.min()), int(values.max())) > LARGEST_EXACT:
+        values = values.astype(np.int64) - np.int64(values[0])
+    return np.asarray(values, dtype=np.float64)
+
+
+def table(
+    path: str,
+    columns: Mapping[str, Array],
+    units: Mapping[str, str] | None = None,
+    *,
+    text: Mapping[str, str] | None = None,
+    clocks: Mapping[str, str] | None = None,
+) -> Table:
     """A table of arrays. Raises InputError where there is none."""
     if not columns:
         hint = "save plain arrays or structs of them; MATLAB's tables, timetables and timeseries cannot be read"
         raise InputError("the file holds no numeric array of one or two dimensions", where=path, hint=hint)
-    return Table(path, dict(columns), dict(units or {}))
+    return Table(path, dict(columns), dict(units or {}), None, dict(text or {}), dict(clocks or {}))
