@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import inf
 
 from robotid.channels import CHANNELS
 from robotid.config.robot import Effects
@@ -12,7 +13,7 @@ from robotid.config.suggest import suggest
 from robotid.config.tree import Step
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port, Signal
-from robotid.model.structure import Structure
+from robotid.model.structure import Structure, changed
 from robotid.terms import TERMS
 
 FLEXIBLE = (Port.GEAR, Port.LINK, Port.TOOL)
@@ -31,6 +32,7 @@ def problems(config: Config) -> Iterator[Problem]:
     """Everything that does not fit together, the most basic first."""
     robot, plant = config.robot, config.plant
     yield from _effects(robot.model, robot.gear_ratio, ("robot", "model"))
+    yield from _changes(config)
     yield from _parameters(config)
     if plant is not None:
         if plant.model is not None:
@@ -48,6 +50,9 @@ def declared(structure: Structure) -> dict[str, Parameter]:
         name = effect.partition(".")[2]
         kind = TERMS.get(name) or CHANNELS.get(name)
         found.update({f"{effect}.{p.symbol}": p for p in (kind.parameters if kind else ())})
+    for effect in structure.changes:
+        if (name := changed(effect)[1]) in found:
+            found[effect] = replace(found[name], guess=0.0, bounds=(-inf, inf), null=0.0, grid=())
     return found
 
 
@@ -95,6 +100,18 @@ def _masses(model: Effects, gear_ratio: float | None, at: tuple[Step, ...]) -> I
         yield Problem(at, "nothing carries torque from the motor to the arm", "add spring to gear")
     if model.get(Port.TOOL) and "spring" not in model.get(Port.LINK, ()):
         yield Problem(at, "nothing carries torque from the arm to the tool", "add spring to link")
+
+
+def _changes(config: Config) -> Iterator[Problem]:
+    """Whether the records and the parameters that differ in them exist."""
+    known, records = declared(config.structure()), [name for r in config.records for name in r.names]
+    for record, names in config.robot.changes.items():
+        if record not in records:
+            yield Problem(("robot", "changes", record), f'there is no record "{record}"', suggest(record, records))
+        for i, name in enumerate(names):
+            if name not in known:
+                loc = ("robot", "changes", record, i)
+                yield Problem(loc, f'the model has no parameter "{name}"', suggest(name, known))
 
 
 def _parameters(config: Config) -> Iterator[Problem]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Self
 
 from pydantic import field_validator, model_validator
 
 from robotid.config.section import Finite, Name, Section
 from robotid.model.port import Port, Signal
-from robotid.model.structure import Structure
+from robotid.model.structure import Structure, change
 
 Effects = dict[str, tuple[str, ...]]
 """Effects by port ("motor" to "tool") and channels by signal ("torque", "angle", "speed")."""
@@ -33,12 +34,16 @@ class ParameterSettings(Section):
 
 
 class RobotSettings(Section):
-    """One joint. gear_ratio : phi_a / phi_m, absent for a rigid axis. linear : the axis slides (m, N, kg)."""
+    """One joint. gear_ratio : phi_a / phi_m, absent for a rigid axis. linear : the axis slides (m, N, kg).
+
+    changes : by record, the parameters that differ there: a payload, a warm gearbox.
+    """
 
     name: Name
     gear_ratio: Finite | None = None
     linear: bool = False
     model: Effects
+    changes: dict[Name, tuple[str, ...]] = {}
     parameters: dict[str, ParameterSettings] = {}
 
     @field_validator("gear_ratio")
@@ -51,7 +56,9 @@ class RobotSettings(Section):
 
     def structure(self, model: Effects | None = None) -> Structure:
         """The joint of `model`, by default the robot's own."""
-        return structure_of(self.model if model is None else model, self.gear_ratio, self.linear)
+        joint = structure_of(self.model if model is None else model, self.gear_ratio, self.linear)
+        changes = (change(record, name) for record, names in self.changes.items() for name in names)
+        return joint if model is not None else replace(joint, changes=tuple(changes))
 
 
 def structure_of(model: Effects, gear_ratio: float | None, linear: bool) -> Structure:

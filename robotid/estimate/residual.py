@@ -5,7 +5,7 @@ The unknowns are the free parameters, shared by all records, followed by the fre
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -44,7 +44,8 @@ class Evaluation:
 class OutputError:
     """A least-squares problem over records. weights : (records,) that multiply the residuals.
 
-    free_states : which states' first values are estimated, for every record alike.
+    free_states : which states' first values are estimated, for every record alike. whiten : one filter a record that
+    takes (..., n) to (..., n), through which the residual is judged; none, and it is judged as it is.
     """
 
     joint: Joint
@@ -53,6 +54,7 @@ class OutputError:
     output: Quantity
     weights: Array
     estimate_states: bool = True
+    whiten: tuple[Callable[[Array], Array], ...] = ()
     columns: tuple[int, ...] = field(init=False)
     free_states: tuple[int, ...] = field(init=False)
 
@@ -110,7 +112,7 @@ class OutputError:
             guess = self._predict(k, near, unknowns) if near is not None else None
             trajectory = simulate(self.joint, theta, record, self.first_state(unknowns, k), guess)
             measured = record.phi_m if self.output == "position" else record.dphi_m
-            residuals.append(self.weights[k] * (measured - observed(trajectory, self.output)))
+            residuals.append(self._shaped(k, measured - observed(trajectory, self.output)))
             trajectories.append(trajectory)
         return Evaluation(unknowns, tuple(residuals), tuple(trajectories))
 
@@ -124,7 +126,10 @@ class OutputError:
         if small:
             at.derivatives[k] = inner
         outer = output_columns(trajectory, self.output, self.columns, inner[self.row if small else 0])
-        return self._unknowns_of(k), -self.weights[k] * outer
+        return self._unknowns_of(k), -self._shaped(k, outer)
+
+    def _shaped(self, k: int, signals: Array) -> Array:
+        return np.asarray(self.weights[k] * (self.whiten[k](signals) if self.whiten else signals))
 
     def _unknowns_of(self, k: int) -> Array:
         states = self._states_of(k)

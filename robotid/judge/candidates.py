@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -37,7 +37,8 @@ def candidates(structure: Structure, output: Quantity, skip: Collection[str] = (
     """
     present = {*structure.terms, *structure.channels}
     found: list[Candidate] = []
-    for effect, places in (*_terms(structure), *_channels(output)):
+    everything: list[tuple[Term | Channel, Sequence[Port | Signal]]] = [*_terms(structure), *_channels(output)]
+    for effect, places in everything:
         place = next((p for p in places if f"{p}.{effect.name}" not in present), None)
         name = f"{place}.{effect.name}"
         wanted = not {name, effect.name} & set(skip) and any(p.null is not None for p in effect.parameters)

@@ -109,7 +109,7 @@ def _term_forces(trajectory: Trajectory, missing: Sequence[Candidate]) -> Array:
         for k in c.scored
     ]
     n, h = len(trajectory.u), trajectory.sampling_time
-    t = trajectory.begin + np.arange(n) * h
+    t = trajectory.begin + np.arange(n, dtype=np.float64) * h
     memory = _memory(joint, trajectory, missing, theta, t)
     forces = np.empty((joint.masses, len(wanted), n))
     problem = Problem(base, trajectory.theta, trajectory.u, h, trajectory.x, begin=trajectory.begin)

@@ -21,7 +21,7 @@ from robotid.model.geometry import Selection, coordinates, position, rotates
 from robotid.model.linear_algebra import inverse
 from robotid.model.parameters import Parameter, Parameters
 from robotid.model.port import Port, Signal
-from robotid.model.structure import Structure
+from robotid.model.structure import Structure, changed
 from robotid.model.term import Bend, Motion, Partials, Term
 from robotid.model.units import sliding
 
@@ -74,6 +74,7 @@ class Joint:
         names += [(f"{signal}.{channel.name}", channel.parameters) for signal, channel in self.channels]
         self.declared: tuple[Parameter, ...] = tuple(p for _, ps in names for p in ps)
         self.names: tuple[str, ...] = tuple(f"{name}.{p.symbol}" for name, ps in names for p in ps)
+        self._lay_out_changes()
         self._lay_out_candidates(candidates, probes[len(terms) :])
 
     def _lay_out(self, terms: Sequence[tuple[Port, Term]], probes: Sequence[_Reads]) -> None:
@@ -100,6 +101,36 @@ class Joint:
             placed.append(self._place(port, term, theta, memory, probe, acts=False))
             theta, memory = placed[-1].at.stop, placed[-1].z.stop
         self.candidates = tuple(placed)
+
+    def _lay_out_changes(self) -> None:
+        """Parameters that differ in one record: the difference follows all other parameters."""
+        self.changes: tuple[tuple[str, int], ...] = ()
+        own = self.names
+        for effect in self.structure.changes:
+            record, name = changed(effect)
+            if name not in own:
+                raise ConfigError(f'the model has no parameter "{name}" to change', where="robot.changes")
+            k = own.index(name)
+            meaning = f"difference of {name} in {record}"
+            self.declared += (Parameter(self.declared[k].symbol, self.declared[k].unit, meaning, 0.0, null=0.0),)
+            self.names += (effect,)
+            self.changes += ((record, k),)
+
+    def in_record(self, theta: Array, record: str) -> Array:
+        """All parameters as they are in one record, (p,): its differences added, none left."""
+        if not self.changes:
+            return theta
+        theta, first = theta.copy(), len(theta) - len(self.changes)
+        for i, (where, k) in enumerate(self.changes, start=first):
+            theta[k] += theta[i] if where == record else 0.0
+        theta[first:] = 0.0
+        return theta
+
+    def sources(self, columns: Sequence[int], record: str) -> list[int | None]:
+        """The parameter that each column moves in a record: itself, what a difference adds to, or None."""
+        first = len(self.names) - len(self.changes)
+        moved = {first + i: k if where == record else None for i, (where, k) in enumerate(self.changes)}
+        return [moved.get(c, c) for c in columns]
 
     def _place(self, port: Port, term: Term, theta: int, memory: int, probe: _Reads, *, acts: bool) -> Placed:
         nv, r = self.masses, self.ratio

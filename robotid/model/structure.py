@@ -4,21 +4,51 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+RECORD_CHANGE = "record_change"
+
 
 @dataclass(frozen=True, slots=True)
 class Structure:
     """A joint's make-up. terms such as "gear.spring", channels such as "torque.torque_delay", in order.
 
-    gear_ratio is phi_a / phi_m, None for a rigid axis. linear : the axis slides (m, N, kg) rather than turns.
+    gear_ratio is phi_a / phi_m, None for a rigid axis. linear : the axis slides (m, N, kg) rather than turns. changes :
+    parameters that differ in one record, such as "record_change.day2.arm.inertia.J".
     """
 
     terms: tuple[str, ...]
     channels: tuple[str, ...] = ()
     gear_ratio: float | None = None
     linear: bool = False
+    changes: tuple[str, ...] = ()
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Terms, channels and changes."""
+        return (*self.terms, *self.channels, *self.changes)
 
     def extended(self, effect: str) -> Structure:
-        """The same joint with one effect more; its first word tells a signal from a port."""
-        if effect.split(".")[0] in ("torque", "angle", "speed"):
+        """The same joint with one effect more; its first word tells a signal from a port, and a change from either."""
+        first = effect.split(".")[0]
+        if first == RECORD_CHANGE:
+            return replace(self, changes=(*self.changes, effect))
+        if first in ("torque", "angle", "speed"):
             return replace(self, channels=(*self.channels, effect))
         return replace(self, terms=(*self.terms, effect))
+
+    def without(self, effect: str) -> Structure:
+        """The same joint with one effect less."""
+        terms, channels, changes = (
+            tuple(e for e in effects if e != effect) for effects in (self.terms, self.channels, self.changes)
+        )
+        return replace(self, terms=terms, channels=channels, changes=changes)
+
+
+def change(record: str, parameter: str) -> str:
+    """The effect that a parameter differs in one record."""
+    return f"{RECORD_CHANGE}.{record}.{parameter}"
+
+
+def changed(effect: str) -> tuple[str, str]:
+    """Record and parameter of a change."""
+    record, *parameter = effect.removeprefix(f"{RECORD_CHANGE}.").rsplit(".", 3)
+    return record, ".".join(parameter)

@@ -56,9 +56,11 @@ def simulate(
 ) -> Trajectory:
     """Open-loop response of a joint to a record's torque.
 
-    theta : (p,) in the order of joint.names; x0 : (nx,) first state, by default `initial_state`; guess : (nx, n) a
-    trajectory nearby, by default the measured motion. Raises NumericsError where even LSODA diverges.
+    theta : (p,) in the order of joint.names, its changes those of records by their names; x0 : (nx,) first state, by
+    default `initial_state`; guess : (nx, n) a trajectory nearby, by default the measured motion. Raises NumericsError
+    where even LSODA diverges.
     """
+    theta = joint.in_record(theta, record.name)
     x0 = initial_state(joint, theta, record) if x0 is None else x0
     u = effective_torque(joint, theta, record)
     cold = guess is None
@@ -138,7 +140,7 @@ def torque_columns(joint: Joint, theta: Array, record: Record) -> dict[int, Arra
 
 def initial_state(joint: Joint, theta: Array, record: Record) -> Array:
     """First state as measured, the arm moving rigidly with the motor and the gear untwisted, (nx,)."""
-    return measured_guess(joint, theta, record)[:, 0]
+    return measured_guess(joint, joint.in_record(theta, record.name), record)[:, 0]
 
 
 def measured_guess(joint: Joint, theta: Array, record: Record) -> Array:
@@ -171,7 +173,8 @@ def sensitivities(
     """
     joint, theta, n = trajectory.joint, trajectory.theta, len(trajectory.u)
     forces = np.zeros((joint.masses, 0, n)) if forces is None else forces
-    mechanical = [k for k in columns if k < joint.n_theta]
+    moved = joint.sources(columns, record.name)
+    mechanical = [k for k in moved if k is not None and k < joint.n_theta]
     inputs = [-1 - j for j in range(joint.masses)] if forces.size else []
     channel = torque_columns(joint, theta, record)
     given = len(columns) + len(free_states)
@@ -188,7 +191,9 @@ def sensitivities(
         assert steps.S is not None
         forcing = np.zeros((joint.nx, width, last - first + 1))
         forcing[:, :, 0] = start
-        for k, column in enumerate(columns):
+        for k, column in enumerate(moved):
+            if column is None:
+                continue
             if column < joint.n_theta:
                 forcing[:, k, 1:] = steps.S[:, mechanical.index(column)]
             elif column in channel:

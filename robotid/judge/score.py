@@ -1,0 +1,133 @@
+"""Which missing effect would explain a residual: every candidate scored at its null, without a refit.
+
+The residual and the candidates' columns are whitened and projected on the complement of what the fit has shaped; what
+is left of the residual is explained by a candidate as far as its columns reach (the score test; Rao 1948).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import f as fisher
+
+from robotid.judge.candidates import Candidate
+from robotid.judge.columns import columns
+from robotid.judge.whitening import Whitening, fit_whitening
+from robotid.model.array import Array
+from robotid.signals.record import Quantity, Record
+from robotid.simulate.simulate import Trajectory
+
+DEPENDENT = 1e-6  # of a column's length left after projection: less is the same as nothing
+NEGLIGIBLE = 1e-10  # relative singular value of the saturated regression
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scan:
+    """One record with all its columns. signals (m, n) : to the first states, to the fitted parameters, to the
+    candidates' parameters, and last the residual; states, fitted : how many of the first two."""
+
+    record: Record
+    trajectory: Trajectory
+    signals: Array
+    states: int
+    fitted: int
+
+    @property
+    def residual(self) -> Array:
+        return np.asarray(self.signals[-1])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Projected:
+    """All records together, whitened and projected. missing (d, q) and residual (d,) keep every inner product;
+    samples : how many of them there were."""
+
+    missing: Array
+    residual: Array
+    samples: int
+
+    @property
+    def energy(self) -> float:
+        return float(self.residual @ self.residual)
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """What a candidate explains: energy of the whitened residual, in noise variances; amplitude of each of its
+    parameters. directions : its columns, orthonormal, in the space of `Projected`."""
+
+    candidate: Candidate
+    energy: float
+    amplitude: tuple[float, ...]
+    directions: Array
+
+
+def scan(
+    trajectory: Trajectory,
+    record: Record,
+    residual: Array,
+    output: Quantity,
+    fitted: Sequence[int],
+    free_states: Sequence[int],
+    missing: Sequence[Candidate],
+) -> Scan:
+    """All columns of one record. residual (n,) : measured less simulated."""
+    found = columns(trajectory, record, output, fitted, free_states, missing)
+    k = len(fitted)
+    signals = np.concatenate([found.known[k:], found.known[:k], found.missing, residual[None]])
+    return Scan(record, trajectory, signals, len(free_states), k)
+
+
+def estimate_whitening(one: Scan, row: int) -> Whitening:
+    """The noise of a record, from what is left of its residual when everything there is may explain it."""
+    known, residual = one.signals[:-1], one.residual
+    length = np.linalg.norm(known, axis=1)
+    scaled = known[length > 0] / length[length > 0, None]
+    values, vectors = np.linalg.eigh(scaled @ scaled.T)
+    kept = values > NEGLIGIBLE * values[-1]
+    basis = vectors[:, kept] / np.sqrt(values[kept])
+    left = residual - (basis @ (basis.T @ (scaled @ residual))) @ scaled
+    t = one.trajectory
+    return fit_whitening(t.joint, t.theta, row, t.sampling_time, left, absorbed=int(kept.sum()) // 2 + 1)
+
+
+def project(scans: Sequence[Scan], whitenings: Sequence[Whitening]) -> Projected:
+    """Every record whitened, its first states and then, for all records at once, the fitted parameters taken out."""
+    factor = np.zeros((0, 0))
+    for one, whiten in zip(scans, whitenings, strict=True):
+        own = np.asarray(np.linalg.qr(whiten(one.signals).T, mode="r"))[one.states :, one.states :]
+        factor = np.asarray(own if not factor.size else np.linalg.qr(np.vstack([factor, own]), mode="r"))
+    factor = factor[scans[0].fitted :, scans[0].fitted :]
+    return Projected(factor[:, :-1], factor[:, -1], sum(len(one.record) for one in scans))
+
+
+def score(projected: Projected, missing: Sequence[Candidate], length: Array) -> list[Score]:
+    """Every candidate by itself, best first. length (q,) : of the whitened columns before projection."""
+    found, first = [], 0
+    for candidate in missing:
+        last = first + len(candidate.scored)
+        found.append(_score(projected, candidate, projected.missing[:, first:last], length[first:last]))
+        first = last
+    return sorted(found, key=lambda s: -s.energy)
+
+
+def _score(projected: Projected, candidate: Candidate, own: Array, length: Array) -> Score:
+    nothing = Score(candidate, 0.0, (0.0,) * own.shape[1], np.zeros((len(own), 0)))
+    left = np.linalg.norm(own, axis=0)
+    if not np.all(left > DEPENDENT * length) or not length.all():
+        return nothing
+    q, r = np.linalg.qr(own / left)
+    along = q.T @ projected.residual
+    amplitude = np.linalg.lstsq(r, along, rcond=None)[0] / left
+    bounds = [candidate.effect.parameters[k].bounds for k in candidate.scored]
+    if any(not lower <= a <= upper for a, (lower, upper) in zip(amplitude.tolist(), bounds, strict=True)):
+        return nothing
+    return Score(candidate, float(along @ along), tuple(amplitude.tolist()), q)
+
+
+def significance(energy: float, parameters: int, total: float, samples: int, tries: int) -> float:
+    """p-value of an explained energy by the F-test, for the best of so many tries."""
+    rest = max(total - energy, 1e-300) / max(1, samples - parameters)
+    return float(min(1.0, tries * fisher.sf(energy / parameters / rest, parameters, samples)))
