@@ -105,6 +105,27 @@ def show(
 
 
 @app.command()
+def export(
+    artifact: Annotated[Path, typer.Argument(metavar="FILE.h5", help="model.h5, records.h5 or flex.h5 of a run.")],
+    to: Annotated[Path, typer.Argument(metavar="TO", help="A .mat, .json or .csv file.")],
+    model: Annotated[
+        str | None, typer.Option("--model", metavar="NAME", help="Which fitted model; by default the best.")
+    ] = None,
+    record: Annotated[
+        str | None, typer.Option("--record", metavar="NAME", help="One record alone; by default all.")
+    ] = None,
+    speed: Annotated[
+        float, typer.Option("--speed", metavar="V", help="Motor speed [rad/s] that a model is linearised about.")
+    ] = 0.0,
+    debug: Debug = False,
+) -> None:
+    """A fitted model, signals or frequency responses for other programs."""
+    from robotid.cli.export import export_artifact
+
+    export_artifact(artifact, to, model=model, record=record, speed=speed)
+
+
+@app.command()
 def explain(
     effect: Annotated[str | None, typer.Argument(metavar="EFFECT", help="Such as coulomb or gear.spring.")] = None,
     as_json: AsJson = False,

@@ -1,0 +1,38 @@
+"""Measured and simulated signals of a record."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robotid.estimate.result import FitResult
+from robotid.export.write import Columns
+from robotid.judge.simulated import Model, simulate_record
+from robotid.model.units import sliding
+from robotid.signals.record import Quantity, Record
+from robotid.simulate.assemble import assemble
+
+UNITS = {"t": "s", "tau_m": "Nm", "phi_m": "rad", "dphi_m": "rad/s", "phi_a": "rad"}
+
+
+def fitted_model(fit: FitResult, *, estimate_states: bool) -> Model:
+    """A fit as what simulates records. estimate_states : find first states of records that it was not fitted to."""
+    joint = assemble(fit.structure, angle=fit.output == "position")
+    parameters = joint.parameters().with_values(np.array([fit[name].value for name in joint.names]))
+    output: Quantity = "position" if fit.output == "position" else "speed"
+    return Model(fit.name, joint, parameters, output, fit.records, fit.initial_states, estimate_states)
+
+
+def signal_columns(record: Record, model: Model | None, *, linear: bool) -> Columns:
+    """Signals by name and unit, (n,) each; those of a model end in _simulated. linear : of a sliding axis.
+
+    Raises NumericsError where the simulation diverges.
+    """
+    found = {name: getattr(record, name) for name in UNITS if getattr(record, name) is not None}
+    units = UNITS | {"ref": "rad" if record.ref_kind == "position" else "rad/s"}
+    if record.ref is not None:
+        found["ref"] = record.ref
+    if model is not None:
+        simulated = simulate_record(model, record)
+        found |= {"phi_m_simulated": simulated.signal("position"), "dphi_m_simulated": simulated.signal("speed")}
+    called = {name: units[name.removesuffix("_simulated")] for name in found}
+    return {f"{name} [{sliding(called[name]) if linear else called[name]}]": values for name, values in found.items()}
