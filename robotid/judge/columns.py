@@ -24,11 +24,11 @@ from robotid.simulate.steps import modes
 @dataclass(frozen=True, slots=True, eq=False)
 class Columns:
     """Derivatives of an output (n,). known (k, n) : to what was fitted; missing (q, n) : to the candidates' parameters,
-    candidate by candidate; torque (m, n) : to torques at the motor that were asked for."""
+    candidate by candidate; more (m, n) : to forces that were asked for."""
 
     known: Array
     missing: Array
-    torque: Array
+    more: Array
 
 
 def columns(
@@ -38,25 +38,25 @@ def columns(
     fitted: Sequence[int],
     free_states: Sequence[int],
     missing: Sequence[Candidate],
-    torques: Array | None = None,
+    more: Array | None = None,
 ) -> Columns:
     """All columns of one record in one banded solve.
 
-    fitted : indices into theta; free_states : of the trajectory's joint; torques (m, n) [Nm], each held over its
-    interval.
+    fitted : indices into theta; free_states : of the trajectory's joint; more (nv, m, n) : generalised forces [Nm], each
+    held over its interval.
     """
     free_states = [_moved(trajectory.joint, k) for k in free_states]
     trajectory = with_angle(trajectory)
     joint = trajectory.joint
-    torques = np.zeros((0, len(record))) if torques is None else torques
     forces, rows = _forces(trajectory, record, missing)
-    forces = np.concatenate([forces, np.stack([torques, *[0 * torques] * (joint.masses - 1)])], axis=1)
+    if more is not None:
+        forces = np.concatenate([forces, more], axis=1)
     row = joint.speeds.start - (output == "position")
     inner = sensitivities(trajectory, record, fitted, (row,), free_states, forces)[0]
     outer = output_columns(trajectory, output, fitted, inner)
     given = len(fitted) + len(free_states)
     every = np.zeros((sum(len(c.scored) for c in missing), len(record)))
-    last = forces.shape[1] - len(torques)
+    last = forces.shape[1] - (0 if more is None else more.shape[1])
     every[rows] = outer[given : given + last]
     _add_sensors(every, trajectory, output, missing)
     return Columns(outer[:given], every, outer[given + last :])

@@ -26,7 +26,7 @@ NEGLIGIBLE = 1e-10  # relative singular value of the saturated regression
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
     """One record with all its columns. signals (m, n) : to the first states, to the fitted parameters, to the
-    candidates' parameters, and last the residual; states, fitted : how many of the first two."""
+    candidates' parameters, to further forces, and last the residual; states, fitted : how many of the first two."""
 
     record: Record
     trajectory: Trajectory
@@ -42,11 +42,11 @@ class Scan:
 @dataclass(frozen=True, slots=True, eq=False)
 class Projected:
     """All records together, whitened and projected. missing (d, q) and residual (d,) keep every inner product;
-    samples : how many of them there were."""
+    length (q,) : of the columns before projection."""
 
     missing: Array
     residual: Array
-    samples: int
+    length: Array
 
     @property
     def energy(self) -> float:
@@ -72,11 +72,12 @@ def scan(
     fitted: Sequence[int],
     free_states: Sequence[int],
     missing: Sequence[Candidate],
+    more: Array | None = None,
 ) -> Scan:
-    """All columns of one record. residual (n,) : measured less simulated."""
-    found = columns(trajectory, record, output, fitted, free_states, missing)
+    """All columns of one record. residual (n,) : measured less simulated; more (nv, m, n) : further forces."""
+    found = columns(trajectory, record, output, fitted, free_states, missing, more)
     k = len(fitted)
-    signals = np.concatenate([found.known[k:], found.known[:k], found.missing, residual[None]])
+    signals = np.concatenate([found.known[k:], found.known[:k], found.missing, found.more, residual[None]])
     return Scan(record, trajectory, signals, len(free_states), k)
 
 
@@ -99,21 +100,23 @@ def project(scans: Sequence[Scan], whitenings: Sequence[Whitening]) -> Projected
     for one, whiten in zip(scans, whitenings, strict=True):
         own = np.asarray(np.linalg.qr(whiten(one.signals).T, mode="r"))[one.states :, one.states :]
         factor = np.asarray(own if not factor.size else np.linalg.qr(np.vstack([factor, own]), mode="r"))
+    length = np.linalg.norm(factor, axis=0)
     factor = factor[scans[0].fitted :, scans[0].fitted :]
-    return Projected(factor[:, :-1], factor[:, -1], sum(len(one.record) for one in scans))
+    return Projected(factor[:, :-1], factor[:, -1], length[scans[0].fitted : -1])
 
 
-def score(projected: Projected, missing: Sequence[Candidate], length: Array) -> list[Score]:
-    """Every candidate by itself, best first. length (q,) : of the whitened columns before projection."""
+def score(projected: Projected, missing: Sequence[Candidate]) -> list[Score]:
+    """Every candidate by itself, best first."""
     found, first = [], 0
     for candidate in missing:
         last = first + len(candidate.scored)
-        found.append(_score(projected, candidate, projected.missing[:, first:last], length[first:last]))
+        found.append(_score(projected, candidate, slice(first, last)))
         first = last
     return sorted(found, key=lambda s: -s.energy)
 
 
-def _score(projected: Projected, candidate: Candidate, own: Array, length: Array) -> Score:
+def _score(projected: Projected, candidate: Candidate, at: slice) -> Score:
+    own, length = projected.missing[:, at], projected.length[at]
     nothing = Score(candidate, 0.0, (0.0,) * own.shape[1], np.zeros((len(own), 0)))
     left = np.linalg.norm(own, axis=0)
     if not np.all(left > DEPENDENT * length) or not length.all():
@@ -121,10 +124,18 @@ def _score(projected: Projected, candidate: Candidate, own: Array, length: Array
     q, r = np.linalg.qr(own / left)
     along = q.T @ projected.residual
     amplitude = np.linalg.lstsq(r, along, rcond=None)[0] / left
-    bounds = [candidate.effect.parameters[k].bounds for k in candidate.scored]
-    if any(not lower <= a <= upper for a, (lower, upper) in zip(amplitude.tolist(), bounds, strict=True)):
+    if not _possible(candidate, amplitude):
         return nothing
     return Score(candidate, float(along @ along), tuple(amplitude.tolist()), q)
+
+
+def _possible(candidate: Candidate, amplitude: Array) -> bool:
+    """Whether no parameter would have to leave its bounds at the null."""
+    for k, a in zip(candidate.scored, amplitude.tolist(), strict=True):
+        parameter = candidate.effect.parameters[k]
+        if (a < 0 and parameter.bounds[0] == parameter.null) or (a > 0 and parameter.bounds[1] == parameter.null):
+            return False
+    return True
 
 
 def significance(energy: float, parameters: int, total: float, samples: int, tries: int) -> float:

@@ -46,7 +46,7 @@ def noise_levels(residual: Array, impulse: Array, absorbed: int) -> tuple[float,
     periodogram = np.abs(np.fft.rfft(residual))[seen] ** 2 / n
     torque = np.abs(np.fft.rfft(impulse, 2 * n))[::2][seen] ** 2
     kept = np.ones(len(periodogram), dtype=bool)
-    levels = np.array([float(np.median(periodogram)) / np.log(2.0), 0.0])
+    levels = np.array([float(np.median(periodogram)) / np.log(2.0), 0.1 * periodogram.mean() / torque.mean()])
     for _ in range(SWEEPS):
         levels = _whittle(periodogram[kept], torque[kept], levels)
         kept = periodogram <= OUTLIER * (levels[0] + levels[1] * torque)
@@ -61,12 +61,10 @@ def _whittle(periodogram: Array, torque: Array, start: Array) -> Array:
         model = share[0] * size[0] + share[1] * size[1] * torque
         return float(np.mean(np.log(model) + periodogram / model))
 
-    first = np.log(np.maximum(start / size, [1e-3, 1e-6]))
+    first = np.log(np.maximum(start / size, 1e-3))
     found = minimize(cost, first, method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-9})
     levels = np.exp(found.x) * size
-    without = float(np.mean(np.log(periodogram.mean()) + 1.0))
-    gained = 2 * len(periodogram) * (without - found.fun)
-    return np.asarray(levels if gained > np.log(len(periodogram)) else [size[0], 0.0])
+    return np.asarray(levels)
 
 
 def whitening(joint: Joint, theta: Array, row: int, sampling_time: float, levels: tuple[float, float]) -> Whitening:

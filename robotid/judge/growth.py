@@ -1,0 +1,283 @@
+"""Growing a model: score what could be missing, refit the best few, keep what pays on records held out, and repeat."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robotid.errors import NumericsError
+from robotid.estimate.residual import OutputError, observed
+from robotid.judge.candidates import candidates
+from robotid.judge.score import (
+    DEPENDENT,
+    Projected,
+    Scan,
+    Score,
+    estimate_whitening,
+    project,
+    scan,
+    score,
+    significance,
+)
+from robotid.judge.simulated import Model, measured, simulate_record
+from robotid.judge.trial import Bench, Trial, extended, first_state, try_model
+from robotid.judge.whitening import Whitening, whitening
+from robotid.model.array import Array
+from robotid.signals.record import Record
+
+SAME = 0.02  # of the energy explained: causes closer than that are not told apart
+SAME_FLOOR = 12.0  # of noise variances, inflated: as far apart as chance sets two equal models
+HOPEFUL = 0.5  # of the best score: candidates below it are not refitted
+COLLINEAR = 0.999  # cosine at which columns are the same
+
+Log = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """On what terms a cause is accepted. level : of significance of a whole search; worth : least RMS misfit that it
+    must remove on held-out records, in noise standard deviations; refits : effects refitted a round; causes : most of
+    them; skip : effects that are out of the question."""
+
+    level: float = 1e-3
+    worth: float = 0.1
+    refits: int = 5
+    causes: int = 4
+    skip: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """A cause that was accepted. explained : share of the first model's misfit that it removes from the fitted records;
+    gain : of held-out fit in % points; twins : effects, itself first; before, after : the trials."""
+
+    effect: str
+    explained: float
+    gain: float
+    p_value: float
+    twins: tuple[str, ...]
+    before: Trial
+    after: Trial
+
+
+@dataclass(frozen=True, slots=True)
+class Turned:
+    """An effect that was turned down."""
+
+    effect: str
+    explained: float
+    gain: float
+    why: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Round:
+    """One look at a model. inflation : energy of the residual per direction that no single candidate explains."""
+
+    scans: tuple[Scan, ...]
+    projected: Projected
+    scores: tuple[Score, ...]
+    inflation: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Growth:
+    """What a search found. first, last : the model before and with all causes, on the bench; noise : energy that
+    noise alone would have on the fitted records."""
+
+    bench: Bench
+    first: Trial
+    last: Trial
+    causes: tuple[Found, ...]
+    turned: tuple[Turned, ...]
+    rounds: tuple[Round, ...]
+
+
+def set_up(
+    model: Model, fitted: Sequence[Record], held: Sequence[Record], horizon: float | None, terms: Terms
+) -> tuple[Bench, Trial]:
+    """The bench for a fitted model, its noise found in the residuals, and the model refitted on it."""
+    runs = [simulate_record(model, record, horizon) for record in fitted]
+    pieces = [piece for run in runs for piece in run.pieces]
+    trajectories = [t for run in runs for t in run.trajectories]
+    bare = OutputError(
+        model.joint, model.parameters, tuple(pieces), model.output, np.ones(len(pieces)), model.estimate_states
+    )
+    missing = candidates(model.joint.structure, model.output, terms.skip)
+    whiten = []
+    for piece, t in zip(pieces, trajectories, strict=True):
+        residual = measured(piece, model.output) - observed(t, model.output)
+        one = scan(t, piece, residual, model.output, bare.columns, bare.free_states, missing)
+        whiten.append(estimate_whitening(one, bare.row))
+    held_pieces = tuple(piece for record in held for piece in record.pieces(horizon or record.duration))
+    whiten_held = _held_whitening(bare, model.theta, whiten, held_pieces)
+    bench = Bench(tuple(pieces), held_pieces, tuple(whiten), whiten_held, model.output, model.estimate_states)
+    states = [first_state(t) for t in trajectories]
+    return bench, try_model(model.joint.structure, model.parameters, bench, states)
+
+
+def look(trial: Trial, bench: Bench, terms: Terms) -> tuple[Scan, ...]:
+    """Every record of the fit with all columns of all candidates."""
+    missing = candidates(trial.structure, bench.output, terms.skip)
+    p = trial.problem
+    return tuple(
+        scan(t, record, residual, bench.output, p.columns, p.free_states, missing)
+        for t, record, residual in zip(trial.trajectories, bench.fitted, trial.residuals, strict=True)
+    )
+
+
+def rank(trial: Trial, scans: Sequence[Scan], bench: Bench, terms: Terms) -> Round:
+    """All candidates by what they would explain."""
+    missing = candidates(trial.structure, bench.output, terms.skip)
+    projected = project(scans, bench.whiten)
+    scores = score(projected, missing)
+    best = best_of_each(scores)
+    return Round(tuple(scans), projected, tuple(scores), _inflation(projected, best))
+
+
+def _inflation(projected: Projected, best: Sequence[Score]) -> float:
+    """Mean energy of the residual along the directions that candidates reach and the best of them does not."""
+    u, values, _ = np.linalg.svd(projected.missing / np.where(projected.length > 0, projected.length, 1.0))
+    reached = u[:, : int(np.sum(values > DEPENDENT * values[0]))].T @ projected.residual
+    taken, k = (best[0].energy, len(best[0].amplitude)) if best else (0.0, 0)
+    return max(1.0, (float(reached @ reached) - taken) / max(1, len(reached) - k))
+
+
+def best_of_each(scores: Sequence[Score]) -> list[Score]:
+    """The best point of each effect's grid, best first."""
+    found: dict[str, Score] = {}
+    for one in scores:
+        if one.energy > 0:
+            found.setdefault(one.candidate.name, one)
+    return list(found.values())
+
+
+def p_value(one: Score, seen: Round, bench: Bench) -> float:
+    """Of the best of all candidates; the residual that other candidates could explain counts as its noise."""
+    tries, k = len(seen.scores), len(one.amplitude)
+    white = significance(one.energy, k, seen.projected.energy, bench.samples, tries)
+    coloured = significance(one.energy, k, one.energy + seen.inflation * len(seen.scores), len(seen.scores), tries)
+    return max(white, coloured)
+
+
+def grow(first: Trial, bench: Bench, terms: Terms, log: Log) -> Growth:
+    """Extend a model cause by cause."""
+    now, causes, turned, rounds = first, list[Found](), list[Turned](), list[Round]()
+    while len(causes) < terms.causes:
+        log(f"scoring the catalogue for cause {len(causes) + 1}")
+        seen = rank(now, look(now, bench, terms), bench, terms)
+        rounds.append(seen)
+        found = _accept(first, now, seen, bench, terms, turned, log)
+        if found is None:
+            break
+        causes.append(found)
+        bench, now = renew(found.after, bench, terms)
+    return Growth(bench, first, now, tuple(causes), tuple(turned), tuple(rounds))
+
+
+def renew(trial: Trial, bench: Bench, terms: Terms) -> tuple[Bench, Trial]:
+    """The bench with the noise as it shows behind a better model, and that model refitted on it."""
+    whiten = tuple(estimate_whitening(one, trial.problem.row) for one in look(trial, bench, terms))
+    bench = replace(
+        bench, whiten=whiten, whiten_held=_held_whitening(trial.problem, trial.parameters.values, whiten, bench.held)
+    )
+    return bench, try_model(trial.structure, trial.parameters, bench, trial.first_states)
+
+
+def _held_whitening(
+    problem: OutputError, theta: Array, whiten: Sequence[Whitening], held: Sequence[Record]
+) -> tuple[Whitening, ...]:
+    """Records that were held out have the typical noise of the others."""
+    return tuple(whitening(problem.joint, theta, problem.row, record.sampling_time, typical) for record in held)
+
+
+def _accept(
+    first: Trial, now: Trial, seen: Round, bench: Bench, terms: Terms, turned: list[Turned], log: Log
+) -> Found | None:
+    """The best cause of a round that stands all tests, or None."""
+    hopeful = [s for s in best_of_each(seen.scores) if p_value(s, seen, bench) < terms.level]
+    hopeful = [s for s in hopeful if s.energy > HOPEFUL * hopeful[0].energy][: terms.refits]
+    tried = sorted(_refit(now, hopeful, bench, log), key=lambda pair: pair[1].energy)
+    while tried:
+        best, after = tried[0]
+        why = _objection(now, after, bench, terms)
+        if why is None:
+            return _found(first, now, tried, best, after, seen, bench)
+        turned.append(
+            Turned(
+                best.candidate.name,
+                _share(first, now, after, bench),
+                after.held_fit_percent - now.held_fit_percent,
+                why,
+            )
+        )
+        tried = tried[1:]
+    return None
+
+
+def _refit(now: Trial, hopeful: Sequence[Score], bench: Bench, log: Log) -> Iterator[tuple[Score, Trial]]:
+    for one in hopeful:
+        log(f"refitting with {one.candidate.name}")
+        try:
+            yield one, refit(now, one, bench)
+        except NumericsError:
+            continue
+
+
+def refit(now: Trial, one: Score, bench: Bench) -> Trial:
+    """The model with a candidate, from the amplitude that its score promises."""
+    c = one.candidate
+    values = dict(zip((p.symbol for p in c.effect.parameters), c.values, strict=True))
+    values |= dict(zip((c.effect.parameters[k].symbol for k in c.scored), one.amplitude, strict=True))
+    return try_model(*extended(now, c.name, {f"{c.name}.{s}": v for s, v in values.items()}), bench, now.first_states)
+
+
+def _objection(now: Trial, after: Trial, bench: Bench, terms: Terms) -> str | None:
+    """Why a refitted cause is none, in words; None where it stands."""
+    if bench.held:
+        gained = now.held_energy - after.held_energy
+        samples = sum(map(len, bench.held))
+        if gained <= 0:
+            return "does not carry over: the held-out records are simulated worse with it"
+    else:
+        gained, samples = now.energy - after.energy, bench.samples
+    if gained < terms.worth**2 * samples:
+        return f"is not worth it: removes {np.sqrt(max(0.0, gained) / samples):.2g} noise standard deviations"
+    return None
+
+
+def _share(first: Trial, now: Trial, after: Trial, bench: Bench) -> float:
+    """Share of the first model's misfit energy, as this bench sees it, that a step removes."""
+    whole = sum(float(np.sum(w(r) ** 2)) for w, r in zip(bench.whiten, first.residuals, strict=True)) - bench.samples
+    return float(np.clip((now.energy - after.energy) / max(whole, 1e-9), 0.0, 1.0))
+
+
+def _found(
+    first: Trial, now: Trial, tried: Sequence[tuple[Score, Trial]], best: Score, after: Trial, seen: Round, bench: Bench
+) -> Found:
+    explained = now.energy - after.energy
+    slack = max(SAME * explained, SAME_FLOOR * seen.inflation)
+    twins = [one.candidate.name for one, other in tried if other.energy - after.energy <= slack]
+    twins += [name for name in _collinear(best, seen) if name not in {one.candidate.name for one, _ in tried}]
+    return Found(
+        best.candidate.name,
+        _share(first, now, after, bench),
+        after.held_fit_percent - now.held_fit_percent,
+        p_value(best, seen, bench),
+        tuple(dict.fromkeys([best.candidate.name, *twins])),
+        now,
+        after,
+    )
+
+
+def _collinear(best: Score, seen: Round) -> list[str]:
+    """Effects whose columns span what those of the best do."""
+    found = []
+    for one in best_of_each(seen.scores):
+        if one.directions.size and best.directions.size:
+            cosines = np.linalg.svd(one.directions.T @ best.directions, compute_uv=False)
+            if cosines.min() > COLLINEAR and one.directions.shape[1] == best.directions.shape[1]:
+                found.append(one.candidate.name)
+    return found

@@ -1,0 +1,153 @@
+"""A model on trial: refitted as a whole through the whitening of its records, and measured on those held out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robotid.estimate.least_squares import Solution, solve
+from robotid.estimate.residual import Evaluation, OutputError, observed
+from robotid.judge.simulated import measured
+from robotid.judge.whitening import Whitening
+from robotid.model.array import Array
+from robotid.model.parameters import Parameters
+from robotid.model.structure import Structure
+from robotid.signals.metrics import fit_percent
+from robotid.signals.record import Quantity, Record
+from robotid.simulate.assemble import assemble
+from robotid.simulate.simulate import Trajectory
+
+MOST_ITERATIONS, TOLERANCE = 20, 1e-5
+MOST_ITERATIONS_HELD, TOLERANCE_HELD = 8, 1e-4
+
+
+FirstState = Mapping[str, float]
+"""A first state by the names of the states."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bench:
+    """Records to be fitted and records held out (pieces of experiments), with the whitening of each."""
+
+    fitted: tuple[Record, ...]
+    held: tuple[Record, ...]
+    whiten: tuple[Whitening, ...]
+    whiten_held: tuple[Whitening, ...]
+    output: Quantity
+    estimate_states: bool
+
+    @property
+    def samples(self) -> int:
+        return sum(map(len, self.fitted))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trial:
+    """A structure refitted on a bench.
+
+    energy, held_energy : of the whitened residuals on fitted and held-out records, in noise variances; trajectories,
+    residuals (n,) : on the fitted records, held_residuals on the others; fit_percent : of the held-out records.
+    """
+
+    structure: Structure
+    parameters: Parameters
+    problem: OutputError
+    solution: Solution
+    energy: float
+    held_energy: float
+    trajectories: tuple[Trajectory, ...]
+    residuals: tuple[Array, ...]
+    held_residuals: tuple[Array, ...]
+    held_fit: Array
+
+    @property
+    def held_fit_percent(self) -> float:
+        """Mean fit over the held-out records [%], nan without any."""
+        return float(self.held_fit.mean()) if self.held_fit.size else float("nan")
+
+    @property
+    def first_states(self) -> tuple[FirstState, ...]:
+        """Of the fitted records."""
+        return tuple(map(first_state, self.trajectories))
+
+
+def first_state(trajectory: Trajectory) -> FirstState:
+    """Where a trajectory starts."""
+    return dict(zip(trajectory.joint.state_names, trajectory.x[:, 0].tolist(), strict=True))
+
+
+def try_model(structure: Structure, start: Parameters, bench: Bench, states: Sequence[FirstState] = ()) -> Trial:
+    """Refit all free parameters from `start`. states : guesses of the first state of each fitted record.
+
+    Raises NumericsError where the model cannot be simulated.
+    """
+    joint = assemble(structure, angle=bench.output == "position")
+    problem = OutputError(
+        joint, start, bench.fitted, bench.output, np.ones(len(bench.fitted)), bench.estimate_states, bench.whiten
+    )
+    unknowns = problem.start()
+    for k, known in enumerate(states):
+        for i, row in enumerate(problem.free_states, start=len(problem.columns) + k * len(problem.free_states)):
+            unknowns[i] = known.get(joint.state_names[row], unknowns[i])
+    solution = solve(problem, unknowns, most=MOST_ITERATIONS, tolerance=TOLERANCE)
+    parameters = start.with_values(problem.theta(solution.evaluation.unknowns))
+    trajectories = solution.evaluation.trajectories
+    residuals = _residuals(trajectories, bench.fitted, bench.output)
+    held = _hold_out(problem, parameters, bench)
+    return Trial(
+        structure,
+        parameters,
+        problem,
+        solution,
+        2.0 * solution.evaluation.cost,
+        2.0 * sum(e.cost for e in held),
+        trajectories,
+        residuals,
+        _residuals([e.trajectories[0] for e in held], bench.held, bench.output),
+        np.array(
+            [
+                fit_percent(measured(record, bench.output), observed(e.trajectories[0], bench.output))
+                for e, record in zip(held, bench.held, strict=True)
+            ]
+        ),
+    )
+
+
+def _residuals(trajectories: Sequence[Trajectory], records: Sequence[Record], output: Quantity) -> tuple[Array, ...]:
+    return tuple(measured(r, output) - observed(t, output) for t, r in zip(trajectories, records, strict=True))
+
+
+def _hold_out(problem: OutputError, parameters: Parameters, bench: Bench) -> tuple[Evaluation, ...]:
+    """Each held-out record with the parameters held and its own first states."""
+    held = replace(parameters, free=np.zeros(len(parameters.names), dtype=bool))
+    found = []
+    for record, whiten in zip(bench.held, bench.whiten_held, strict=True):
+        one = OutputError(problem.joint, held, (record,), bench.output, np.ones(1), bench.estimate_states, (whiten,))
+        if one.free_states:
+            found.append(solve(one, one.start(), most=MOST_ITERATIONS_HELD, tolerance=TOLERANCE_HELD).evaluation)
+        else:
+            found.append(one.evaluate(one.start()))
+    return tuple(found)
+
+
+def extended(trial: Trial, effect: str, values: Mapping[str, float]) -> tuple[Structure, Parameters]:
+    """The structure with one effect more, and where its refit starts: the trial's values, the effect's as given."""
+    structure = trial.structure.extended(effect)
+    return structure, carried(trial, structure, values)
+
+
+def carried(trial: Trial, structure: Structure, values: Mapping[str, float]) -> Parameters:
+    """Parameters of a structure alike: the trial's values, bounds and freedom by name, over them `values`."""
+    joint = assemble(structure, angle=trial.problem.joint.keeps_angle)
+    declared, old = joint.parameters(), trial.parameters
+    fresh = {k: getattr(declared, k).copy() for k in ("values", "lower", "upper", "free")}
+    for k, name in enumerate(declared.names):
+        if name in old.names:
+            i = old.names.index(name)
+            for key, array in fresh.items():
+                array[k] = getattr(old, key)[i]
+        if name in values:
+            fresh["values"][k] = np.clip(values[name], fresh["lower"][k], fresh["upper"][k])
+    return replace(declared, **fresh)
