@@ -42,8 +42,8 @@ def columns(
 ) -> Columns:
     """All columns of one record in one banded solve.
 
-    fitted : indices into theta; free_states : of the trajectory's joint; more (nv, m, n) : generalised forces [Nm], each
-    held over its interval.
+    fitted : indices into theta; free_states : of the trajectory's joint; more (nv, m, n) : generalised forces [Nm],
+    each held over its interval.
     """
     free_states = [_moved(trajectory.joint, k) for k in free_states]
     trajectory = with_angle(trajectory)

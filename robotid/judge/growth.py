@@ -106,11 +106,12 @@ def set_up(
         model.joint, model.parameters, tuple(pieces), model.output, np.ones(len(pieces)), model.estimate_states
     )
     missing = candidates(model.joint.structure, model.output, terms.skip)
-    whiten = []
+    seen = []
     for piece, t in zip(pieces, trajectories, strict=True):
         residual = measured(piece, model.output) - observed(t, model.output)
         one = scan(t, piece, residual, model.output, bare.columns, bare.free_states, missing)
-        whiten.append(estimate_whitening(one, bare.row))
+        seen.append(estimate_whitening(one, bare.row))
+    whiten = _one_sensor(bare, model.theta, seen, pieces)
     held_pieces = tuple(piece for record in held for piece in record.pieces(horizon or record.duration))
     whiten_held = _held_whitening(bare, model.theta, whiten, held_pieces)
     bench = Bench(tuple(pieces), held_pieces, tuple(whiten), whiten_held, model.output, model.estimate_states)
@@ -179,17 +180,30 @@ def grow(first: Trial, bench: Bench, terms: Terms, log: Log) -> Growth:
 
 def renew(trial: Trial, bench: Bench, terms: Terms) -> tuple[Bench, Trial]:
     """The bench with the noise as it shows behind a better model, and that model refitted on it."""
-    whiten = tuple(estimate_whitening(one, trial.problem.row) for one in look(trial, bench, terms))
-    bench = replace(
-        bench, whiten=whiten, whiten_held=_held_whitening(trial.problem, trial.parameters.values, whiten, bench.held)
-    )
+    problem, theta = trial.problem, trial.parameters.values
+    seen = [estimate_whitening(one, problem.row) for one in look(trial, bench, terms)]
+    whiten = _one_sensor(problem, theta, seen, bench.fitted)
+    held = _held_whitening(problem, theta, whiten, bench.held)
+    bench = replace(bench, whiten=tuple(whiten), whiten_held=held)
     return bench, try_model(trial.structure, trial.parameters, bench, trial.first_states)
+
+
+def _one_sensor(
+    problem: OutputError, theta: Array, whiten: Sequence[Whitening], records: Sequence[Record]
+) -> list[Whitening]:
+    """The torque of all records is measured alike: what one record shows more of than another is misfit, not noise."""
+    least = min(w.torque for w in whiten)
+    return [
+        whitening(problem.joint, theta, problem.row, record.sampling_time, (w.output, least))
+        for w, record in zip(whiten, records, strict=True)
+    ]
 
 
 def _held_whitening(
     problem: OutputError, theta: Array, whiten: Sequence[Whitening], held: Sequence[Record]
 ) -> tuple[Whitening, ...]:
     """Records that were held out have the typical noise of the others."""
+    typical = (float(np.median([w.output for w in whiten])), float(np.median([w.torque for w in whiten])))
     return tuple(whitening(problem.joint, theta, problem.row, record.sampling_time, typical) for record in held)
 
 
@@ -198,8 +212,8 @@ def _accept(
 ) -> Found | None:
     """The best cause of a round that stands all tests, or None."""
     hopeful = [s for s in best_of_each(seen.scores) if p_value(s, seen, bench) < terms.level]
-    hopeful = [s for s in hopeful if s.energy > HOPEFUL * hopeful[0].energy][: terms.refits]
-    tried = sorted(_refit(now, hopeful, bench, log), key=lambda pair: pair[1].energy)
+    hopeful = [s for s in hopeful if s.energy > max(HOPEFUL * hopeful[0].energy, terms.worth**2 * bench.samples)]
+    tried = sorted(_refit(now, hopeful[: terms.refits], bench, log), key=lambda pair: _criterion(pair[1], bench))
     while tried:
         best, after = tried[0]
         why = _objection(now, after, bench, terms)
@@ -224,6 +238,11 @@ def _refit(now: Trial, hopeful: Sequence[Score], bench: Bench, log: Log) -> Iter
             yield one, refit(now, one, bench)
         except NumericsError:
             continue
+
+
+def _criterion(trial: Trial, bench: Bench) -> float:
+    """Bayesian information criterion, up to a constant, of a residual whose variance is unknown."""
+    return bench.samples * float(np.log(trial.energy)) + len(trial.problem.columns) * float(np.log(bench.samples))
 
 
 def refit(now: Trial, one: Score, bench: Bench) -> Trial:
