@@ -93,11 +93,24 @@ class ValidateSettings(Section):
 
 
 class DiagnoseSettings(Section):
-    """Settings of the diagnosis."""
+    """How to look for what a model lacks. model : which one, absent: fit.best. level : of significance of the whole
+    search. worth : least misfit that a cause must remove on held-out records, in noise standard deviations. causes :
+    most of them. refits : effects refitted a round. skip : effects out of the question. samples : longer records are
+    sampled in pieces."""
+
+    model: str | None = None
+    level: Annotated[float, Field(gt=0, lt=1)] = 1e-3
+    worth: NonNegative = 0.1
+    causes: Count = 4
+    refits: Count = 5
+    skip: tuple[str, ...] = ()
+    samples: Count = 100_000
 
 
 class ExtendSettings(Section):
-    """Settings of the extension."""
+    """What to extend the model by. effects : absent, the causes that diagnose named."""
+
+    effects: tuple[str, ...] | None = None
 
 
 class ReportSettings(Section):

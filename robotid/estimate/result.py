@@ -7,6 +7,7 @@ from enum import StrEnum
 
 from robotid.model.array import Array
 from robotid.model.structure import Structure
+from robotid.signals.record import Quantity
 
 
 class End(StrEnum):
@@ -49,7 +50,7 @@ class FitResult:
 
     name: str
     records: tuple[str, ...]
-    output: str
+    output: Quantity
     structure: Structure
     parameters: tuple[Estimate, ...]
     covariance: Array = field(metadata={"unit": "SI"})

@@ -9,10 +9,12 @@ import numpy as np
 
 from robotid.estimate.least_squares import solve
 from robotid.estimate.residual import OutputError, observed
+from robotid.estimate.result import FitResult
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.signals.record import Quantity, Record
+from robotid.simulate.assemble import assemble
 from robotid.simulate.simulate import Trajectory
 
 TOLERANCE = 1e-4  # of the cost; the first states of a record need no more
@@ -38,6 +40,20 @@ class Model:
     @property
     def theta(self) -> Array:
         return self.parameters.values
+
+
+def fitted_model(fit: FitResult, *, estimate_states: bool = True) -> Model:
+    """The model that a fit made, its parameters free as they were."""
+    joint = assemble(fit.structure, angle=fit.output == "position")
+    estimates = fit.parameters
+    parameters = replace(
+        joint.parameters(),
+        values=np.array([p.value for p in estimates]),
+        lower=np.array([p.lower for p in estimates]),
+        upper=np.array([p.upper for p in estimates]),
+        free=np.array([not p.fixed for p in estimates]),
+    )
+    return Model(fit.name, joint, parameters, fit.output, fit.records, fit.initial_states, estimate_states)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

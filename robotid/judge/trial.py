@@ -19,6 +19,7 @@ from robotid.signals.record import Quantity, Record
 from robotid.simulate.assemble import assemble
 from robotid.simulate.simulate import Trajectory
 
+UNIDENTIFIABLE = 1e-9  # smallest singular value of the scaled Jacobian
 MOST_ITERATIONS, TOLERANCE = 20, 1e-5
 MOST_ITERATIONS_HELD, TOLERANCE_HELD = 8, 1e-4
 
@@ -66,6 +67,14 @@ class Trial:
     def held_fit_percent(self) -> float:
         """Mean fit over the held-out records [%], nan without any."""
         return float(self.held_fit.mean()) if self.held_fit.size else float("nan")
+
+    @property
+    def covariance(self) -> Array:
+        """Of the unknowns, parameters first, (m, m), the noise as large as the residual shows it."""
+        factor = self.solution.factor
+        scale = np.maximum(np.linalg.norm(factor, axis=0), 1e-300)
+        inverse = np.linalg.pinv(factor / scale, rcond=UNIDENTIFIABLE) / scale[:, None]
+        return np.asarray(inverse @ inverse.T * max(1.0, self.energy / sum(map(len, self.residuals))))
 
     @property
     def first_states(self) -> tuple[FirstState, ...]:

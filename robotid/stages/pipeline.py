@@ -72,7 +72,17 @@ VALIDATE = Stage(
     sections=("robot", "plant", "controller", "init_rigid", "fit", "validate"),
 )
 
-STAGES: dict[str, Stage] = {s.name: s for s in (EXCITE, COLLECT, INIT_RIGID, INIT_FLEX, FIT, VALIDATE)}
+DIAGNOSE = Stage(
+    "diagnose",
+    "diagnosis.h5",
+    "robotid.stages.diagnose:diagnose",
+    "robotid.judge.diagnosis:Diagnosis",
+    inputs=("collect", "fit"),
+    sections=("robot", "fit", "diagnose"),
+    logs=True,
+)
+
+STAGES: dict[str, Stage] = {s.name: s for s in (EXCITE, COLLECT, INIT_RIGID, INIT_FLEX, FIT, VALIDATE, DIAGNOSE)}
 """Every stage by name, in order."""
 
 

@@ -1,0 +1,143 @@
+"""The verdict on a model: how much is wrong, where, what caused it, and what was tried in vain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from robotid.estimate.result import Estimate
+from robotid.judge.diagnosis import Cause, Diagnosis, Misfit, Rejected
+from robotid.judge.examine import LONGEST_TRACE
+from robotid.judge.growth import Found, Growth, best_of_each
+from robotid.judge.simulated import Model, Simulated, measured, simulate_record
+from robotid.judge.trial import Trial
+from robotid.judge.validation import Trace
+from robotid.model.array import Array
+from robotid.signals.metrics import fit_percent
+from robotid.signals.record import Record
+
+MOST_REJECTED = 12  # effects that are listed as scored in vain
+
+
+LEAST = 1e-12  # of the output: where even the noise is nothing
+
+
+def verdict(model: Model, records: Sequence[Record], growth: Growth, horizon: float | None) -> Diagnosis:
+    """The diagnosis of a model on records, from the search for what it lacks."""
+    floors = _floors(growth)
+    runs = {record.name: simulate_record(model, record, horizon) for record in records}
+    residuals = {name: run.measured(model.output) - run.signal(model.output) for name, run in runs.items()}
+    after = _after(growth)
+    misfits = {r.name: _misfit(model, r, residuals[r.name], floors, after.get(r.name)) for r in records}
+    fitted = [misfits[name] for name in dict.fromkeys(r.name for r in growth.bench.fitted)]
+    floor = _rms([m.noise_floor for m in fitted])
+    remaining = _beyond(_rms([_root(after[r.name]) for r in growth.bench.fitted]), floor)
+    return Diagnosis(
+        verdict="named" if growth.causes else "clean",
+        model=model.name,
+        output=model.output,
+        unit="rad/s" if model.output == "speed" else "rad",
+        noise_floor=floor,
+        misfit=_beyond(_rms([m.rmse for m in fitted]), floor),
+        remaining=remaining,
+        records=misfits,
+        causes=tuple(map(_cause, growth.causes)),
+        rejected=tuple(_rejected(growth)),
+        curves=(),
+        missing={},
+        residuals={name: _trace(runs[name], model) for name in runs},
+        shape=None,
+    )
+
+
+def _floors(growth: Growth) -> dict[str, float]:
+    """Noise of each record, that of the held-out ones the typical one."""
+    bench = growth.bench
+    pairs = [*zip(bench.fitted, bench.whiten, strict=True), *zip(bench.held, bench.whiten_held, strict=True)]
+    return {record.name: float(np.sqrt(whiten.output)) for record, whiten in pairs}
+
+
+def _after(growth: Growth) -> dict[str, Array]:
+    """Residuals of the extended model, by record."""
+    bench, last = growth.bench, growth.last
+    pairs = [*zip(bench.fitted, last.residuals, strict=True), *zip(bench.held, last.held_residuals, strict=True)]
+    names = dict.fromkeys(record.name for record, _ in pairs)
+    return {name: np.concatenate([r for record, r in pairs if record.name == name]) for name in names}
+
+
+def _misfit(
+    model: Model, record: Record, residual: Array, floors: Mapping[str, float], after: Array | None
+) -> Misfit:
+    rmse, floor = _root(residual), floors.get(record.name, 0.0)
+    output = measured(record, model.output)
+    beyond = _beyond(rmse, floor)
+    left = rmse if after is None else _root(after)
+    explained = 1.0 - _beyond(left, floor) ** 2 / max(beyond**2, LEAST)
+    return Misfit(
+        role=record.role,
+        fit_percent=fit_percent(output, output - residual),
+        rmse=rmse,
+        noise_floor=min(floor, rmse),
+        misfit=beyond,
+        explained_after=float(np.clip(explained, 0.0, 1.0)),
+    )
+
+
+def _root(signal: Array) -> float:
+    return float(np.sqrt(np.mean(signal**2)))
+
+
+def _rms(levels: Sequence[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(levels))))
+
+
+def _beyond(rmse: float, floor: float) -> float:
+    """What an RMS error is beyond the noise."""
+    return float(np.sqrt(max(0.0, rmse**2 - floor**2)))
+
+
+def _trace(run: Simulated, model: Model) -> Trace:
+    step = -(-len(run.record) // LONGEST_TRACE)
+    return Trace(run.record.t[::step], run.measured(model.output)[::step], run.signal(model.output)[::step])
+
+
+def _cause(found: Found) -> Cause:
+    """A cause as it is told."""
+    estimates = _estimates(found.after, found.effect)
+    return Cause(found.effect, estimates, found.explained, found.gain, found.p_value, found.twins, None)
+
+
+def _estimates(trial: Trial, effect: str) -> tuple[Estimate, ...]:
+    """The effect's own parameters with the deviations of the whitened fit."""
+    parameters, covariance = trial.parameters, trial.covariance
+    found = []
+    for i, k in enumerate(trial.problem.columns):
+        name = parameters.names[k]
+        if name == effect or name.rpartition(".")[0] == effect:
+            std = float(np.sqrt(max(0.0, covariance[i, i])))
+            bounds = float(parameters.lower[k]), float(parameters.upper[k])
+            found.append(Estimate(name, float(parameters.values[k]), parameters.units[k], std, std, *bounds))
+    return tuple(found)
+
+
+def _rejected(growth: Growth) -> Iterator[Rejected]:
+    """What was refitted in vain, and then what the score alone turned down in the first round."""
+    told = {c.effect for c in growth.causes} | {t for c in growth.causes for t in c.twins}
+    for turned in growth.turned:
+        if turned.effect not in told:
+            told.add(turned.effect)
+            yield Rejected(turned.effect, turned.explained, turned.gain, turned.why)
+    first = growth.rounds[0]
+    whole = max(first.projected.energy - growth.bench.samples, LEAST)
+    for one in best_of_each(first.scores)[:MOST_REJECTED]:
+        if one.candidate.name not in told:
+            share = float(np.clip(one.energy / whole, 0.0, 1.0))
+            yield Rejected(one.candidate.name, share, float("nan"), _why(share, growth))
+
+
+def _why(share: float, growth: Growth) -> str:
+    best = growth.causes[0] if growth.causes else None
+    if best is not None and share < best.explained:
+        return f"scored {100 * share:.2g} % of the misfit, less than {best.effect}"
+    return f"scored {100 * share:.2g} % of the misfit, no more than chance"

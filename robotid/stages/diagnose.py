@@ -1,0 +1,32 @@
+"""Stage diagnose: what the simulation gets wrong, and why."""
+
+from __future__ import annotations
+
+from robotid.config.schema import Config
+from robotid.estimate.result import Fits
+from robotid.judge.diagnosis import Diagnosis
+from robotid.judge.growth import Terms, grow, set_up
+from robotid.judge.simulated import fitted_model
+from robotid.judge.verdict import verdict
+from robotid.signals.quality import Recordings
+from robotid.stages.progress import Log, Progress
+
+
+def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | None = None) -> Diagnosis:
+    """Diagnose one fitted model: its causes are fitted on the records of its fit and measured on the others.
+
+    Raises NumericsError where the model cannot be simulated.
+    """
+    section = settings.diagnose
+    model = fitted_model(fits.models[section.model or fits.best], estimate_states=settings.fit.initial_states == "free")
+
+    def say(text: str) -> None:
+        if log is not None:
+            log(Progress(text))
+
+    terms = Terms(section.level, section.worth, section.refits, section.causes, section.skip)
+    fitted = [r for r in recordings.records if r.name in model.records]
+    held = [r for r in recordings.records if r.name not in model.records]
+    say("measuring the noise")
+    bench, first = set_up(model, fitted, held, settings.fit.horizon, terms)
+    return verdict(model, recordings.records, grow(first, bench, terms, say), settings.fit.horizon)
