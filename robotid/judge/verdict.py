@@ -66,9 +66,7 @@ def _after(growth: Growth) -> dict[str, Array]:
     return {name: np.concatenate([r for record, r in pairs if record.name == name]) for name in names}
 
 
-def _misfit(
-    model: Model, record: Record, residual: Array, floors: Mapping[str, float], after: Array | None
-) -> Misfit:
+def _misfit(model: Model, record: Record, residual: Array, floors: Mapping[str, float], after: Array | None) -> Misfit:
     rmse, floor = _root(residual), floors.get(record.name, 0.0)
     output = measured(record, model.output)
     beyond = _beyond(rmse, floor)
