@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from robotid.estimate.result import Estimate
+from robotid.estimate.result import Estimate, FitResult
 from robotid.judge.location import Curve
 from robotid.judge.validation import Trace
-from robotid.model.array import Array
 from robotid.signals.record import Quantity, Role
 
 Verdict = Literal["clean", "named", "unknown"]
@@ -110,20 +109,20 @@ class Score:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Extension:
-    """The model before and after, by record; effects of both; Bayesian information criteria of both on the records of
-    the fit; the parameters after. configuration : the text of extended.yaml. dropped : causes that lost their worth in
-    the final refit. covariance : robust, (p, p)."""
+    """The model before and after: scores by record, Bayesian information criteria on the records of the fit, and the
+    fit that came after. added : the effects by which it was extended. dropped : causes that lost their worth in the
+    final refit.
+    """
 
     model: str
     output: Quantity
     unit: str
     model_before: tuple[str, ...]
     model_after: tuple[str, ...]
+    added: tuple[str, ...]
     before: dict[str, Score]
     after: dict[str, Score]
     bic_before: float
     bic_after: float
-    parameters: tuple[Estimate, ...]
-    covariance: Array = field(metadata={"unit": "SI"})
+    fit: FitResult
     dropped: tuple[Rejected, ...]
-    configuration: str

@@ -144,13 +144,12 @@ def _hold_out(problem: OutputError, parameters: Parameters, bench: Bench) -> tup
 def extended(trial: Trial, effect: str, values: Mapping[str, float]) -> tuple[Structure, Parameters]:
     """The structure with one effect more, and where its refit starts: the trial's values, the effect's as given."""
     structure = trial.structure.extended(effect)
-    return structure, carried(trial, structure, values)
+    return structure, carried(trial.parameters, structure, values)
 
 
-def carried(trial: Trial, structure: Structure, values: Mapping[str, float]) -> Parameters:
-    """Parameters of a structure alike: the trial's values, bounds and freedom by name, over them `values`."""
-    joint = assemble(structure, angle=trial.problem.joint.keeps_angle)
-    declared, old = joint.parameters(), trial.parameters
+def carried(old: Parameters, structure: Structure, values: Mapping[str, float]) -> Parameters:
+    """Parameters of a structure alike: values, bounds and freedom of the old by name, over them `values`."""
+    declared = assemble(structure).parameters()
     fresh = {k: getattr(declared, k).copy() for k in ("values", "lower", "upper", "free")}
     for k, name in enumerate(declared.names):
         if name in old.names:

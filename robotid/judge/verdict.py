@@ -32,7 +32,7 @@ def verdict(model: Model, records: Sequence[Record], growth: Growth, horizon: fl
     misfits = {r.name: _misfit(model, r, residuals[r.name], floors, after.get(r.name)) for r in records}
     fitted = [misfits[name] for name in dict.fromkeys(r.name for r in growth.bench.fitted)]
     floor = _rms([m.noise_floor for m in fitted])
-    remaining = _beyond(_rms([_root(after[r.name]) for r in growth.bench.fitted]), floor)
+    remaining = _beyond(_rms([root_mean_square(after[r.name]) for r in growth.bench.fitted]), floor)
     return Diagnosis(
         verdict="named" if growth.causes else "clean",
         model=model.name,
@@ -46,7 +46,7 @@ def verdict(model: Model, records: Sequence[Record], growth: Growth, horizon: fl
         rejected=tuple(_rejected(growth)),
         curves=(),
         missing={},
-        residuals={name: _trace(runs[name], model) for name in runs},
+        residuals={name: trace(runs[name], model) for name in runs},
         shape=None,
     )
 
@@ -67,10 +67,10 @@ def _after(growth: Growth) -> dict[str, Array]:
 
 
 def _misfit(model: Model, record: Record, residual: Array, floors: Mapping[str, float], after: Array | None) -> Misfit:
-    rmse, floor = _root(residual), floors.get(record.name, 0.0)
+    rmse, floor = root_mean_square(residual), floors.get(record.name, 0.0)
     output = measured(record, model.output)
     beyond = _beyond(rmse, floor)
-    left = rmse if after is None else _root(after)
+    left = rmse if after is None else root_mean_square(after)
     explained = 1.0 - _beyond(left, floor) ** 2 / max(beyond**2, LEAST)
     return Misfit(
         role=record.role,
@@ -82,7 +82,8 @@ def _misfit(model: Model, record: Record, residual: Array, floors: Mapping[str, 
     )
 
 
-def _root(signal: Array) -> float:
+def root_mean_square(signal: Array) -> float:
+    """Of a signal (n,)."""
     return float(np.sqrt(np.mean(signal**2)))
 
 
@@ -95,7 +96,8 @@ def _beyond(rmse: float, floor: float) -> float:
     return float(np.sqrt(max(0.0, rmse**2 - floor**2)))
 
 
-def _trace(run: Simulated, model: Model) -> Trace:
+def trace(run: Simulated, model: Model) -> Trace:
+    """Measured and simulated output of a record, thinned for figures."""
     step = -(-len(run.record) // LONGEST_TRACE)
     return Trace(run.record.t[::step], run.measured(model.output)[::step], run.signal(model.output)[::step])
 
