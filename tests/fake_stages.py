@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from robotid.config.schema import Config
+from robotid.stages.progress import Progress
 from robotid.stages.stage import Stage
 
 CALLS: Counter[str] = Counter()
@@ -34,7 +35,7 @@ def second(settings: Config, before: Sum, files: Mapping[str, Any]) -> Sum:
 def third(settings: Config, one: Sum, two: Sum, log: Callable[..., None] | None = None) -> Sum:
     _called("third")
     if log is not None:
-        log("third", 1)
+        log(Progress("third", 1, 2))
     worse = ("the fit is 1 %, below 2 %",) if settings.validation.perturbation == 13.0 else ()
     return Sum(one.value + two.value, settings.validation.perturbation == 12.0, worse)
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from io import StringIO
 from math import isfinite
-from typing import TYPE_CHECKING, Literal
+from typing import IO, TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -17,16 +17,22 @@ if TYPE_CHECKING:
 Json = None | bool | int | float | str | Sequence["Json"] | Mapping[str, "Json"]
 
 WIDE = 1000  # a table in a file or a pipe is never folded
+TEXT = 24  # characters to which a column of sentences may shrink
+GAP = 3  # between columns
 
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Rows of text under a title; columns that hold numbers are set flush right."""
+    """Rows of text under a title; columns that hold numbers are set flush right.
+
+    styles : how a terminal shows cells of certain words, such as {"stale": "yellow"}.
+    """
 
     title: str
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     note: str = ""
+    styles: Mapping[str, str] = field(default_factory=dict)
 
 
 def say(text: str, *, quiet: bool = False) -> None:
@@ -52,18 +58,63 @@ def _finite(document: Json) -> Json:
 
 def print_tables(tables: Sequence[Table]) -> None:
     """Tables on stdout; where that is not a terminal, bare of colour and as wide as need be."""
-    from rich.console import Console
-
-    terminal = sys.stdout.isatty()
-    stream = sys.stdout if terminal else StringIO()
-    colours: Literal["auto"] | None = None if "NO_COLOR" in os.environ else "auto"
-    console = Console(file=stream, highlight=False, width=None if terminal else WIDE, color_system=colours)
-    for i, table in enumerate(tables):
+    on_terminal, buffer = sys.stdout.isatty(), StringIO()
+    console = terminal(sys.stdout) if on_terminal else terminal(buffer, WIDE)
+    parts = [part for table in tables for part in _parts(table, console.width)]
+    for i, table in enumerate(parts):
         if i:
             console.print()
         _print(table, console)
-    if isinstance(stream, StringIO):
-        print("\n".join(line.rstrip() for line in stream.getvalue().splitlines()))
+    if not on_terminal:
+        print("\n".join(line.rstrip() for line in buffer.getvalue().splitlines()))
+
+
+def terminal(stream: IO[str], width: int | None = None) -> Console:
+    """A console on a stream, without colours where NO_COLOR is set."""
+    from rich.console import Console
+
+    colours: Literal["auto"] | None = None if os.environ.get("NO_COLOR") else "auto"
+    return Console(file=stream, highlight=False, width=width, color_system=colours)
+
+
+def _parts(table: Table, width: int) -> Iterator[Table]:
+    """A table that is too wide as several, each with the first column."""
+    widths = [_least(table, i) for i in range(len(table.columns))]
+    first, chosen = True, [0]
+    for i in range(1, len(widths)):
+        if len(chosen) > 1 and sum(widths[k] + GAP for k in (*chosen, i)) - GAP > width:
+            yield _part(table, chosen, title=first, note=False)
+            first, chosen = False, [0]
+        chosen.append(i)
+    yield _part(table, chosen, title=first, note=True)
+
+
+def _part(table: Table, columns: Sequence[int], *, title: bool, note: bool) -> Table:
+    heads, *rows = (tuple(row[i] for i in columns) for row in (table.columns, *table.rows))
+    return replace(
+        table,
+        title=table.title if title else "",
+        columns=heads,
+        rows=tuple(rows),
+        note=table.note if note else "",
+    )
+
+
+def _least(table: Table, i: int) -> int:
+    """Characters that a column needs: sentences may be folded, names and numbers may not."""
+    cells = [line for row in table.rows for line in row[i].splitlines()]
+    longest = max(map(len, cells), default=0)
+    word = max((len(word) for text in (table.columns[i], *cells) for word in text.split()), default=0)
+    return max(word, min(longest, TEXT)) if _is_text(table, i) else max(longest, _head(table.columns[i]))
+
+
+def _head(text: str) -> int:
+    """Width of a head, which may be folded between words."""
+    return max(map(len, text.split()), default=0)
+
+
+def _is_text(table: Table, i: int) -> bool:
+    return any(len(row[i].split()) > 3 for row in table.rows)
 
 
 def _print(table: Table, console: Console) -> None:
@@ -71,17 +122,20 @@ def _print(table: Table, console: Console) -> None:
     from rich.table import Table as Grid
     from rich.text import Text
 
-    grid = Grid(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, show_header=any(table.columns))
+    grid = Grid(
+        box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, show_header=any(table.columns), header_style="bold"
+    )
     for i, column in enumerate(table.columns):
         numeric = bool(table.rows) and all(_is_number(row[i]) for row in table.rows)
-        grid.add_column(Text(column), justify="right" if numeric else "left")
+        least = min(_least(table, i), console.width)
+        grid.add_column(Text(column), justify="right" if numeric else "left", min_width=least)
     for row in table.rows:
-        grid.add_row(*map(Text, row))
+        grid.add_row(*(Text(cell, table.styles.get(cell, "")) for cell in row))
     if table.title:
-        console.print(Text(table.title, style="bold"))
+        console.print(Text(table.title, style="bold cyan"))
     console.print(grid)
     if table.note:
-        console.print(Text(table.note))
+        console.print(Text(table.note, style="dim"))
 
 
 def _is_number(text: str) -> bool:

@@ -9,15 +9,18 @@ from pathlib import Path
 import typer
 
 from robotid.artifacts.store import load as load_artifact
+from robotid.cli.closing import closing
 from robotid.cli.console import Json, Table, fixed, print_json, print_tables, say
-from robotid.cli.progress import Log, iteration_log
+from robotid.cli.progress import watching
 from robotid.cli.stages import INTERRUPTED
 from robotid.cli.views import view
 from robotid.config.load import load
 from robotid.errors import ThresholdError
 from robotid.stages.pipeline import STAGES, Outcome, Run, execute, execute_all
+from robotid.stages.progress import Log
 
-WORTH_PRINTING = ("fit", "validate")  # of a whole run, the last that was reached
+WORTH_PRINTING = ("fit", "validate", "diagnose", "extend")  # of a whole run, the last that was reached
+STATES = {"made": "green", "fresh": "dim", "yes": "yellow", "no": "dim"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,10 +40,9 @@ def open_run(config: Path, out: Path | None, overrides: Sequence[str]) -> Run:
 
 def perform(stage: str | None, run: Run, manner: Manner) -> None:
     """Run one stage, or all of them, and print what came of it. Raises what the stages raise."""
-    models = run.loaded.config.fit.models or {}
     done: list[Outcome] = []
     failure = None
-    with iteration_log(len(models), quiet=manner.quiet or manner.dry_run) as log:
+    with watching(quiet=manner.quiet or manner.dry_run) as log:
         try:
             for outcome in _outcomes(stage, run, manner, log):
                 done.append(outcome)
@@ -48,11 +50,17 @@ def perform(stage: str | None, run: Run, manner: Manner) -> None:
         except ThresholdError as error:
             failure = error
             done.append(_kept(stage or "validate", run))
-    (_print_plan if manner.dry_run else _print_results)(stage, run, done, manner)
+    if manner.dry_run:
+        _print_plan(run, done, manner)
+        return
+    _print_results(stage, run, done, manner)
     if failure is not None:
         raise failure
     if any(outcome.interrupted for outcome in done):
         say("interrupted; what was reached is saved, and the next run begins this stage again")
+    for line in () if manner.quiet else closing(run, stage, done):
+        say(line)
+    if any(outcome.interrupted for outcome in done):
         raise typer.Exit(INTERRUPTED)
 
 
@@ -75,12 +83,12 @@ def _told(outcome: Outcome) -> str:
     return f"{outcome.stage}: {outcome.file} written in {outcome.seconds:.2f} s ({outcome.why})"
 
 
-def _print_plan(stage: str | None, run: Run, plan: Sequence[Outcome], manner: Manner) -> None:
+def _print_plan(run: Run, plan: Sequence[Outcome], manner: Manner) -> None:
     if manner.as_json:
         print_json({"out": str(run.out), "stages": [_entry(o) for o in plan]})
         return
     rows = tuple((o.stage, "no" if o.why == "fresh" else "yes", o.why, str(o.file)) for o in plan)
-    print_tables([Table("", ("stage", "would run", "why", "file"), rows)])
+    print_tables([Table("", ("stage", "would run", "why", "file"), rows, styles=STATES)])
 
 
 def _print_results(stage: str | None, run: Run, done: Sequence[Outcome], manner: Manner) -> None:
@@ -90,7 +98,7 @@ def _print_results(stage: str | None, run: Run, done: Sequence[Outcome], manner:
     elif manner.as_json:
         results: dict[str, Json] = {o.stage: view(o.stage).document(o.content) for o in shown}
         print_json({"out": str(run.out), "stages": [_entry(o) for o in done], **results})
-    else:
+    elif not manner.quiet:
         tables: list[Table] = [table for o in shown for table in view(o.stage).tables(o.content)]
         print_tables(tables if stage is not None else [_summary(done), *tables])
 
@@ -107,4 +115,4 @@ def _entry(outcome: Outcome) -> Json:
 
 def _summary(done: Sequence[Outcome]) -> Table:
     rows = tuple((o.stage, "made" if o.ran else "fresh", fixed(o.seconds), str(o.file)) for o in done)
-    return Table("Stages", ("stage", "state", "seconds", "file"), rows)
+    return Table("Stages", ("stage", "state", "seconds", "file"), rows, styles=STATES)

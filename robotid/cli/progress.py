@@ -1,50 +1,170 @@
-"""The iteration log of a fit: a bar below the lines on a terminal, the lines alone elsewhere."""
+"""What goes on while a stage works: a live line and a table of the fits on a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
+import os
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from robotid.cli.console import say
+from robotid.cli.console import number, say
+from robotid.stages.progress import Begun, Log, Progress, Step
 
 if TYPE_CHECKING:
-    from robotid.estimate.least_squares import Iteration
+    from rich.console import RenderableType
 
-Log = Callable[[str, "Iteration"], None]
+QUIET = 5.0  # [s] between plain lines of progress
+FEWEST = 2.0  # [s] of work from which the time left is told
 
 
 @contextmanager
-def iteration_log(models: int, *, quiet: bool) -> Iterator[Log | None]:
-    """What a fit of so many models tells its iterations to; None where nobody listens."""
+def watching(*, quiet: bool) -> Iterator[Log | None]:
+    """What stages tell of themselves to; None where nobody listens."""
     if quiet:
         yield None
-    elif sys.stderr.isatty():
-        with _bar(models) as log:
+    elif sys.stderr.isatty() and os.environ.get("TERM") not in ("dumb", "unknown", None):
+        with _live() as log:
             yield log
     else:
-        yield lambda model, iteration: say(_line(model, iteration))
+        yield _Lines()
 
 
-def _line(model: str, iteration: Iteration) -> str:
-    return f"{model}  iteration {iteration.number:3d}  cost {iteration.cost:.6e}  decrease {iteration.decrease:.1e}"
+class Watch:
+    """How far a stage is, from what it tells. clock : seconds, of any origin."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self.clock = clock
+        self.hear(Begun(""))
+
+    def hear(self, event: Begun | Progress | Step) -> None:
+        """Take notice of an event."""
+        if isinstance(event, Begun):
+            self.stage, self.now = event.stage, Progress("")
+            self.begun = self.counted = self.heard = self.clock()
+            self.fits: dict[str, Step | None] = {}
+        elif isinstance(event, Progress):
+            self._count(event)
+        else:
+            self.fits = self.fits or dict.fromkeys(event.models)
+            self.fits[event.model] = event
+            self._count(Progress(event.model, event.models.index(event.model), len(event.models)))
+
+    def _count(self, event: Progress) -> None:
+        now = self.clock()
+        if event.total != self.now.total or event.done < self.now.done:
+            self.counted = self.heard = now
+        elif event.done > self.now.done:
+            self.heard = now
+        self.now = event
+
+    @property
+    def elapsed(self) -> float:
+        """Time since the stage began [s]."""
+        return self.clock() - self.begun
+
+    @property
+    def left(self) -> float | None:
+        """Time left of what is counted [s], at the pace so far; None where that is not known."""
+        spent, since = self.heard - self.counted, self.clock() - self.heard
+        if not self.now.done or spent + since < FEWEST:
+            return None
+        left = spent / self.now.done * (self.now.total - self.now.done) - since
+        return left if left > 0 else None
+
+    @property
+    def percent(self) -> str:
+        """What share is done, where that is known."""
+        return f"{100 * self.now.done // self.now.total} %" if self.now.total else ""
+
+    def line(self) -> str:
+        """All of it in a line."""
+        left = "" if self.left is None else f"about {duration(self.left)} left"
+        facts = (self.now.label, self.percent and f"{self.percent} done", duration(self.elapsed), left)
+        return f"{self.stage}: {', '.join(fact for fact in facts if fact)}"
+
+
+def duration(seconds: float) -> str:
+    """A time as people say it: 8 s, 2 min 05 s, 1 h 10 min."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    return f"{whole // 60} min {whole % 60:02d} s" if whole < 3600 else f"{whole // 3600} h {whole // 60 % 60:02d} min"
+
+
+class _Lines:
+    """Plain lines: every iteration of a fit, and now and then how far a stage is."""
+
+    def __init__(self) -> None:
+        self.watch = Watch()
+        self.said = self.watch.clock()
+
+    def __call__(self, event: Begun | Progress | Step) -> None:
+        self.watch.hear(event)
+        if isinstance(event, Step):
+            say(_line(event))
+        elif isinstance(event, Progress) and self.watch.clock() - max(self.said, self.watch.begun) > QUIET:
+            self.said = self.watch.clock()
+            say(self.watch.line())
+
+
+def _line(step: Step) -> str:
+    i = step.iteration
+    return f"{step.model}  iteration {i.number:3d}  cost {i.cost:.6e}  decrease {i.decrease:.1e}"
 
 
 @contextmanager
-def _bar(models: int) -> Iterator[Log]:
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+def _live() -> Iterator[Log]:
+    from rich.live import Live
+    from rich.spinner import Spinner
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True, highlight=False), transient=True) as progress:
-        task = progress.add_task("fit", total=models)
-        begun: list[str] = []
+    from robotid.cli.console import terminal
 
-        def log(model: str, iteration: Iteration) -> None:
-            if model not in begun:
-                begun.append(model)
-            progress.console.print(_line(model, iteration), markup=False)
-            progress.update(task, description=f"fit {model}", completed=len(begun) - 1)
+    console, watch = terminal(sys.stderr), Watch()
+    spinner = Spinner("dots" if console.encoding.startswith("utf") else "line", style="cyan")
+    with Live(console=console, transient=True, refresh_per_second=8, get_renderable=lambda: picture(watch, spinner)):
+        yield watch.hear
 
-        yield log
+
+def picture(watch: Watch, spinner: RenderableType) -> RenderableType:
+    """The live display: of a fit the table of its models, and a line of how far the stage is."""
+    from rich.console import Group
+    from rich.progress_bar import ProgressBar
+    from rich.table import Table as Grid
+    from rich.text import Text
+
+    if not watch.stage:
+        return Text("")
+    line = Grid.grid(padding=(0, 1))
+    line.add_column(width=1)
+    line.add_column(no_wrap=True)
+    line.add_column()  # the only one that may shrink
+    label = Text(watch.now.label, no_wrap=True, overflow="ellipsis")
+    cells: list[RenderableType] = [spinner, Text(watch.stage, "bold"), label]
+    if watch.now.total:
+        cells += [ProgressBar(watch.now.total, watch.now.done, width=12), Text(watch.percent)]
+    cells.append(Text(duration(watch.elapsed), "dim"))
+    if watch.left is not None:
+        cells.append(Text(f"{duration(watch.left)} left", "cyan"))
+    for _ in cells[3:]:
+        line.add_column(no_wrap=True, justify="right")
+    line.add_row(*cells)
+    return Group(_fits(watch.fits, watch.now.label), line) if watch.fits else line
+
+
+def _fits(fits: dict[str, Step | None], current: str) -> RenderableType:
+    from rich import box
+    from rich.table import Table as Grid
+
+    grid = Grid(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, header_style="bold")
+    grid.add_column("model")
+    for head in ("iteration", "cost", "decrease"):
+        grid.add_column(head, justify="right")
+    grid.add_column("")
+    for model, step in fits.items():
+        i = None if step is None else step.iteration
+        state = "waits" if i is None else "fitting" if model == current else "done"
+        cells = ("", "", "") if i is None else (str(i.number), number(i.cost, 7), number(i.decrease, 2))
+        grid.add_row(model, *cells, state, style={"fitting": "", "done": "green", "waits": "dim"}[state])
+    return grid

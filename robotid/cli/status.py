@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
+
+from robotid.cli.closing import next_command
 from robotid.cli.console import Table, print_json, print_tables
+from robotid.cli.progress import duration
 from robotid.stages.pipeline import Run, StageStatus, status
+
+STATES = {"fresh": "green", "stale": "yellow", "absent": "dim"}
 
 
 def show_status(run: Run, *, as_json: bool = False) -> None:
-    """Print one row a stage."""
+    """Print one row a stage, and the command to type next."""
     found = status(run)
     if as_json:
         print_json({"out": str(run.out), "stages": {s.stage: _entry(s) for s in found}})
         return
-    rows = tuple((s.stage, s.state.value, s.why, _made(s), str(s.file)) for s in found)
-    print_tables([Table("", ("stage", "state", "why", "made", "file"), rows)])
+    rows = tuple((s.stage, s.state.value, s.why, _age(s), str(s.file)) for s in found)
+    columns = ("stage", "state", "why", "made", "file")
+    print_tables([Table("", columns, rows, f"next: {next_command(run)}", STATES)])
 
 
 def _entry(s: StageStatus) -> dict[str, str | None]:
@@ -21,5 +28,8 @@ def _entry(s: StageStatus) -> dict[str, str | None]:
     return {"state": s.state.value, "why": s.why, "file": str(s.file), "made": made}
 
 
-def _made(s: StageStatus) -> str:
-    return s.label.provenance.created if s.label is not None else ""
+def _age(s: StageStatus) -> str:
+    if s.label is None:
+        return ""
+    seconds = (datetime.now(UTC) - datetime.fromisoformat(s.label.provenance.created)).total_seconds()
+    return f"{duration(max(0.0, seconds))} ago" if seconds < 86400 else s.label.provenance.created[:10]

@@ -10,18 +10,22 @@ from robotid.signals.readers.table import Table
 from robotid.signals.record import Record
 from robotid.signals.reference import Excitation
 from robotid.stages.measured import measured_record
+from robotid.stages.progress import Log, Progress
 from robotid.stages.virtual import virtual_records, virtual_robot
 
 
-def collect(settings: Config, excitation: Excitation, files: Mapping[str, Table]) -> Recordings:
-    """All records of the configuration, in its order. files : the table of each record that names a file.
+def collect(settings: Config, excitation: Excitation, files: Mapping[str, Table], log: Log | None = None) -> Recordings:
+    """All records of the configuration, in its order. files : the table of each record that names a file. log is told
+    of each record.
 
     Raises what the configuration or the files are wrong with: ConfigError, InputError, NumericsError.
     """
     records: list[Record] = []
     reports: list[Report] = []
     plant = virtual_robot(settings) if any(r.excite is not None for r in settings.records) else None
-    for wanted in settings.records:
+    for k, wanted in enumerate(settings.records):
+        if log is not None:
+            log(Progress(wanted.name, k, len(settings.records)))
         if plant is not None and wanted.excite is not None:
             made = virtual_records(plant, wanted, excitation, len(records))
             records += made

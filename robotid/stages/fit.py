@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +9,6 @@ import numpy as np
 from robotid.config.schema import Config
 from robotid.estimate.flexible import FlexResult
 from robotid.estimate.grey_box import FitOptions, fit_model
-from robotid.estimate.least_squares import Iteration
 from robotid.estimate.result import End, FitResult, Fits
 from robotid.estimate.rigid import RigidResult
 from robotid.model.joint import Joint
@@ -18,12 +16,11 @@ from robotid.model.parameters import Parameters
 from robotid.signals.quality import Recordings
 from robotid.simulate.assemble import assemble
 from robotid.stages.known import known_parameters
-
-Log = Callable[[str, Iteration], None]
+from robotid.stages.progress import Log, Step
 
 
 def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: FlexResult, log: Log | None = None) -> Fits:
-    """Fit all models. log is called with the model's name at every iteration.
+    """Fit all models. log is told of every iteration.
 
     Raises NumericsError where a model does not converge from this start.
     """
@@ -42,8 +39,9 @@ def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: Flex
     models: dict[str, FitResult] = {}
     assert settings.fit.models is not None
     assert settings.fit.best is not None
+    names = tuple(settings.fit.models)
     for name, members in settings.fit.models.items():
-        line = None if log is None else (lambda iteration, name=name: log(name, iteration))
+        line = None if log is None else (lambda iteration, name=name: log(Step(name, names, iteration)))
         models[name] = fit_model(name, joint, parameters, [records[m] for m in members], options, line)
         if models[name].end is End.INTERRUPTED:
             break

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,11 +14,10 @@ from robotid.artifacts.store import Label, load, save
 from robotid.errors import InputError, ThresholdError
 from robotid.model.units import sliding
 from robotid.stages.freshness import StageStatus, State, judge
+from robotid.stages.progress import Begun, Log
 from robotid.stages.stage import Run, Stage, find
 
 __all__ = ["STAGES", "Outcome", "Run", "Stage", "StageStatus", "State", "execute", "execute_all", "status"]
-
-Log = Callable[..., None]
 
 FRESH, FORCED = "fresh", "forced"  # reasons
 
@@ -37,6 +36,7 @@ COLLECT = Stage(
     inputs=("excite",),
     sections=("robot", "records", "plant"),
     files=True,
+    logs=True,
 )
 INIT_RIGID = Stage(
     "init-rigid",
@@ -70,6 +70,7 @@ VALIDATE = Stage(
     "robotid.judge.validation:Validation",
     inputs=("collect", "init-rigid", "init-flex", "fit"),
     sections=("robot", "plant", "controller", "init_rigid", "fit", "validate"),
+    logs=True,
 )
 
 DIAGNOSE = Stage(
@@ -112,7 +113,7 @@ def status(run: Run) -> tuple[StageStatus, ...]:
 
 
 def execute(run: Run, name: str, *, force: bool = False, dry_run: bool = False, log: Log | None = None) -> Outcome:
-    """Run one stage unless it is fresh. log : told of every iteration of a fit.
+    """Run one stage unless it is fresh. log : told of what goes on.
 
     Raises InputError where an input is missing or stale, ThresholdError where the result is worse than demanded (it is
     saved all the same), and what the stage raises.
@@ -166,6 +167,8 @@ def _settle(
 
 def _perform(run: Run, stage: Stage, labels: Mapping[str, Label], why: str, log: Log | None) -> Outcome:
     begin = time.perf_counter()
+    if log is not None:
+        log(Begun(stage.name))
     config = run.loaded.config
     contents: list[Any] = [load(run.file(STAGES[name]), STAGES[name].type()).content for name in stage.inputs]
     if stage.files:

@@ -21,7 +21,7 @@ class Stage:
 
     inputs : stages whose content the function takes, after the configuration; sections : of the configuration that it
     reads; function, content : where it and the class of its content are, imported when needed; files : it takes the
-    tables of the measured files too; logs : it takes a callable that is told of every iteration.
+    tables of the measured files too; logs : it takes a `progress.Log`.
     """
 
     name: str

@@ -18,22 +18,38 @@ from robotid.model.joint import Joint
 from robotid.signals.quality import Recordings
 from robotid.simulate.assemble import assemble
 from robotid.stages.fit import start
+from robotid.stages.progress import Log, Progress
 from robotid.stages.virtual import controller_of
 
+SIMULATIONS = 2  # that a model costs on a record, first states found, besides those with a parameter changed
 
-def validate(settings: Config, recordings: Recordings, rigid: RigidResult, flex: FlexResult, fits: Fits) -> Validation:
-    """Validate the initial model and every fitted one on every record.
+
+def validate(
+    settings: Config,
+    recordings: Recordings,
+    rigid: RigidResult,
+    flex: FlexResult,
+    fits: Fits,
+    log: Log | None = None,
+) -> Validation:
+    """Validate the initial model and every fitted one on every record. log is told of each model.
 
     Only the best model's parameters are perturbed. A model that diverges on a record is without that record, and says
     so. The best model's fit below a threshold is a sentence in `failed`, not an error: the artifact is saved first.
     """
     joint = assemble(settings.structure(), angle=settings.fit.output == "position")
     initial, options = _initial(settings, joint, rigid, flex, fits), _options(settings)
-    models = {initial.name: examine(initial, recordings.records, flex.frfs, options)}
-    for name, fit in fits.models.items():
-        model = _fitted(settings, joint, fit)
-        asked = replace(options, perturbation=settings.validation.perturbation if name == fits.best else None)
-        models[name] = examine(model, recordings.records, flex.frfs, asked, fit)
+    everyone = {initial.name: initial} | {name: _fitted(settings, joint, fit) for name, fit in fits.models.items()}
+    asked = {name: options if name == fits.best else replace(options, perturbation=None) for name in everyone}
+    effort = {
+        name: SIMULATIONS + 2 * len(model.theta) * (asked[name].perturbation is not None)
+        for name, model in everyone.items()
+    }
+    models: dict[str, ModelValidation] = {}
+    for name, model in everyone.items():
+        if log is not None:
+            log(Progress(name, sum(effort[done] for done in models), sum(effort.values())))
+        models[name] = examine(model, recordings.records, flex.frfs, asked[name], fits.models.get(name))
     failed = tuple(_failed(settings, fits.best, models[fits.best]))
     return Validation(models, fits.best, flex.frfs, failed)
 
@@ -41,6 +57,7 @@ def validate(settings: Config, recordings: Recordings, rigid: RigidResult, flex:
 def _options(settings: Config) -> Options:
     section, filtering = settings.validation, settings.init_rigid
     return Options(
+        perturbation=section.perturbation,
         horizon=section.horizon,
         controller=None if settings.loop is None else controller_of(settings.loop),
         cutoff=filtering.cutoff,

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import sys
+from io import StringIO
 
 import pytest
 
@@ -45,3 +47,38 @@ def test_number(value: float | None, text: str) -> None:
 
 def test_fixed() -> None:
     assert (fixed(96.389), fixed(float("inf")), fixed(1.0, 0), fixed(-0.001)) == ("96.39", "-", "1", "0.00")
+
+
+class Terminal(StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def on_terminal(table: Table, monkeypatch: pytest.MonkeyPatch, **environment: str) -> str:
+    """A table as a terminal of 56 columns shows it."""
+    stream = Terminal()
+    for name, value in {"COLUMNS": "56", "NO_COLOR": "", "TERM": "xterm", **environment}.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(sys, "stdout", stream)
+    print_tables([table])
+    return stream.getvalue()
+
+
+def test_a_table_too_wide_for_the_terminal_is_set_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    heads = ("parameter", *(f"m{k}" for k in range(5)), "remark")
+    rows = (("motor.inertia.J", *["1.2345e+06"] * 5, "a sentence that may be folded where it must"),)
+    shown = on_terminal(Table("Parameters", heads, rows, "a note"), monkeypatch, NO_COLOR="1")
+    lines = [line.rstrip() for line in shown.splitlines()]
+    assert max(map(len, lines)) <= 56
+    assert lines[0] == "Parameters"
+    assert lines[-1] == "a note"
+    assert sum(line.startswith("parameter") for line in lines) == 3
+    assert shown.count("1.2345e+06") == 5, "no number is cut or folded"
+
+
+def test_words_have_their_colours_unless_none_are_wanted(monkeypatch: pytest.MonkeyPatch) -> None:
+    table = Table("", ("state",), (("fresh",), ("stale",)), styles={"stale": "yellow"})
+    shown = on_terminal(table, monkeypatch)
+    assert "\x1b[33mstale" in shown
+    assert "\x1b[33mfresh" not in shown
+    assert "\x1b" not in on_terminal(table, monkeypatch, NO_COLOR="1")

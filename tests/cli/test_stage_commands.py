@@ -36,23 +36,29 @@ def test_a_stage_writes_its_artifact_and_a_table(config: str, capsys: pytest.Cap
     assert Path("runs/axis/excitation.h5").is_file()
     assert "slow" in out
     assert err.startswith("excite: runs/axis/excitation.h5 written in ")
-    assert err.endswith(" s (not made yet)\n")
+    assert err.endswith(" s (not made yet)\nnext: robotid collect axis.yaml\n")
 
 
 def test_what_is_fresh_is_not_made_again_unless_forced(config: str, capsys: pytest.CaptureFixture[str]) -> None:
     main(["excite", config])
     first = capsys.readouterr().out
     assert main(["excite", config]) == 0
-    assert capsys.readouterr() == (first, "excite: runs/axis/excitation.h5 is fresh\n")
+    assert capsys.readouterr() == (
+        first,
+        "excite: runs/axis/excitation.h5 is fresh\nnext: robotid collect axis.yaml\n",
+    )
     assert main(["excite", config, "--force"]) == 0
-    assert capsys.readouterr().err.endswith(" s (forced)\n")
+    assert " s (forced)\n" in capsys.readouterr().err
 
 
 def test_a_change_by_option_makes_it_stale(config: str, capsys: pytest.CaptureFixture[str]) -> None:
     main(["excite", config])
     capsys.readouterr()
-    assert main(["excite", config, "--set", "records.slow.excite.amplitude=10"]) == 0
-    assert capsys.readouterr().err.endswith(" s (configuration changed: records)\n")
+    change = ["--set", "records.slow.excite.amplitude=10"]
+    assert main(["excite", config, *change]) == 0
+    line, following = capsys.readouterr().err.splitlines()
+    assert line.endswith(" s (configuration changed: records)")
+    assert following == f"next: robotid collect axis.yaml {' '.join(change)}"
 
 
 def test_json_is_one_document_and_quiet_is_quiet(config: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -60,6 +66,25 @@ def test_json_is_one_document_and_quiet_is_quiet(config: str, capsys: pytest.Cap
     out, err = capsys.readouterr()
     assert json.loads(out)["references"]["slow"]["samples"] == 400
     assert err == ""
+
+
+def test_quiet_prints_errors_alone(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", config, "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_run_closes_with_what_it_reached_and_what_to_type_next(
+    config: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", config]) == 0
+    *_, reached, following = capsys.readouterr().err.splitlines()
+    assert reached.startswith("m1 simulates slow to 9")
+    last = list(STAGES.values())[-1].output
+    assert following == f"next: robotid show runs/axis/{last}"
+    assert main(["status", config]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == following
+    assert main(["status", config, "--set", "fit.max_iterations=7"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "next: robotid run axis.yaml --set fit.max_iterations=7"
 
 
 def test_a_dry_run_makes_nothing(config: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -17,6 +17,7 @@ from robotid.config.load import load
 from robotid.errors import InputError, NumericsError, ThresholdError
 from robotid.stages import freshness, pipeline
 from robotid.stages.pipeline import Outcome, Run, StageStatus, execute, execute_all, status
+from robotid.stages.progress import Begun, Progress
 
 CONFIG = """
 robot: {name: axis, model: {motor: [inertia, viscous, coulomb]}}
@@ -242,10 +243,10 @@ def test_what_is_found_fresh_is_new_to_make(config: Path) -> None:
     assert second.file.stat().st_mtime_ns >= first.file.stat().st_mtime_ns
 
 
-def test_a_log_hears_of_iterations(config: Path) -> None:
+def test_a_log_hears_of_stages_and_what_they_tell(config: Path) -> None:
     heard: list[Any] = []
-    made(config, log=lambda *line: heard.append(line))
-    assert heard == [("third", 1)]
+    made(config, log=heard.append)
+    assert heard == [Begun("first"), Begun("second"), Begun("third"), Progress("third", 1, 2)]
 
 
 def test_provenance_is_enough_to_make_it_again(config: Path) -> None:

@@ -173,3 +173,15 @@ def _p(value: float) -> str:
 def _failed(validation: Validation) -> tuple[Table, ...]:
     rows = tuple((sentence,) for sentence in validation.failed)
     return (Table("Below the threshold", ("",), rows),) if rows else ()
+
+
+def sentence(validation: Validation) -> str:
+    """How well the best model simulates what it was fitted to, and what it was not."""
+    records = validation.models[validation.best].records.items()
+    groups = {"": [r for r in records if r[1].used], " and, held out, ": [r for r in records if not r[1].used]}
+    parts = [
+        joint + ", ".join(f"{name} to {fixed(record.fit_percent)} %" for name, record in group)
+        for joint, group in groups.items()
+        if group
+    ]
+    return f"{validation.best} simulates {''.join(parts).removeprefix(' and, ')}" if parts else ""
