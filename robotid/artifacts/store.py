@@ -49,7 +49,15 @@ def save(path: Path, content: object, provenance: Provenance, units: Units = str
 
     Raises InputError where it cannot be written.
     """
-    image = _image(content, provenance, units)
+    _write(path, _image(content, provenance, units))
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file so that it is whole or as it was. Raises InputError where it cannot be written."""
+    _write(path, text.encode())
+
+
+def _write(path: Path, image: bytes) -> None:
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

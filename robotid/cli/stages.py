@@ -19,6 +19,8 @@ STAGES: dict[str, str] = {
     "init-flex": "Arm inertia and stiffness, from frequency responses.",
     "fit": "Every model over its records by simulation.",
     "validate": "What the fitted models are worth, on every record.",
+    "diagnose": "What the simulation gets wrong, and the physical cause.",
+    "extend": "The model with its causes, fitted anew, and the gain on records it did not see.",
 }
 """Names as in `robotid.stages.pipeline`, and what --help says of them without importing a stage."""
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from robotid.config.load import Loaded, resolved
-from robotid.config.robot import Effects, ParameterSettings
 from robotid.config.records import RecordSettings
+from robotid.config.robot import Effects, ParameterSettings
 from robotid.model.structure import Structure, changed
 
 
@@ -19,7 +19,7 @@ def extended_text(loaded: Loaded, structure: Structure, guesses: Mapping[str, fl
     files are told from the folder.
     """
     config = loaded.config
-    known = {name: value for name, value in config.robot.parameters.items()}
+    known = dict(config.robot.parameters)
     for name, guess in guesses.items():
         known[name] = known.get(name, ParameterSettings()).model_copy(update={"guess": guess})
     robot = config.robot.model_copy(

@@ -48,7 +48,8 @@ def extend(
         leaner, lean = _fit(before, old, others, starts, records, options, horizon, say)
         lost = _held(scores) - _held(lean)
         if lost <= 0.0:
-            dropped.append(Rejected(effect, 0.0, lost, "the other causes do as well without it on the held-out records"))
+            why = "the other causes do as well without it on the held-out records"
+            dropped.append(Rejected(effect, 0.0, lost, why))
             kept, after, scores = others, leaner, lean
     return Extension(
         model=before.name,

@@ -26,15 +26,7 @@ def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: Flex
     """
     joint = assemble(settings.structure(), angle=settings.fit.output == "position")
     parameters = start(settings, joint, rigid, flex)
-    options = FitOptions(
-        output=settings.fit.output,
-        most=settings.fit.max_iterations,
-        tolerance=settings.fit.tolerance,
-        weights=settings.fit.weights,
-        estimate_states=settings.fit.initial_states == "free",
-        multistart=settings.fit.multistart,
-        horizon=settings.fit.horizon,
-    )
+    options = fit_options(settings)
     records = {record.name: record for record in recordings.records}
     models: dict[str, FitResult] = {}
     assert settings.fit.models is not None
@@ -60,3 +52,17 @@ def start(settings: Config, joint: Joint, rigid: RigidResult, flex: FlexResult) 
             values[k] = found[name]
         free[k] = name not in settings.fit.fix and not (said is not None and said.fixed)
     return replace(known, values=np.clip(values, known.lower, known.upper), free=free)
+
+
+def fit_options(settings: Config) -> FitOptions:
+    """How the fit section asks to fit."""
+    section = settings.fit
+    return FitOptions(
+        output=section.output,
+        most=section.max_iterations,
+        tolerance=section.tolerance,
+        weights=section.weights,
+        estimate_states=section.initial_states == "free",
+        multistart=section.multistart,
+        horizon=section.horizon,
+    )

@@ -56,6 +56,8 @@ def _why_stale(run: Run, stage: Stage, label: Label, before: Mapping[str, StageS
         return f"made by version {made.version}"
     if made.interrupted:
         return "its run was interrupted"
+    if stage.beside is not None and not (run.out / stage.beside[0]).exists():
+        return f"{stage.beside[0]} is missing"
     changed = _differing(made.sections, run.sections(stage))
     if changed:
         return f"configuration changed: {', '.join(changed)}"

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from robotid.artifacts.provenance import Provenance
-from robotid.artifacts.store import Label, load, save
+from robotid.artifacts.store import Label, load, save, write_text
 from robotid.errors import InputError, ThresholdError
 from robotid.model.units import sliding
 from robotid.stages.freshness import StageStatus, State, judge
@@ -83,7 +83,20 @@ DIAGNOSE = Stage(
     logs=True,
 )
 
-STAGES: dict[str, Stage] = {s.name: s for s in (EXCITE, COLLECT, INIT_RIGID, INIT_FLEX, FIT, VALIDATE, DIAGNOSE)}
+EXTEND = Stage(
+    "extend",
+    "extension.h5",
+    "robotid.stages.extend:extend",
+    "robotid.judge.diagnosis:Extension",
+    inputs=("collect", "fit", "diagnose"),
+    sections=("robot", "fit", "extend"),
+    logs=True,
+    beside=("extended.yaml", "robotid.stages.extend:extended_configuration"),
+)
+
+STAGES: dict[str, Stage] = {
+    s.name: s for s in (EXCITE, COLLECT, INIT_RIGID, INIT_FLEX, FIT, VALIDATE, DIAGNOSE, EXTEND)
+}
 """Every stage by name, in order."""
 
 
@@ -183,6 +196,9 @@ def _perform(run: Run, stage: Stage, labels: Mapping[str, Label], why: str, log:
         seed=config.plant.seed if config.plant is not None else None,
         interrupted=bool(getattr(content, "interrupted", False)),
     )
+    if stage.beside is not None:
+        name, function = stage.beside
+        write_text(run.out / name, find(function)(run.loaded, content, run.out))
     save(run.file(stage), content, made, sliding if config.robot.linear else str)
     seconds = time.perf_counter() - begin
     return Outcome(stage.name, run.file(stage), True, why, seconds, content, made.interrupted)

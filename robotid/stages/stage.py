@@ -32,6 +32,7 @@ class Stage:
     sections: tuple[str, ...] = ()
     files: bool = False
     logs: bool = False
+    beside: tuple[str, str] | None = None
 
     @property
     def kind(self) -> str:
