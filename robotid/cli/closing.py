@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Sequence
+from shutil import get_terminal_size
+from textwrap import fill
 
 from robotid.cli.views import view
 from robotid.stages.pipeline import STAGES, Outcome, Run, State, status
@@ -10,7 +13,14 @@ from robotid.stages.pipeline import STAGES, Outcome, Run, State, status
 
 def closing(run: Run, stage: str | None, done: Sequence[Outcome]) -> tuple[str, ...]:
     """Sentences on what was reached, and `next: ` with a command. stage : None for all of them."""
-    return (*_reached(done if stage is None else done[-1:]), f"next: {next_command(run, stage)}")
+    return (*map(_folded, _reached(done if stage is None else done[-1:])), f"next: {next_command(run, stage)}")
+
+
+def _folded(sentence: str) -> str:
+    """A sentence as a terminal shows it best; a command is left alone, to be copied."""
+    if not sys.stderr.isatty():
+        return sentence
+    return fill(sentence, get_terminal_size().columns, break_long_words=False, break_on_hyphens=False)
 
 
 def _reached(done: Sequence[Outcome]) -> Iterator[str]:

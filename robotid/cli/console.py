@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from io import StringIO
 from math import isfinite
@@ -78,13 +78,13 @@ def terminal(stream: IO[str], width: int | None = None) -> Console:
 
 
 def _parts(table: Table, width: int) -> Iterator[Table]:
-    """A table that is too wide as several, each with the first column."""
-    widths = [_least(table, i) for i in range(len(table.columns))]
-    first, chosen = True, [0]
-    for i in range(1, len(widths)):
-        if len(chosen) > 1 and sum(widths[k] + GAP for k in (*chosen, i)) - GAP > width:
+    """A table without its empty columns, and where it is too wide as several, each with the first column."""
+    filled = [i for i in range(len(table.columns)) if not i or not table.rows or any(row[i] for row in table.rows)]
+    first, chosen = True, filled[:1]
+    for i in filled[1:]:
+        if len(chosen) > 1 and sum(_least(table, k) + GAP for k in (*chosen, i)) - GAP > width:
             yield _part(table, chosen, title=first, note=False)
-            first, chosen = False, [0]
+            first, chosen = False, filled[:1]
         chosen.append(i)
     yield _part(table, chosen, title=first, note=True)
 
@@ -101,20 +101,27 @@ def _part(table: Table, columns: Sequence[int], *, title: bool, note: bool) -> T
 
 
 def _least(table: Table, i: int) -> int:
-    """Characters that a column needs: sentences may be folded, names and numbers may not."""
-    cells = [line for row in table.rows for line in row[i].splitlines()]
-    longest = max(map(len, cells), default=0)
-    word = max((len(word) for text in (table.columns[i], *cells) for word in text.split()), default=0)
-    return max(word, min(longest, TEXT)) if _is_text(table, i) else max(longest, _head(table.columns[i]))
+    """Characters that a column needs: heads and sentences may be folded between words, names and numbers may not."""
+    sentences = any(len(row[i].split()) > 3 for row in table.rows)
+    cells = _widest(row[i] for row in table.rows)
+    word = _widest(word for row in ((table.columns[i],), *((row[i],) for row in table.rows)) for word in row[0].split())
+    return max(word, min(cells, TEXT)) if sentences else max(cells, _widest(table.columns[i].split()))
 
 
-def _head(text: str) -> int:
-    """Width of a head, which may be folded between words."""
-    return max(map(len, text.split()), default=0)
+def _widest(texts: Iterable[str]) -> int:
+    return max((len(line) for text in texts for line in text.splitlines()), default=0)
 
 
-def _is_text(table: Table, i: int) -> bool:
-    return any(len(row[i].split()) > 3 for row in table.rows)
+def _widths(table: Table, width: int) -> list[int]:
+    """Characters for each column: what it needs, and of what is left over what it would like, narrow ones first."""
+    heads = range(len(table.columns))
+    found = [_least(table, i) for i in heads]
+    liked = [max(_widest(row[i] for row in table.rows), len(table.columns[i])) for i in heads]
+    spare = width - sum(found) - GAP * (len(found) - 1)
+    for i in sorted(heads, key=lambda i: liked[i]):
+        more = max(0, min(liked[i] - found[i], spare))
+        found[i], spare = found[i] + more, spare - more
+    return found
 
 
 def _print(table: Table, console: Console) -> None:
@@ -125,10 +132,9 @@ def _print(table: Table, console: Console) -> None:
     grid = Grid(
         box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, show_header=any(table.columns), header_style="bold"
     )
-    for i, column in enumerate(table.columns):
+    for i, (column, width) in enumerate(zip(table.columns, _widths(table, console.width), strict=True)):
         numeric = bool(table.rows) and all(_is_number(row[i]) for row in table.rows)
-        least = min(_least(table, i), console.width)
-        grid.add_column(Text(column), justify="right" if numeric else "left", min_width=least)
+        grid.add_column(Text(column), justify="right" if numeric else "left", width=width)
     for row in table.rows:
         grid.add_row(*(Text(cell, table.styles.get(cell, "")) for cell in row))
     if table.title:

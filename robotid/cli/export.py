@@ -16,8 +16,9 @@ from robotid.errors import ConfigError, NumericsError
 from robotid.estimate.result import FitResult, Fits
 from robotid.export.linear_model import model_tree, parameter_columns
 from robotid.export.responses import response_columns
-from robotid.export.signals import fitted_model, signal_columns
+from robotid.export.signals import signal_columns
 from robotid.export.write import Columns, check_format, write_columns, write_tree
+from robotid.judge.simulated import fitted_model
 from robotid.signals.quality import Recordings
 from robotid.stages.pipeline import STAGES
 

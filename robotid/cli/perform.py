@@ -19,7 +19,8 @@ from robotid.errors import ThresholdError
 from robotid.stages.pipeline import STAGES, Outcome, Run, execute, execute_all
 from robotid.stages.progress import Log
 
-WORTH_PRINTING = ("fit", "validate", "diagnose", "extend")  # of a whole run, the last that was reached
+ONE_OF = ("fit", "validate")  # of a whole run the last that was reached is printed,
+AS_WELL = ("diagnose", "extend")  # and these in brief
 STATES = {"made": "green", "fresh": "dim", "yes": "yellow", "no": "dim"}
 
 
@@ -92,15 +93,25 @@ def _print_plan(run: Run, plan: Sequence[Outcome], manner: Manner) -> None:
 
 
 def _print_results(stage: str | None, run: Run, done: Sequence[Outcome], manner: Manner) -> None:
-    shown = [o for o in done if o.stage == stage or (stage is None and o.stage in WORTH_PRINTING)][-1:]
+    shown = done[-1:] if stage is not None else _of_a_run(done)
     if manner.as_json and stage is not None:
         print_json(view(stage).document(shown[-1].content))
     elif manner.as_json:
         results: dict[str, Json] = {o.stage: view(o.stage).document(o.content) for o in shown}
         print_json({"out": str(run.out), "stages": [_entry(o) for o in done], **results})
     elif not manner.quiet:
-        tables: list[Table] = [table for o in shown for table in view(o.stage).tables(o.content)]
+        tables: list[Table] = [table for o in shown for table in _tables(o, brief=stage is None)]
         print_tables(tables if stage is not None else [_summary(done), *tables])
+
+
+def _of_a_run(done: Sequence[Outcome]) -> list[Outcome]:
+    return [*[o for o in done if o.stage in ONE_OF][-1:], *[o for o in done if o.stage in AS_WELL]]
+
+
+def _tables(outcome: Outcome, *, brief: bool) -> tuple[Table, ...]:
+    module = view(outcome.stage)
+    tables: tuple[Table, ...] = getattr(module, "brief" if brief else "tables", module.tables)(outcome.content)
+    return tables
 
 
 def _entry(outcome: Outcome) -> Json:

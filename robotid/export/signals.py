@@ -2,24 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from robotid.estimate.result import FitResult
 from robotid.export.write import Columns
 from robotid.judge.simulated import Model, simulate_record
 from robotid.model.units import sliding
-from robotid.signals.record import Quantity, Record
-from robotid.simulate.assemble import assemble
+from robotid.signals.record import Record
 
 UNITS = {"t": "s", "tau_m": "Nm", "phi_m": "rad", "dphi_m": "rad/s", "phi_a": "rad"}
-
-
-def fitted_model(fit: FitResult, *, estimate_states: bool) -> Model:
-    """A fit as what simulates records. estimate_states : find first states of records that it was not fitted to."""
-    joint = assemble(fit.structure, angle=fit.output == "position")
-    parameters = joint.parameters().with_values(np.array([fit[name].value for name in joint.names]))
-    output: Quantity = "position" if fit.output == "position" else "speed"
-    return Model(fit.name, joint, parameters, output, fit.records, fit.initial_states, estimate_states)
 
 
 def signal_columns(record: Record, model: Model | None, *, linear: bool) -> Columns:

@@ -23,6 +23,7 @@ from robotid.simulate.steps import linearise
 POWERS = np.arange(-8.0, 0.0, 2.0)  # of ten, of the largest torque: steps from sample to sample that are tried
 NEARBY = np.array([-0.6, 0.0, 0.6])
 SWEEPS = 2
+LEAST = 1e-9  # noise of the output, relative to its largest value: with less the numbers say nothing
 LONGEST_RESPONSE = 20_000
 
 
@@ -59,7 +60,7 @@ def missing_torque(
 
     def smooth(x: Array, w: Array, powers: Array) -> tuple[float, Smoothed]:
         linear = _linearised(trajectory, x, w)
-        chain = Chain(*linear, y, row, noise_std, torque_noise, x[:, 0].copy(), spread, size)
+        chain = Chain(*linear, y, row, max(noise_std, LEAST * spread[row]), torque_noise, x[:, 0].copy(), spread, size)
         power = _likeliest(chain, powers)
         return power, chain.smooth(size * 10**power)
 

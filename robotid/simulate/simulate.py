@@ -174,7 +174,7 @@ def sensitivities(
     joint, theta, n = trajectory.joint, trajectory.theta, len(trajectory.u)
     forces = np.zeros((joint.masses, 0, n)) if forces is None else forces
     moved = joint.sources(columns, record.name)
-    mechanical = [k for k in moved if k is not None and k < joint.n_theta]
+    mechanical = list(dict.fromkeys(k for k in moved if k is not None and k < joint.n_theta))  # each once
     inputs = [-1 - j for j in range(joint.masses)] if forces.size else []
     channel = torque_columns(joint, theta, record)
     given = len(columns) + len(free_states)

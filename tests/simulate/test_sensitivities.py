@@ -52,3 +52,12 @@ def test_to_initial_states(k: int, trajectory: Trajectory, derivatives: np.ndarr
     expected = (plus - minus) / (2 * step[k])
     for row in range(3):
         assert derivatives[row, 7 + k] == pytest.approx(expected[row], abs=1e-5 * np.abs(expected[row]).max())
+
+
+def test_a_parameter_and_its_difference_in_this_record_count_alike(derivatives: np.ndarray) -> None:
+    joint = assemble(STRUCTURE.extended("record_change.r.motor.coulomb.Fc").extended("record_change.q.gear.damper.d"))
+    theta = np.append(THETA, [0.0, 0.0])
+    both = sensitivities(simulate(joint, theta, RECORD, START), RECORD, range(9), (0, 1, 2))
+    assert both[:, :7] == pytest.approx(derivatives[:, :7], rel=1e-9)
+    assert np.array_equal(both[:, 7], both[:, 2])
+    assert not both[:, 8].any()

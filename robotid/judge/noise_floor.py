@@ -1,0 +1,163 @@
+"""The error that no model can remove: noise of the measured output, and the joint's response to noise of its torque.
+
+Told from a misfit by the spectrum. Both noises are white where they arise, so the residual's spectrum is a constant
+plus a multiple of the joint's squared response (Whittle 1953), while a misfit fills the lower frequencies: the lowest
+frequency is sought from which the spectrum is that of noise. Quantisation of an encoder counts as noise. Where the
+experiment repeats, the difference between its periods shows the noise alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import nnls
+from scipy.signal import welch
+from scipy.signal.windows import hann
+
+from robotid.estimate.covariance import ABSORBED, impulse_response
+from robotid.model.array import Array
+from robotid.signals.record import Quantity, Record
+from robotid.simulate.simulate import Trajectory
+
+SCORING = 20  # steps of Fisher scoring, which settles in fewer
+KINSHIP = 35 / 18  # neighbouring frequencies per independent one under a Hann taper
+SURPRISE = 4.0  # standard deviations of a band's mean that pass for chance
+EVIDENCE = 10.0  # twice the gain in log-likelihood that proves a torque noise
+PARTS = 8  # of a record, some of them without reversals
+SHORTEST = 512  # samples that can be divided further
+FEW = 32  # frequencies of a band too narrow to bound a level
+DARK = 0.1  # of the quietest band: output noise where the torque's hides it
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """output : standard deviation of the noise of the output; torque : of the recorded torque [Nm]; floor : RMS error
+    that both cause; whole : nothing but noise is to be seen."""
+
+    output: float
+    torque: float
+    floor: float
+    whole: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spectrum:
+    """Periodogram of a residual and squared response of the joint to its torque, (m,) each, at the same frequencies."""
+
+    power: Array
+    response: Array
+
+    @property
+    def bands(self) -> list[slice]:
+        """Octaves, above the lowest frequencies, which a fit shapes."""
+        edges, m = [ABSORBED], len(self.power)
+        while 2 * edges[-1] <= m // 2:
+            edges.append(2 * edges[-1])
+        return [slice(a, b) for a, b in zip(edges, [*edges[1:], m], strict=True)]
+
+
+@dataclass(frozen=True, slots=True)
+class Levels:
+    """Variances of output and torque noise. band : the octave from which they explain the residual's spectrum; sure :
+    they explain all of what they were taken from."""
+
+    output: float
+    torque: float
+    band: int
+    sure: bool
+
+
+def noise_floor(trajectory: Trajectory, record: Record, residual: Array, output: Quantity) -> float:
+    """RMS of the part of a residual (n,) that no model can remove, in the unit of the output."""
+    return noise_levels([(trajectory, record, residual)], output)[0].floor
+
+
+def noise_levels(cases: Sequence[tuple[Trajectory, Record, Array]], output: Quantity) -> tuple[Noise, ...]:
+    """Noise in every residual (n,). Where a misfit hides the torque's noise it is taken from where it shows best."""
+    spectra = [spectrum(trajectory, residual, output) for trajectory, _, residual in cases]
+    found = [_best(case, seen, output) for case, seen in zip(cases, spectra, strict=True)]
+    quietest = min(levels.torque for levels in found)
+    return tuple(_noise(seen, levels, quietest) for seen, levels in zip(spectra, found, strict=True))
+
+
+def spectrum(trajectory: Trajectory, residual: Array, output: Quantity) -> Spectrum:
+    """Under a Hann taper, lest a slow drift leaks into all frequencies."""
+    n, row = len(residual), trajectory.joint.speeds.start - (output == "position")
+    taper = hann(n + 2)[1:-1]
+    impulse = impulse_response(trajectory.joint, trajectory.theta, row, trajectory.sampling_time, n)
+    response = np.abs(np.fft.rfft(impulse, 2 * n)) ** 2
+    return Spectrum(np.abs(np.fft.rfft(taper * residual)) ** 2 / np.sum(taper**2), response[::2])
+
+
+def steady(seen: Spectrum, residual: Array) -> Spectrum:
+    """The spectrum that half the time stays below (Welch 1967, with medians): bursts, as at reversals, do not show."""
+    frequency, power = welch(residual, nperseg=len(residual) // PARTS, detrend=False, average="median")
+    return Spectrum(power / 2, np.interp(frequency, np.linspace(0, 0.5, len(seen.response)), seen.response))
+
+
+def _best(case: tuple[Trajectory, Record, Array], seen: Spectrum, output: Quantity) -> Levels:
+    """From the residual as a whole where it is noise; else from what shows the noise best."""
+    trajectory, record, residual = case
+    levels = _levels(seen)
+    period = round(record.period / record.sampling_time) if record.period else len(residual)
+    if not levels.sure and 2 * period <= len(residual):
+        settled = residual[period if 3 * period <= len(residual) else 0 :]
+        difference = (settled[period:] - settled[:-period]) / np.sqrt(2.0)
+        levels = replace(_levels(spectrum(trajectory, difference, output)), band=levels.band)
+    if not levels.sure and len(residual) >= SHORTEST:
+        levels = replace(levels, torque=min(levels.torque, _levels(steady(seen, residual)).torque))
+    return levels
+
+
+def _levels(seen: Spectrum) -> Levels:
+    bands = seen.bands
+    power = np.array([seen.power[band].mean() for band in bands])
+    response = np.array([seen.response[band].mean() for band in bands])
+    wide = np.array([band.stop - band.start >= FEW for band in bands])
+    if not seen.power.any():
+        return Levels(0.0, 0.0, 0, True)
+    for k in range(max(1, len(bands) - 2)):
+        above = slice(bands[k].start, None)
+        both = np.stack([np.ones_like(seen.response), seen.response])[:, above]
+        levels, cost = _whittle(seen.power[above], both)
+        if _explains(seen.power, levels[0] + levels[1] * seen.response, bands[k:]):
+            break
+    else:
+        k += 1
+    alone, dearer = _whittle(seen.power[above], both[:1])
+    level, torque = (alone[0], 0.0) if dearer - cost < EVIDENCE else levels
+    level = max(level, DARK * float(power.min()))
+    if k > 0:  # a misfit can only add to what the noise does in a band
+        torque = min(torque, max(0.0, float(np.min((power - level)[wide] / response[wide], initial=torque))))
+    return Levels(float(level), float(torque), k, k == 0)
+
+
+def _whittle(power: Array, bases: Array) -> tuple[Array, float]:
+    """Levels (k,) >= 0 of bases (k, m) that explain a periodogram (m,) best, and minus twice the log-likelihood."""
+    size = bases.mean(axis=1, keepdims=True)
+    model, least = np.full(len(power), power.mean()), 1e-12 * power.mean()
+    for _ in range(SCORING):
+        levels, _ = nnls((bases / size / model).T, power / model)
+        model = np.maximum(levels @ (bases / size), least)
+    return levels / size[:, 0], 2 / KINSHIP * float(np.sum(np.log(model) + power / model))
+
+
+def _explains(power: Array, model: Array, bands: Sequence[slice]) -> bool:
+    """Whether every band's mean over its model is one, but for chance."""
+    count = np.array([band.stop - band.start for band in bands])
+    ratio = np.array([np.mean(power[band] / np.maximum(model[band], 1e-300)) for band in bands])
+    return bool(np.all(np.abs(ratio - 1) * np.sqrt(count / KINSHIP) < SURPRISE))
+
+
+def _noise(seen: Spectrum, levels: Levels, quietest: float) -> Noise:
+    """A noise is not larger than what is seen, and of the torque's a fit takes what is in the lowest frequencies."""
+    whole = levels.band == 0
+    torque = levels.torque if levels.sure else min(levels.torque, quietest)
+    density = levels.output + torque * seen.response
+    density[:ABSORBED] = np.minimum(density, seen.power)[:ABSORBED] if whole else density[ABSORBED]
+    sums = [(density[band].sum(), seen.power[band].sum()) for band in (slice(ABSORBED), *seen.bands)]
+    total = sum(model if whole else min(model, power) for model, power in sums)
+    floor = np.sqrt(min(total, seen.power.sum()) / len(density))
+    return Noise(float(np.sqrt(levels.output)), float(np.sqrt(torque)), float(floor), whole)
