@@ -10,12 +10,12 @@ import numpy as np
 from robotid.errors import NumericsError
 from robotid.estimate.residual import OutputError, observed
 from robotid.judge.candidates import candidates
+from robotid.judge.noise import estimate_noise
 from robotid.judge.score import (
     DEPENDENT,
     Projected,
     Scan,
     Score,
-    estimate_whitening,
     project,
     scan,
     score,
@@ -106,15 +106,14 @@ def set_up(
         model.joint, model.parameters, tuple(pieces), model.output, np.ones(len(pieces)), model.estimate_states
     )
     missing = candidates(model.joint.structure, model.output, terms.skip)
-    seen = []
+    scans = []
     for piece, t in zip(pieces, trajectories, strict=True):
         residual = measured(piece, model.output) - observed(t, model.output)
-        one = scan(t, piece, residual, model.output, bare.columns, bare.free_states, missing)
-        seen.append(estimate_whitening(one, bare.row))
-    whiten = _one_sensor(bare, model.theta, seen, pieces)
+        scans.append(scan(t, piece, residual, model.output, bare.columns, bare.free_states, missing))
+    whiten = estimate_noise(scans, model.output, bare.row)
     held_pieces = tuple(piece for record in held for piece in record.pieces(horizon or record.duration))
     whiten_held = _held_whitening(bare, model.theta, whiten, held_pieces)
-    bench = Bench(tuple(pieces), held_pieces, tuple(whiten), whiten_held, model.output, model.estimate_states)
+    bench = Bench(tuple(pieces), held_pieces, whiten, whiten_held, model.output, model.estimate_states)
     states = [first_state(t) for t in trajectories]
     return bench, try_model(model.joint.structure, model.parameters, bench, states)
 
@@ -181,22 +180,10 @@ def grow(first: Trial, bench: Bench, terms: Terms, log: Log) -> Growth:
 def renew(trial: Trial, bench: Bench, terms: Terms) -> tuple[Bench, Trial]:
     """The bench with the noise as it shows behind a better model, and that model refitted on it."""
     problem, theta = trial.problem, trial.parameters.values
-    seen = [estimate_whitening(one, problem.row) for one in look(trial, bench, terms)]
-    whiten = _one_sensor(problem, theta, seen, bench.fitted)
+    whiten = estimate_noise(look(trial, bench, terms), bench.output, problem.row)
     held = _held_whitening(problem, theta, whiten, bench.held)
     bench = replace(bench, whiten=tuple(whiten), whiten_held=held)
     return bench, try_model(trial.structure, trial.parameters, bench, trial.first_states)
-
-
-def _one_sensor(
-    problem: OutputError, theta: Array, whiten: Sequence[Whitening], records: Sequence[Record]
-) -> list[Whitening]:
-    """The torque of all records is measured alike: what one record shows more of than another is misfit, not noise."""
-    least = min(w.torque for w in whiten)
-    return [
-        whitening(problem.joint, theta, problem.row, record.sampling_time, (w.output, least))
-        for w, record in zip(whiten, records, strict=True)
-    ]
 
 
 def _held_whitening(
@@ -260,6 +247,8 @@ def _objection(now: Trial, after: Trial, bench: Bench, terms: Terms) -> str | No
         samples = sum(map(len, bench.held))
         if gained <= 0:
             return "does not carry over: the held-out records are simulated worse with it"
+        if after.held_fit_percent <= now.held_fit_percent:
+            return "does not carry over: the fit of the held-out records falls with it"
     else:
         gained, samples = now.energy - after.energy, bench.samples
     if gained < terms.worth**2 * samples:

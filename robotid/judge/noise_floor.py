@@ -121,12 +121,12 @@ def _levels(seen: Spectrum) -> Levels:
     for k in range(max(1, len(bands) - 2)):
         above = slice(bands[k].start, None)
         both = np.stack([np.ones_like(seen.response), seen.response])[:, above]
-        levels, cost = _whittle(seen.power[above], both)
+        levels, cost = whittle(seen.power[above], both)
         if _explains(seen.power, levels[0] + levels[1] * seen.response, bands[k:]):
             break
     else:
         k += 1
-    alone, dearer = _whittle(seen.power[above], both[:1])
+    alone, dearer = whittle(seen.power[above], both[:1])
     level, torque = (alone[0], 0.0) if dearer - cost < EVIDENCE else levels
     level = max(level, DARK * float(power.min()))
     if k > 0:  # a misfit can only add to what the noise does in a band
@@ -134,7 +134,7 @@ def _levels(seen: Spectrum) -> Levels:
     return Levels(float(level), float(torque), k, k == 0)
 
 
-def _whittle(power: Array, bases: Array) -> tuple[Array, float]:
+def whittle(power: Array, bases: Array) -> tuple[Array, float]:
     """Levels (k,) >= 0 of bases (k, m) that explain a periodogram (m,) best, and minus twice the log-likelihood."""
     size = bases.mean(axis=1, keepdims=True)
     model, least = np.full(len(power), power.mean()), 1e-12 * power.mean()

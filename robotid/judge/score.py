@@ -14,7 +14,7 @@ from scipy.stats import f as fisher
 
 from robotid.judge.candidates import Candidate
 from robotid.judge.columns import columns
-from robotid.judge.whitening import Whitening, fit_whitening
+from robotid.judge.whitening import Whitening
 from robotid.model.array import Array
 from robotid.signals.record import Quantity, Record
 from robotid.simulate.simulate import Trajectory
@@ -81,17 +81,15 @@ def scan(
     return Scan(record, trajectory, signals, len(free_states), k)
 
 
-def estimate_whitening(one: Scan, row: int) -> Whitening:
-    """The noise of a record, from what is left of its residual when everything there is may explain it."""
+def unexplained(one: Scan) -> Array:
+    """What is left of a residual (n,) when everything there is may explain it."""
     known, residual = one.signals[:-1], one.residual
     length = np.linalg.norm(known, axis=1)
     scaled = known[length > 0] / length[length > 0, None]
     values, vectors = np.linalg.eigh(scaled @ scaled.T)
     kept = values > NEGLIGIBLE * values[-1]
     basis = vectors[:, kept] / np.sqrt(values[kept])
-    left = residual - (basis @ (basis.T @ (scaled @ residual))) @ scaled
-    t = one.trajectory
-    return fit_whitening(t.joint, t.theta, row, t.sampling_time, left, absorbed=int(kept.sum()) // 2 + 1)
+    return np.asarray(residual - (basis @ (basis.T @ (scaled @ residual))) @ scaled)
 
 
 def project(scans: Sequence[Scan], whitenings: Sequence[Whitening]) -> Projected:
