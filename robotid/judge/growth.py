@@ -20,15 +20,20 @@ from robotid.judge.score import (
     scan,
     score,
     significance,
+    unexplained,
 )
 from robotid.judge.simulated import Model, measured, simulate_record
 from robotid.judge.trial import Bench, Trial, extended, first_state, try_model
+from robotid.judge.unknown import Shape, free_forces, shapes
 from robotid.judge.whitening import Whitening, whitening
 from robotid.model.array import Array
 from robotid.signals.record import Record
 
 SAME = 0.02  # of the energy explained: causes closer than that are not told apart
 SAME_FLOOR = 12.0  # of noise variances, inflated: as far apart as chance sets two equal models
+NOTHING = 0.1  # of the misfit: a curve that explains less of it is no news
+IMITATES = 0.85  # of what a free curve explains: causes that do not reach it only imitate something else
+CURVES = 3  # tried on the first model again
 HOPEFUL = 0.5  # of the best score: candidates below it are not refitted
 COLLINEAR = 0.999  # cosine at which columns are the same
 
@@ -84,8 +89,9 @@ class Round:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Growth:
-    """What a search found. first, last : the model before and with all causes, on the bench; noise : energy that
-    noise alone would have on the fitted records."""
+    """What a search found. first, last : the model before and with all causes; bench : the last, and what noise is
+    there. shape : the curve that explains most of what the causes leave, None where that is nothing; share : of the
+    first model's misfit."""
 
     bench: Bench
     first: Trial
@@ -93,6 +99,8 @@ class Growth:
     causes: tuple[Found, ...]
     turned: tuple[Turned, ...]
     rounds: tuple[Round, ...]
+    shape: Shape | None = None
+    share: float = 0.0
 
 
 def set_up(
@@ -110,7 +118,7 @@ def set_up(
     for piece, t in zip(pieces, trajectories, strict=True):
         residual = measured(piece, model.output) - observed(t, model.output)
         scans.append(scan(t, piece, residual, model.output, bare.columns, bare.free_states, missing))
-    whiten = estimate_noise(scans, model.output, bare.row)
+    whiten = estimate_noise(scans, model.output, bare.row, lambda: _freed(scans, bare))
     held_pieces = tuple(piece for record in held for piece in record.pieces(horizon or record.duration))
     whiten_held = _held_whitening(bare, model.theta, whiten, held_pieces)
     bench = Bench(tuple(pieces), held_pieces, whiten, whiten_held, model.output, model.estimate_states)
@@ -174,16 +182,63 @@ def grow(first: Trial, bench: Bench, terms: Terms, log: Log) -> Growth:
             break
         causes.append(found)
         bench, now = renew(found.after, bench, terms)
-    return Growth(bench, first, now, tuple(causes), tuple(turned), tuple(rounds))
+    log("looking for what no effect explains")
+    return _with_unknown(Growth(bench, first, now, tuple(causes), tuple(turned), tuple(rounds)), terms)
+
+
+def _with_unknown(growth: Growth, terms: Terms) -> Growth:
+    """The search with what it leaves. Causes that only imitate a part of a free curve are none."""
+    bench, whole = growth.bench, misfit_energy(growth.first, growth.bench)
+    if growth.last.energy - bench.samples < terms.worth**2 * bench.samples or whole <= 0.0:
+        return growth
+    left = shapes(growth.last, bench)
+    if not left or not _curve_stands(left[0], growth, terms) or left[0].energy < NOTHING * whole:
+        return growth
+    found = replace(growth, shape=left[0], share=min(1.0, left[0].energy / whole))
+    if not growth.causes:
+        return found
+    alone = shapes(growth.first, bench, [s.variable for s in left[:CURVES]])[0]
+    share, explained = min(1.0, alone.energy / whole), sum(c.explained for c in growth.causes)
+    if explained > IMITATES * share:
+        return found
+    along = " times ".join(filter(None, (alone.curve.along, alone.curve.factor)))
+    why = f"only imitates: a free curve along {along} explains {100 * share:.0f} % of the misfit"
+    imitations = [Turned(c.effect, c.explained, c.gain, why) for c in growth.causes]
+    turned = (*imitations, *growth.turned)
+    return replace(growth, last=growth.first, causes=(), turned=turned, shape=alone, share=share)
+
+
+def _curve_stands(shape: Shape, growth: Growth, terms: Terms) -> bool:
+    bench = growth.bench
+    tries = len(growth.rounds[-1].scores)
+    p = significance(shape.energy, shape.knots, growth.last.energy, bench.samples, tries)
+    return p < terms.level and shape.energy > terms.worth**2 * bench.samples
+
+
+def misfit_energy(first: Trial, bench: Bench) -> float:
+    """Energy of a model's residuals beyond the noise, as a bench sees them."""
+    whitened = (w(r) for w, r in zip(bench.whiten, first.residuals, strict=True))
+    return sum(float(np.sum(r**2)) for r in whitened) - bench.samples
 
 
 def renew(trial: Trial, bench: Bench, terms: Terms) -> tuple[Bench, Trial]:
     """The bench with the noise as it shows behind a better model, and that model refitted on it."""
     problem, theta = trial.problem, trial.parameters.values
-    whiten = estimate_noise(look(trial, bench, terms), bench.output, problem.row)
+    scans = look(trial, bench, terms)
+    whiten = estimate_noise(scans, bench.output, problem.row, lambda: _freed(scans, problem))
     held = _held_whitening(problem, theta, whiten, bench.held)
     bench = replace(bench, whiten=tuple(whiten), whiten_held=held)
     return bench, try_model(trial.structure, trial.parameters, bench, trial.first_states)
+
+
+def _freed(scans: Sequence[Scan], problem: OutputError) -> list[Array]:
+    """What of each residual neither candidates nor free curves explain, (n,) each."""
+    found = []
+    for one in scans:
+        t, more = one.trajectory, free_forces(one.trajectory)
+        curves = scan(t, one.record, one.residual, problem.output, problem.columns, problem.free_states, (), more)
+        found.append(unexplained(replace(curves, signals=np.concatenate([one.signals[:-1], curves.signals]))))
+    return found
 
 
 def _held_whitening(
@@ -258,8 +313,7 @@ def _objection(now: Trial, after: Trial, bench: Bench, terms: Terms) -> str | No
 
 def _share(first: Trial, now: Trial, after: Trial, bench: Bench) -> float:
     """Share of the first model's misfit energy, as this bench sees it, that a step removes."""
-    whole = sum(float(np.sum(w(r) ** 2)) for w, r in zip(bench.whiten, first.residuals, strict=True)) - bench.samples
-    return float(np.clip((now.energy - after.energy) / max(whole, 1e-9), 0.0, 1.0))
+    return float(np.clip((now.energy - after.energy) / max(misfit_energy(first, bench), 1e-9), 0.0, 1.0))
 
 
 def _found(

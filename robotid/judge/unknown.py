@@ -6,6 +6,7 @@ multiply the direction of motion or the speed, as friction that depends on a pla
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ from robotid.judge.trial import Bench, Trial
 from robotid.model.array import Array
 from robotid.simulate.simulate import Trajectory
 
-KNOTS = 24
+KNOTS, COARSE = 24, 12
 EDGE = 0.5  # per cent of the samples beyond the first and the last knot
 PRIOR = 0.5  # of the torque's RMS: as large as a missing torque is likely to be
 
@@ -60,20 +61,33 @@ class Shape:
     knots: int
 
 
-def shapes(trial: Trial, bench: Bench) -> list[Shape]:
+def shapes(trial: Trial, bench: Bench, variables: Sequence[Variable] = VARIABLES) -> list[Shape]:
     """The best curve along each variable for what a model leaves, best first."""
     flexible = trial.problem.joint.masses > 1
-    found = [_shape(trial, bench, v) for v in VARIABLES if flexible or not v.gear]
+    found = [_shape(trial, bench, v) for v in variables if flexible or not v.gear]
     return sorted((s for s in found if s is not None), key=lambda s: -s.energy)
+
+
+def free_forces(trajectory: Trajectory) -> Array:
+    """Generalised forces (nv, k, n) of coarse curves along all variables."""
+    trajectory, found = with_angle(trajectory), []
+    for variable in VARIABLES:
+        if variable.gear and trajectory.joint.masses == 1:
+            continue
+        x, factor = _signals(trajectory, variable)
+        knots = _knots(x, variable, COARSE)
+        if len(knots):
+            found.append(_on_joint(trajectory, _hats(x, knots) * factor, variable))
+    return np.concatenate(found, axis=1)
 
 
 def _shape(trial: Trial, bench: Bench, variable: Variable) -> Shape | None:
     kept = [with_angle(t) for t in trial.trajectories]
     signals = [_signals(t, variable) for t in kept]
-    knots = _knots(np.concatenate([x for x, _ in signals]), variable)
+    knots = _knots(np.concatenate([x for x, _ in signals]), variable, KNOTS)
     if len(knots) < 3:
         return None
-    hats = [_hats(x, knots, variable) * factor for x, factor in signals]
+    hats = [_hats(x, knots) * factor for x, factor in signals]
     p, scans = trial.problem, []
     for t, record, residual, basis in zip(trial.trajectories, bench.fitted, trial.residuals, hats, strict=True):
         forces = _on_joint(t, basis, variable)
@@ -94,22 +108,22 @@ def _signals(t: Trajectory, variable: Variable) -> tuple[Array, Array]:
     return np.asarray(x), factor
 
 
-def _knots(x: Array, variable: Variable) -> Array:
+def _knots(x: Array, variable: Variable, count: int) -> Array:
     low, high = np.percentile(x, [EDGE, 100 - EDGE])
     if not high > low:
         return np.zeros(0)
     if not variable.split or low >= 0 or high <= 0:
-        return np.linspace(low, high, KNOTS)
-    return np.concatenate([np.linspace(low, 0.0, KNOTS // 2), np.linspace(0.0, high, KNOTS // 2)])
+        return np.linspace(low, high, count)
+    return np.concatenate([np.linspace(low, 0.0, count // 2), np.linspace(0.0, high, count // 2)])
 
 
-def _hats(x: Array, knots: Array, variable: Variable) -> Array:
+def _hats(x: Array, knots: Array) -> Array:
     """Piecewise linear basis (knots, n); a knot that is there twice is one on either side of a jump."""
     twice = np.flatnonzero(np.diff(knots) == 0.0)
     if not twice.size:
         return np.stack([np.interp(x, knots, unit) for unit in np.eye(len(knots))])
     k = int(twice[0]) + 1
-    return np.concatenate([_hats(x, knots[:k], variable) * (x < 0), _hats(x, knots[k:], variable) * (x > 0)])
+    return np.concatenate([_hats(x, knots[:k]) * (x < 0), _hats(x, knots[k:]) * (x > 0)])
 
 
 def _on_joint(trajectory: Trajectory, basis: Array, variable: Variable) -> Array:
@@ -157,7 +171,6 @@ def _sparsest(values: Array, free: Array) -> Array:
     cost = np.concatenate([np.zeros(m), np.ones(k)])
     limits = np.block([[free.T, -np.eye(k)], [-free.T, -np.eye(k)]])
     scale = max(float(np.abs(values).max()), 1e-300)
-    found = linprog(
-        cost, limits, np.concatenate([-values, values]) / scale, bounds=[(None, None)] * m + [(0, None)] * k
-    )
-    return np.asarray(values + scale * (found.x[:m] @ free)) if found.success else values
+    bounds = [(None, None)] * m + [(0.0, None)] * k
+    found = linprog(cost, limits, np.concatenate([-values, values]) / scale, bounds=bounds)
+    return values if found.x is None else np.asarray(values + scale * (found.x[:m] @ free))

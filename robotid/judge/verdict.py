@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -34,7 +35,7 @@ def verdict(model: Model, records: Sequence[Record], growth: Growth, horizon: fl
     floor = _rms([m.noise_floor for m in fitted])
     remaining = _beyond(_rms([root_mean_square(after[r.name]) for r in growth.bench.fitted]), floor)
     return Diagnosis(
-        verdict="named" if growth.causes else "clean",
+        verdict="named" if growth.causes else "clean" if growth.shape is None else "unknown",
         model=model.name,
         output=model.output,
         unit="rad/s" if model.output == "speed" else "rad",
@@ -47,7 +48,7 @@ def verdict(model: Model, records: Sequence[Record], growth: Growth, horizon: fl
         curves=(),
         missing={},
         residuals={name: trace(runs[name], model) for name in runs},
-        shape=None,
+        shape=None if growth.shape is None else replace(growth.shape.curve, order=growth.share),
     )
 
 

@@ -1,0 +1,66 @@
+"""The noise that residuals are judged by: that of the sensors, and torque errors that nothing known explains."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from robotid.estimate.covariance import ABSORBED
+from robotid.judge.noise_floor import noise_levels, spectrum, whittle
+from robotid.judge.score import Scan, unexplained
+from robotid.judge.whitening import Whitening, whitening
+from robotid.model.array import Array
+from robotid.signals.record import Quantity
+
+BLUNT = 0.25  # of the typical output noise: a record that shows less was at rest
+UNEXPLAINED = 1.2  # energy over that of noise, beyond which a torque error is assumed that nothing explains
+
+
+def estimate_noise(
+    scans: Sequence[Scan], output: Quantity, row: int, freed: Callable[[], Sequence[Array]]
+) -> tuple[Whitening, ...]:
+    """The whitening of every record. row : state that is the output; freed : gives what free curves leave, if need be.
+
+    Sensors first. Where even all candidates together leave more than their noise, the model lacks what no catalogue
+    has: that counts as a white error of the torque, as large as it takes, lest its every detail be explained.
+    """
+    cases = [(one.trajectory, one.record, one.residual) for one in scans]
+    noise = noise_levels(cases, output)
+    typical = float(np.median([n.output for n in noise]))
+    levels = [max(n.output, BLUNT * typical) ** 2 for n in noise]
+    torque = min(n.torque for n in noise) ** 2
+    left: Sequence[Array] = [unexplained(one) for one in scans]
+    if _excess(scans, left, row, levels, torque) > UNEXPLAINED:
+        left = freed()
+    if _excess(scans, left, row, levels, torque) > UNEXPLAINED:
+        levels, torque = _as_left(scans, left, output, levels, torque)
+    return _filters(scans, row, levels, torque)
+
+
+def _as_left(
+    scans: Sequence[Scan], left: Sequence[Array], output: Quantity, levels: Sequence[float], torque: float
+) -> tuple[list[float], float]:
+    """Noises as large as what is left shows them, none smaller than the sensors' own (Whittle 1953)."""
+    found = []
+    for one, e in zip(scans, left, strict=True):
+        seen = spectrum(one.trajectory, e, output)
+        both = np.stack([np.ones_like(seen.response), seen.response])
+        found.append(whittle(seen.power[ABSORBED:], both[:, ABSORBED:])[0])
+    typical = float(np.median([f[0] for f in found]))
+    raised = [max(level, float(f[0]), BLUNT**2 * typical) for level, f in zip(levels, found, strict=True)]
+    return raised, max(torque, float(np.median([f[1] for f in found])))
+
+
+def _filters(scans: Sequence[Scan], row: int, levels: Sequence[float], torque: float) -> tuple[Whitening, ...]:
+    return tuple(
+        whitening(t.joint, t.theta, row, t.sampling_time, (level, torque))
+        for t, level in zip((one.trajectory for one in scans), levels, strict=True)
+    )
+
+
+def _excess(scans: Sequence[Scan], left: Sequence[Array], row: int, levels: Sequence[float], torque: float) -> float:
+    """Energy of what is left, over that of the noise."""
+    filters = _filters(scans, row, levels, torque)
+    energy = sum(float(np.sum(w(e) ** 2)) for w, e in zip(filters, left, strict=True))
+    return energy / sum(map(len, left))
