@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from robotid.judge.bins import edges
 from robotid.judge.missing_torque import MissingTorque
 from robotid.model.array import Array, Index, Mask
 from robotid.model.units import sliding
@@ -16,8 +17,7 @@ from robotid.simulate.simulate import Trajectory
 SLOW = 1e-3  # of the largest speed: where friction holds the motor, no torque is seen
 TURN = 2 * np.pi
 TURNS = 2  # of the motor, before what repeats every turn shows
-BINS, FINE_BINS, LEAST_BIN = 14, 36, 1 / 400  # of one kind of spacing; of a turn; share of the samples
-SMALLEST = 0.01  # of the largest value: finest bin beside zero
+FINE_BINS = 36  # of a turn
 BLOCKS = 20  # of a record, predicted one by one from all the others
 RARE = 1e-3  # of the fullest bin: too little to make a mean of
 BANDS_AN_OCTAVE = 2
@@ -105,8 +105,13 @@ def _see(cases: Sequence[tuple[Trajectory, Record, MissingTorque]]) -> Seen:
         torque=np.concatenate([missing.torque for _, _, missing in cases])[kept],
         speed=np.concatenate([part[0].values for part in parts])[kept],
         block=np.concatenate([k * BLOCKS + np.arange(len(m)) * BLOCKS // len(m) for k, m in enumerate(moving)])[kept],
-        variables=tuple(variable for variable in joined if many or not variable.turn),
+        variables=tuple(variable for variable in joined if _varies(variable) and (many or not variable.turn)),
     )
+
+
+def _varies(variable: Variable) -> bool:
+    known = variable.values[np.isfinite(variable.values)]
+    return bool(known.size and np.ptp(known) > 0)
 
 
 def _joined(parts: Sequence[Variable], kept: Mask) -> Variable:
@@ -152,9 +157,9 @@ def _curve(seen: Seen, variable: Variable, gain: str) -> Curve:
     values, torque, block = variable.values[known], seen.torque[known], seen.block[known]
     at = float(np.sqrt(np.mean(seen.speed**2))) or 1.0
     weight = _gain(seen.speed, gain, at)[known]
-    edges = _edges(variable.name, values, variable.signed, variable.turn)
-    bins = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
-    size = len(edges) - 1
+    borders = _edges(variable, values)
+    size = len(borders) - 1
+    bins = np.clip(np.searchsorted(borders, values, side="right") - 1, 0, size - 1)
     count = np.bincount(bins, minlength=size)
     blocks = int(seen.block.max()) + 1
     where = block * size + bins
@@ -180,6 +185,12 @@ def _curve(seen: Seen, variable: Variable, gain: str) -> Curve:
     )
 
 
+def _edges(variable: Variable, values: Array) -> Array:
+    if variable.name == "record":
+        return np.append(np.unique(values) - 0.5, values.max() + 0.5)
+    return np.linspace(0.0, TURN, FINE_BINS + 1) if variable.turn else edges(values, variable.signed)
+
+
 def _gain(speed: Array, counted: str, at: float) -> Array:
     """What a curve is to be multiplied by, (n,)."""
     if counted == BY_SPEED:
@@ -200,58 +211,24 @@ def _share(torque: Array, predicted: Array) -> float:
     return max(0.0, 1 - float(np.sum((torque - predicted) ** 2)) / total) if total > 0 else 0.0
 
 
-def _edges(name: str, values: Array, signed: bool, turn: bool) -> Array:
-    """Borders of bins: equally wide, equally full and finer towards zero, merged where one would hold too little."""
-    if name == "record":
-        return np.append(np.unique(values) - 0.5, values.max() + 0.5)
-    if turn:
-        return np.linspace(0.0, TURN, FINE_BINS + 1)
-    low, high = float(values.min()), float(values.max())
-    even = [np.quantile(values, np.linspace(0, 1, BINS + 1)), np.linspace(low, high, BINS + 1)]
-    if signed:
-        sides = [part for part in (values[values < 0], values[values > 0]) if part.size]
-        even = [np.quantile(part, np.linspace(0, 1, BINS // 2 + 1)) for part in sides]
-        even += [np.linspace(0.0, part[np.argmax(np.abs(part))], BINS // 2 + 1) for part in sides]
-        even += [part[np.argmax(np.abs(part))] * np.geomspace(SMALLEST, 1, BINS // 2) for part in sides]
-    edges = np.unique(np.concatenate([*even, [low, high]]))
-    return _merged(edges, np.sort(values), 0.0 if signed and low < 0 < high else None)
-
-
-def _merged(edges: Array, ordered: Array, border: float | None) -> Array:
-    """Only those edges that leave enough samples between them, and the border."""
-    least = max(1.0, LEAST_BIN * len(ordered))
-    rank = np.searchsorted(ordered, edges)
-    kept = [0]
-    for k in range(1, len(edges) - 1):
-        if edges[k] == border:
-            while len(kept) > 1 and rank[k] - rank[kept[-1]] < least:
-                kept.pop()
-            kept.append(k)
-        elif rank[k] - rank[kept[-1]] >= least:
-            kept.append(k)
-    while len(kept) > 1 and rank[-1] - rank[kept[-1]] < least and edges[kept[-1]] != border:
-        kept.pop()
-    return edges[[*kept, len(edges) - 1]]
-
-
 def _bands(cases: Sequence[tuple[Trajectory, Record, MissingTorque]]) -> Curve:
     """Root mean square of the missing torque in each frequency band, over all records."""
     h = min(record.sampling_time for _, record, _ in cases)
     longest = max(record.duration for _, record, _ in cases)
-    edges = np.geomspace(1 / longest, 0.5 / h, round(BANDS_AN_OCTAVE * np.log2(longest / 2 / h)) + 1)
+    borders = np.geomspace(1 / longest, 0.5 / h, round(BANDS_AN_OCTAVE * np.log2(longest / 2 / h)) + 1)
     parts, counts = [], []
     for _, record, missing in cases:
         n = len(missing.torque)
         power = np.abs(np.fft.rfft(missing.torque - missing.torque.mean())) ** 2 * 2 / n**2
         frequency = np.fft.rfftfreq(n, record.sampling_time)
-        parts.append(np.sqrt(np.histogram(frequency, edges, weights=power)[0]))
-        counts.append(np.histogram(frequency, edges)[0])
+        parts.append(np.sqrt(np.histogram(frequency, borders, weights=power)[0]))
+        counts.append(np.histogram(frequency, borders)[0])
     amplitude, count = np.stack(parts), np.sum(counts, axis=0)
     seen = count > 0
     return Curve(
         along="frequency",
         unit="Hz",
-        x=np.sqrt(edges[1:] * edges[:-1])[seen],
+        x=np.sqrt(borders[1:] * borders[:-1])[seen],
         missing_torque=np.sqrt(np.mean(amplitude**2, axis=0))[seen],
         spread=np.std(amplitude, axis=0)[seen],
         count=count[seen].astype(np.float64),

@@ -110,6 +110,16 @@ def test_every_moving_sample_is_counted_once(clean: tuple[Case, ...]) -> None:
     assert all(np.isfinite(np.concatenate([c.x, c.missing_torque, c.spread, [c.order]])).all() for c in curves)
 
 
+def test_what_does_not_vary_has_no_curve(clean: tuple[Case, ...]) -> None:
+    trajectory, record, missing = clean[0]
+    x = missing.x.copy()
+    x[trajectory.joint.speeds.start] = np.linspace(5.0, 9.0, 6000)
+    onward = {curve.along for curve in locate([(trajectory, record, replace(missing, x=x))])}
+    assert not {"reversal", "record"} & onward
+    at_rest = locate([(trajectory, record, replace(missing, x=0 * x))])
+    assert {curve.along for curve in at_rest} == {"frequency"}
+
+
 def test_a_curve_can_be_followed_along_a_motion(clean: tuple[Case, ...]) -> None:
     one = clean[0]
     speed = one[2].x[one[0].joint.speeds.start]
