@@ -8,7 +8,7 @@ ROBOTID := $(BIN)/robotid
 RUN := runs/$(basename $(notdir $(CONFIG)))
 STAMP := $(VENV)/.installed
 
-.PHONY: help demo test check bench pipeline clean
+.PHONY: help demo test check bench trials pipeline clean
 .DEFAULT_GOAL := help
 
 help:
@@ -16,6 +16,7 @@ help:
 	@echo "make test       set up, and run the tests"
 	@echo "make check      formatting, lint, types, import contracts"
 	@echo "make bench      speed beside other tools, as ratios"
+	@echo "make trials     effects hidden in an independent plant: hours, begun again where it was left; table to the README"
 	@echo "make pipeline CONFIG=configs/x.yaml    every stage that is stale, rule by rule"
 	@echo "make clean      remove runs/, caches and the environment"
 	@echo "PYTHON=python3.12 chooses the interpreter, VENV=folder where the environment is"
@@ -42,6 +43,10 @@ check: $(STAMP)
 
 bench: $(STAMP)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python tests/bench/bench.py
+
+# TRIALS='--only motor.stribeck --draws 2' selects; results are kept in trials/.
+trials: $(STAMP)
+	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests $(BIN)/python -m hidden --readme $(TRIALS)
 
 # One rule a stage. What make finds stale by time, robotid checks by content: what turns out fresh is only touched.
 # Measured files are those that the configuration names; one that is missing is left for robotid to complain of.

@@ -56,7 +56,7 @@ def hidden(
     own = {f"motor.{effect}.{symbol}": value for symbol, value in values.items()}
     theta = joint.parameters().with_values(TRUTH | own).values
     plant = Plant(joint, theta, Controller("speed", 0.5, 5.0), QUANTUM, torque_noise, speed_noise, seed=number)
-    reference = reference or Reference("set", SAMPLING_TIME, references()[number - 1][:samples], "speed")
+    reference = reference or Reference(f"set{number}", SAMPLING_TIME, references()[number - 1][:samples], "speed")
     record = plant.record(reference, number)
     known = assemble(STRUCTURE, angle=output == "position")
     model = Model("m", known, known.parameters().with_values(TRUTH), output, (), {})

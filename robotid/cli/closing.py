@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from collections.abc import Iterator, Sequence
 from shutil import get_terminal_size
@@ -35,4 +36,4 @@ def next_command(run: Run, stage: str | None = None) -> str:
     due = next((s.stage for s in status(run) if s.state is not State.FRESH), None)
     if due is not None:
         return run.command(due if stage else "run")
-    return f"robotid show {run.file(list(STAGES.values())[-1])}"
+    return shlex.join(["robotid", "show", str(run.file(list(STAGES.values())[-1]))])

@@ -201,8 +201,7 @@ def _with_unknown(growth: Growth, terms: Terms) -> Growth:
     share, explained = min(1.0, alone.energy / whole), sum(c.explained for c in growth.causes)
     if explained > IMITATES * share:
         return found
-    along = " times ".join(filter(None, (alone.curve.along, alone.curve.factor)))
-    why = f"only imitates: a free curve along {along} explains {100 * share:.0f} % of the misfit"
+    why = f"only imitates: a free curve along {alone.curve.along} explains {100 * share:.0f} % of the misfit"
     imitations = [Turned(c.effect, c.explained, c.gain, why) for c in growth.causes]
     turned = (*imitations, *growth.turned)
     return replace(growth, last=growth.first, causes=(), turned=turned, shape=alone, share=share)

@@ -23,6 +23,7 @@ from robotid.simulate.steps import linearise
 POWERS = np.arange(-8.0, 0.0, 2.0)  # of ten, of the largest torque: steps from sample to sample that are tried
 NEARBY = np.array([-0.6, 0.0, 0.6])
 SWEEPS = 2
+SMALL = 1.5  # residual over noise: the simulated motion is as good as the measured one
 LEAST = 1e-9  # noise of the output, relative to its largest value: with less the numbers say nothing
 LONGEST_RESPONSE = 20_000
 
@@ -64,7 +65,8 @@ def missing_torque(
         power = _likeliest(chain, powers)
         return power, chain.smooth(size * 10**power)
 
-    tried = [smooth(x, nothing, POWERS) for x in (trajectory.x, moved)]
+    small = float(np.std(residual)) < SMALL * noise_std
+    tried = [smooth(x, nothing, POWERS) for x in ((trajectory.x,) if small else (trajectory.x, moved))]
     for _ in range(SWEEPS):
         power, last = max(tried, key=_evidence)
         tried.append(smooth(last.x, last.w, power + NEARBY))

@@ -21,7 +21,9 @@ from robotid.model.array import Array
 from robotid.signals.record import Quantity, Record
 from robotid.simulate.simulate import Trajectory
 
-SCORING = 20  # steps of Fisher scoring, which settles in fewer
+SCORING = 20  # steps of Fisher scoring at most
+SETTLED = 1e-6  # relative change of the levels
+TIE = 1e-12  # of one line: keeps spectra apart that are the same
 KINSHIP = 35 / 18  # neighbouring frequencies per independent one under a Hann taper
 SURPRISE = 4.0  # standard deviations of a band's mean that pass for chance
 EVIDENCE = 10.0  # twice the gain in log-likelihood that proves a torque noise
@@ -137,10 +139,16 @@ def _levels(seen: Spectrum) -> Levels:
 def whittle(power: Array, bases: Array) -> tuple[Array, float]:
     """Levels (k,) >= 0 of bases (k, m) that explain a periodogram (m,) best, and minus twice the log-likelihood."""
     size = bases.mean(axis=1, keepdims=True)
-    model, least = np.full(len(power), power.mean()), 1e-12 * power.mean()
+    bases = bases / size
+    model, least, before = np.full(len(power), power.mean()), 1e-12 * power.mean(), np.zeros(len(bases))
     for _ in range(SCORING):
-        levels, _ = nnls((bases / size / model).T, power / model)
-        model = np.maximum(levels @ (bases / size), least)
+        weighted = bases / model
+        root = np.linalg.cholesky(weighted @ weighted.T + TIE * np.eye(len(bases)))
+        levels, _ = nnls(root.T, np.linalg.solve(root, weighted @ (power / model)))
+        model = np.maximum(levels @ bases, least)
+        if np.abs(levels - before).max() <= SETTLED * levels.max():
+            break
+        before = levels
     return levels / size[:, 0], 2 / KINSHIP * float(np.sum(np.log(model) + power / model))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from robotid.judge.columns import with_angle
-from robotid.judge.location import Curve
+from robotid.judge.location import BY_DIRECTION, BY_SPEED, Curve
 from robotid.judge.score import Projected, project, scan
 from robotid.judge.trial import Bench, Trial
 from robotid.model.array import Array
@@ -26,12 +26,12 @@ PRIOR = 0.5  # of the torque's RMS: as large as a missing torque is likely to be
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """Something along which a torque may be ordered. factor : what the curve multiplies, nothing for the torque itself;
+    """Something along which a torque may be ordered. counted : as in `Curve.along`, by direction, by speed or as it is;
     turns : the torque acts on the gear rather than on the motor; split : it may jump at zero."""
 
     along: str
     unit: str
-    factor: str = ""
+    counted: str = ""
     gear: bool = False
     split: bool = False
 
@@ -39,15 +39,15 @@ class Variable:
 VARIABLES = (
     Variable("dphi_m", "rad/s", split=True),
     Variable("phi_m", "rad"),
-    Variable("phi_m", "rad", "sgn(dphi_m)"),
-    Variable("phi_m", "rad", "dphi_m"),
+    Variable("phi_m", "rad", BY_DIRECTION),
+    Variable("phi_m", "rad", BY_SPEED),
     Variable("t", "s"),
-    Variable("t", "s", "sgn(dphi_m)"),
-    Variable("t", "s", "dphi_m"),
+    Variable("t", "s", BY_DIRECTION),
+    Variable("t", "s", BY_SPEED),
     Variable("twist", "rad", gear=True),
     Variable("ddphi_m", "rad/s2"),
     Variable("tau_m", "Nm"),
-    Variable("tau_m", "Nm", "sgn(dphi_m)"),
+    Variable("tau_m", "Nm", BY_DIRECTION),
 )
 
 
@@ -95,7 +95,9 @@ def _shape(trial: Trial, bench: Bench, variable: Variable) -> Shape | None:
     projected = project(scans, bench.whiten)
     size = PRIOR * float(np.sqrt(np.mean(np.concatenate([r.tau_m for r in bench.fitted]) ** 2)))
     typical = float(np.sqrt(np.mean(np.concatenate([f for _, f in signals]) ** 2)))
-    return _fitted(projected, knots, np.sum([np.sum(h != 0.0, axis=1) for h in hats], axis=0), variable, size / typical)
+    return _fitted(
+        projected, knots, np.sum([np.sum(h != 0.0, axis=1) for h in hats], axis=0), variable, size / typical, typical
+    )
 
 
 def _signals(t: Trajectory, variable: Variable) -> tuple[Array, Array]:
@@ -104,7 +106,7 @@ def _signals(t: Trajectory, variable: Variable) -> tuple[Array, Array]:
     time = t.begin + np.arange(len(t.u)) * t.sampling_time
     known = {"dphi_m": speed, "phi_m": t.phi_m, "t": time, "tau_m": t.u, "twist": t.twist, "ddphi_m": None}
     x = t.ddphi_m if variable.along == "ddphi_m" else known[variable.along]
-    factor = {"": np.ones_like(speed), "sgn(dphi_m)": np.sign(speed), "dphi_m": speed}[variable.factor]
+    factor = {"": np.ones_like(speed), BY_DIRECTION: np.sign(speed), BY_SPEED: speed}[variable.counted]
     return np.asarray(x), factor
 
 
@@ -136,23 +138,22 @@ def _on_joint(trajectory: Trajectory, basis: Array, variable: Variable) -> Array
     return forces
 
 
-def _fitted(projected: Projected, knots: Array, count: Array, variable: Variable, size: float) -> Shape:
+def _fitted(projected: Projected, knots: Array, count: Array, variable: Variable, size: float, typical: float) -> Shape:
     M, residual = projected.missing, projected.residual
     information = M.T @ M + np.eye(len(knots)) / size**2
     covariance = np.linalg.inv(information)
     values = covariance @ (M.T @ residual)
     energy = float(residual @ residual - np.sum((residual - M @ values) ** 2))
-    unit = {"": "Nm", "sgn(dphi_m)": "Nm", "dphi_m": "Nm s/rad"}[variable.factor]
+    at = typical if variable.counted == BY_SPEED else 1.0
     curve = Curve(
-        variable.along,
-        variable.unit,
-        knots,
-        _sparsest(values, _confounded(knots, variable)),
-        np.sqrt(np.diag(covariance)),
-        count.astype(np.float64),
-        0.0,
-        variable.factor,
-        unit,
+        along=f"{variable.along},{variable.counted}" if variable.counted else variable.along,
+        unit=variable.unit,
+        x=knots,
+        missing_torque=at * _sparsest(values, _confounded(knots, variable)),
+        spread=at * np.sqrt(np.diag(covariance)),
+        count=count.astype(np.float64),
+        order=0.0,
+        at=at,
     )
     return Shape(variable, curve, energy, len(knots))
 

@@ -293,3 +293,8 @@ def test_nanoseconds_in_plain_arrays_are_exact(tmp_path: Path) -> None:
     table: Table = read(tmp_path / "a.npz")
     for name in ("t", "u", "k"):
         np.testing.assert_array_equal(table.columns[name], np.arange(5), err_msg=name)
+
+
+def test_a_folder_is_no_recording(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"this is a folder; of a ROS 2 bag, name the \.mcap or \.db3 file in it"):
+        read(tmp_path)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from robotid.cli.console import Json, Table, number
 from robotid.signals.quality import Recordings, Report
 
+ROUNDING = 1e-9  # of the sampling time: what a jitter below it is
+
 
 def tables(recordings: Recordings) -> tuple[Table, ...]:
     """One row a record in each table, and the remarks."""
@@ -47,7 +49,7 @@ def _sampling(recordings: Recordings) -> Table:
             *uses[r.name],
             str(r.samples),
             number(1e3 * r.sampling_time),
-            number(100 * r.jitter, 2),
+            number(100 * r.jitter, 2) if r.jitter > ROUNDING else "0",
             str(r.missing),
             str(r.duplicated),
             str(r.not_finite),

@@ -22,6 +22,11 @@ def tables(extension: Extension) -> tuple[Table, ...]:
     )
 
 
+def brief(extension: Extension) -> tuple[Table, ...]:
+    """What was gained, where anything was added."""
+    return tables(extension)[:3] if extension.added else ()
+
+
 def document(extension: Extension) -> Json:
     """The `extend --json` document of CLI.md. gain : of fit in % points, and of RMSE, positive where it fell; heldout :
     the same of the records that were not fitted."""

@@ -21,6 +21,8 @@ def formats() -> dict[str, ModuleType]:
 
 def read(path: Path) -> Table:
     """All numeric columns of a file. Raises InputError where it is missing, of unknown format or damaged."""
+    if path.is_dir():
+        raise InputError("this is a folder", where=str(path), hint="of a ROS 2 bag, name the .mcap or .db3 file in it")
     if not path.is_file():
         raise InputError(
             "there is no such file", where=str(path), hint="a record's file is relative to the configuration"

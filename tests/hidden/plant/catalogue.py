@@ -37,7 +37,7 @@ class Effect:
 
     def shape(self, rng: np.random.Generator) -> dict[str, float]:
         """A shape, and a phase and sign for those that have them."""
-        drawn = {key: float(np.exp(rng.uniform(*np.log(span)))) for key, span in self.shapes.items()}
+        drawn = _evenly(self.shapes, rng)
         drawn |= {key: float(round(drawn[key])) for key in self.whole}
         sign = float(rng.choice((-1.0, 1.0))) if self.signed else 1.0
         return drawn | {"phase": float(rng.uniform(0.0, 2.0 * pi)), "sign": sign}
@@ -47,6 +47,10 @@ class Effect:
         parts = {"A": cos(shape["phase"]), "B": sin(shape["phase"]), "G": cos(shape["phase"]), "H": sin(shape["phase"])}
         values = {symbol: size * parts.get(symbol, 1.0) for symbol in self.symbols}
         return values | {key: shape[key] for key in self.shapes}
+
+
+def _evenly(ranges: dict[str, tuple[float, float]], rng: np.random.Generator) -> dict[str, float]:
+    return {key: float(np.exp(rng.uniform(*np.log(span)))) for key, span in ranges.items()}
 
 
 EFFECTS: dict[str, Effect] = {
@@ -93,6 +97,10 @@ class Unknown:
     law: Callable[[float, Shape], MotorLaw]
     size: float
     shapes: dict[str, tuple[float, float]]
+
+    def shape(self, rng: np.random.Generator) -> dict[str, float]:
+        """A shape, evenly drawn in the logarithm."""
+        return _evenly(self.shapes, rng)
 
 
 UNKNOWN: dict[str, Unknown] = {

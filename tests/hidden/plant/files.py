@@ -32,14 +32,20 @@ def write_config(
 ) -> None:
     """The configuration of a joint of these effects, beside its CSV files."""
     model: dict[str, list[str]] = {}
+    changes: dict[str, list[str]] = {}
     for effect in effects:
-        port, _, name = effect.partition(".")
-        model.setdefault(port, []).append(name)
+        first, rest = effect.split(".", 1)
+        if first == "record_change":
+            record, parameter = rest.split(".", 1)
+            changes.setdefault(record, []).append(parameter)
+        else:
+            model.setdefault(first, []).append(rest)
     document = {
         "robot": {
             "name": "hidden",
             "gear_ratio": RATIO,
             "model": model,
+            **({"changes": changes} if changes else {}),
             "parameters": {name: dict(said) for name, said in (parameters or {}).items()},
         },
         "records": [_record(plan) for plan in draw.plans],

@@ -14,7 +14,7 @@ from hidden.plant.machine import Machine
 
 
 class State(NamedTuple):
-    """Angles and speeds of motor and arm [rad, rad/s], directions (0 at rest and only there), states of the laws with memory, time."""
+    """Angles and speeds of motor and arm [rad, rad/s], directions (0 only at rest), memory of the laws, time [s]."""
 
     phi_m: float = 0.0
     dphi_m: float = 0.0
