@@ -45,7 +45,8 @@ class OutputError:
     """A least-squares problem over records. weights : (records,) that multiply the residuals.
 
     free_states : which states' first values are estimated, for every record alike. whiten : one filter a record that
-    takes (..., n) to (..., n), through which the residual is judged; none, and it is judged as it is.
+    takes (..., n) to (..., n), through which the residual is judged; none, and it is judged as it is. patience : how
+    often LSODA may help a simulation before that counts as failed.
     """
 
     joint: Joint
@@ -55,6 +56,7 @@ class OutputError:
     weights: Array
     estimate_states: bool = True
     whiten: tuple[Callable[[Array], Array], ...] = ()
+    patience: int | None = None
     columns: tuple[int, ...] = field(init=False)
     free_states: tuple[int, ...] = field(init=False)
 
@@ -110,7 +112,7 @@ class OutputError:
         residuals, trajectories = [], []
         for k, record in enumerate(self.records):
             guess = self._predict(k, near, unknowns) if near is not None else None
-            trajectory = simulate(self.joint, theta, record, self.first_state(unknowns, k), guess)
+            trajectory = simulate(self.joint, theta, record, self.first_state(unknowns, k), guess, self.patience)
             measured = record.phi_m if self.output == "position" else record.dphi_m
             residuals.append(self._shaped(k, measured - observed(trajectory, self.output)))
             trajectories.append(trajectory)

@@ -32,8 +32,9 @@ from robotid.signals.record import Record
 SAME = 0.02  # of the energy explained: causes closer than that are not told apart
 SAME_FLOOR = 12.0  # of noise variances, inflated: as far apart as chance sets two equal models
 NOTHING = 0.1  # of the misfit: a curve that explains less of it is no news
-IMITATES = 0.85  # of what a free curve explains: causes that do not reach it only imitate something else
-CURVES = 3  # tried on the first model again
+IMITATES = 0.7  # of what a free curve explains: causes that do not reach it only imitate something else
+IMITATES_NOISE = 0.97  # the same where a model could reach the noise
+TRUSTED = 2  # causes that are added before the question is asked whether they only imitate
 HOPEFUL = 0.5  # of the best score: candidates below it are not refitted
 COLLINEAR = 0.999  # cosine at which columns are the same
 
@@ -118,10 +119,10 @@ def set_up(
     for piece, t in zip(pieces, trajectories, strict=True):
         residual = measured(piece, model.output) - observed(t, model.output)
         scans.append(scan(t, piece, residual, model.output, bare.columns, bare.free_states, missing))
-    whiten = estimate_noise(scans, model.output, bare.row, lambda: _freed(scans, bare))
+    whiten, reached = estimate_noise(scans, model.output, bare.row, lambda: _freed(scans, bare))
     held_pieces = tuple(piece for record in held for piece in record.pieces(horizon or record.duration))
     whiten_held = _held_whitening(bare, model.theta, whiten, held_pieces)
-    bench = Bench(tuple(pieces), held_pieces, whiten, whiten_held, model.output, model.estimate_states)
+    bench = Bench(tuple(pieces), held_pieces, whiten, whiten_held, model.output, model.estimate_states, reached)
     states = [first_state(t) for t in trajectories]
     return bench, try_model(model.joint.structure, model.parameters, bench, states)
 
@@ -182,29 +183,43 @@ def grow(first: Trial, bench: Bench, terms: Terms, log: Log) -> Growth:
             break
         causes.append(found)
         bench, now = renew(found.after, bench, terms)
+        if len(causes) == TRUSTED and _imitated(first, now, bench) is not None:
+            break
     log("looking for what no effect explains")
-    return _with_unknown(Growth(bench, first, now, tuple(causes), tuple(turned), tuple(rounds)), terms)
+    growth = Growth(bench, first, now, tuple(causes), tuple(turned), tuple(rounds))
+    imitated = _imitated(first, now, bench) if causes else None
+    return _with_unknown(growth, terms) if imitated is None else _as_unknown(growth, imitated)
 
 
 def _with_unknown(growth: Growth, terms: Terms) -> Growth:
-    """The search with what it leaves. Causes that only imitate a part of a free curve are none."""
+    """The search with the curve that explains most of what it leaves, where that is worth a word."""
     bench, whole = growth.bench, misfit_energy(growth.first, growth.bench)
     if growth.last.energy - bench.samples < terms.worth**2 * bench.samples or whole <= 0.0:
         return growth
     left = shapes(growth.last, bench)
     if not left or not _curve_stands(left[0], growth, terms) or left[0].energy < NOTHING * whole:
         return growth
-    found = replace(growth, shape=left[0], share=min(1.0, left[0].energy / whole))
-    if not growth.causes:
-        return found
-    alone = shapes(growth.first, bench, [s.variable for s in left[:CURVES]])[0]
-    share, explained = min(1.0, alone.energy / whole), sum(c.explained for c in growth.causes)
-    if explained > IMITATES * share:
-        return found
-    why = f"only imitates: a free curve along {alone.curve.along} explains {100 * share:.0f} % of the misfit"
+    return replace(growth, shape=left[0], share=min(1.0, left[0].energy / whole))
+
+
+def _imitated(first: Trial, last: Trial, bench: Bench) -> Shape | None:
+    """The free curve that explains clearly more of the first model's misfit than all causes do, or None."""
+    least = IMITATES_NOISE if bench.reached else IMITATES
+    whole = misfit_energy(first, bench)
+    explained = whole - (last.energy - bench.samples)
+    if explained > least * whole:
+        return None
+    free = next(iter(shapes(first, bench)), None)
+    return None if free is None or explained > least * free.energy else free
+
+
+def _as_unknown(growth: Growth, shape: Shape) -> Growth:
+    """The search with its causes turned down for a curve."""
+    share = min(1.0, shape.energy / max(misfit_energy(growth.first, growth.bench), 1e-9))
+    why = f"only imitates: a free curve along {shape.curve.along} explains {100 * share:.0f} % of the misfit"
     imitations = [Turned(c.effect, c.explained, c.gain, why) for c in growth.causes]
     turned = (*imitations, *growth.turned)
-    return replace(growth, last=growth.first, causes=(), turned=turned, shape=alone, share=share)
+    return replace(growth, last=growth.first, causes=(), turned=turned, shape=shape, share=share)
 
 
 def _curve_stands(shape: Shape, growth: Growth, terms: Terms) -> bool:
@@ -221,12 +236,14 @@ def misfit_energy(first: Trial, bench: Bench) -> float:
 
 
 def renew(trial: Trial, bench: Bench, terms: Terms) -> tuple[Bench, Trial]:
-    """The bench with the noise as it shows behind a better model, and that model refitted on it."""
+    """The bench with the noise as it shows behind a better model, never larger, and that model refitted on it."""
     problem, theta = trial.problem, trial.parameters.values
     scans = look(trial, bench, terms)
-    whiten = estimate_noise(scans, bench.output, problem.row, lambda: _freed(scans, problem))
+    whiten, _ = estimate_noise(scans, bench.output, problem.row, lambda: _freed(scans, problem))
+    if max(w.torque for w in whiten) > max(w.torque for w in bench.whiten):
+        return bench, trial
     held = _held_whitening(problem, theta, whiten, bench.held)
-    bench = replace(bench, whiten=tuple(whiten), whiten_held=held)
+    bench = replace(bench, whiten=whiten, whiten_held=held)
     return bench, try_model(trial.structure, trial.parameters, bench, trial.first_states)
 
 

@@ -19,8 +19,9 @@ UNEXPLAINED = 1.2  # energy over that of noise, beyond which a torque error is a
 
 def estimate_noise(
     scans: Sequence[Scan], output: Quantity, row: int, freed: Callable[[], Sequence[Array]]
-) -> tuple[Whitening, ...]:
-    """The whitening of every record. row : state that is the output; freed : gives what free curves leave, if need be.
+) -> tuple[tuple[Whitening, ...], bool]:
+    """The whitening of every record, and whether the sensors' noise can be reached. row : state that is the output;
+    freed : gives what free curves leave, if need be.
 
     Sensors first. Where even all candidates together leave more than their noise, the model lacks what no catalogue
     has: that counts as a white error of the torque, as large as it takes, lest its every detail be explained.
@@ -33,9 +34,10 @@ def estimate_noise(
     left: Sequence[Array] = [unexplained(one) for one in scans]
     if _excess(scans, left, row, levels, torque) > UNEXPLAINED:
         left = freed()
-    if _excess(scans, left, row, levels, torque) > UNEXPLAINED:
+    reached = _excess(scans, left, row, levels, torque) <= UNEXPLAINED
+    if not reached:
         levels, torque = _as_left(scans, left, output, levels, torque)
-    return _filters(scans, row, levels, torque)
+    return _filters(scans, row, levels, torque), reached
 
 
 def _as_left(

@@ -20,7 +20,8 @@ from robotid.simulate.assemble import assemble
 from robotid.simulate.simulate import Trajectory
 
 UNIDENTIFIABLE = 1e-9  # smallest singular value of the scaled Jacobian
-MOST_ITERATIONS, TOLERANCE = 20, 1e-5
+PATIENCE = 20  # windows in which LSODA may help
+MOST_ITERATIONS, TOLERANCE = 12, 1e-5
 MOST_ITERATIONS_HELD, TOLERANCE_HELD = 8, 1e-4
 
 
@@ -30,7 +31,8 @@ FirstState = Mapping[str, float]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bench:
-    """Records to be fitted and records held out (pieces of experiments), with the whitening of each."""
+    """Records to be fitted and records held out (pieces of experiments), with the whitening of each. reached : all
+    known effects and free curves together leave no more than noise."""
 
     fitted: tuple[Record, ...]
     held: tuple[Record, ...]
@@ -38,6 +40,7 @@ class Bench:
     whiten_held: tuple[Whitening, ...]
     output: Quantity
     estimate_states: bool
+    reached: bool
 
     @property
     def samples(self) -> int:
@@ -94,7 +97,14 @@ def try_model(structure: Structure, start: Parameters, bench: Bench, states: Seq
     """
     joint = assemble(structure, angle=bench.output == "position")
     problem = OutputError(
-        joint, start, bench.fitted, bench.output, np.ones(len(bench.fitted)), bench.estimate_states, bench.whiten
+        joint,
+        start,
+        bench.fitted,
+        bench.output,
+        np.ones(len(bench.fitted)),
+        bench.estimate_states,
+        bench.whiten,
+        PATIENCE,
     )
     unknowns = problem.start()
     for k, known in enumerate(states):
@@ -133,7 +143,9 @@ def _hold_out(problem: OutputError, parameters: Parameters, bench: Bench) -> tup
     held = replace(parameters, free=np.zeros(len(parameters.names), dtype=bool))
     found = []
     for record, whiten in zip(bench.held, bench.whiten_held, strict=True):
-        one = OutputError(problem.joint, held, (record,), bench.output, np.ones(1), bench.estimate_states, (whiten,))
+        one = OutputError(
+            problem.joint, held, (record,), bench.output, np.ones(1), bench.estimate_states, (whiten,), PATIENCE
+        )
         if one.free_states:
             found.append(solve(one, one.start(), most=MOST_ITERATIONS_HELD, tolerance=TOLERANCE_HELD).evaluation)
         else:

@@ -14,12 +14,13 @@ from scipy.optimize import linprog
 
 from robotid.judge.columns import with_angle
 from robotid.judge.location import BY_DIRECTION, BY_SPEED, Curve
-from robotid.judge.score import Projected, project, scan
+from robotid.judge.score import project, scan
 from robotid.judge.trial import Bench, Trial
 from robotid.model.array import Array
 from robotid.simulate.simulate import Trajectory
 
 KNOTS, COARSE = 24, 12
+FINALISTS = 2  # seen with all knots
 EDGE = 0.5  # per cent of the samples beyond the first and the last knot
 PRIOR = 0.5  # of the torque's RMS: as large as a missing torque is likely to be
 
@@ -52,6 +53,18 @@ VARIABLES = (
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Basis:
+    """Curves along a variable with these knots (k,), as generalised forces (nv, k, n) of every record. size : RMS of
+    what the curve multiplies; seen (k,) : samples near each knot."""
+
+    variable: Variable
+    knots: Array
+    forces: tuple[Array, ...]
+    size: float
+    seen: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Shape:
     """A free curve that was fitted. energy : of the whitened residual that it explains; knots (k,) used."""
 
@@ -61,43 +74,70 @@ class Shape:
     knots: int
 
 
-def shapes(trial: Trial, bench: Bench, variables: Sequence[Variable] = VARIABLES) -> list[Shape]:
-    """The best curve along each variable for what a model leaves, best first."""
-    flexible = trial.problem.joint.masses > 1
-    found = [_shape(trial, bench, v) for v in variables if flexible or not v.gear]
-    return sorted((s for s in found if s is not None), key=lambda s: -s.energy)
+def shapes(trial: Trial, bench: Bench) -> list[Shape]:
+    """The curves that explain most of what a model leaves, best first; all variables are seen coarsely before."""
+    kept = tuple(with_angle(t) for t in trial.trajectories)
+    coarse = _fit(trial, bench, [_basis(kept, v, COARSE) for v in _variables(kept[0])])
+    fine = [_fit(trial, bench, [_basis(kept, one.variable, KNOTS)])[0] for one in coarse[:FINALISTS]]
+    return sorted(fine, key=lambda s: -s.energy)
 
 
 def free_forces(trajectory: Trajectory) -> Array:
     """Generalised forces (nv, k, n) of coarse curves along all variables."""
-    trajectory, found = with_angle(trajectory), []
-    for variable in VARIABLES:
-        if variable.gear and trajectory.joint.masses == 1:
-            continue
-        x, factor = _signals(trajectory, variable)
-        knots = _knots(x, variable, COARSE)
-        if len(knots):
-            found.append(_on_joint(trajectory, _hats(x, knots) * factor, variable))
-    return np.concatenate(found, axis=1)
+    kept = with_angle(trajectory)
+    bases = [_basis((kept,), variable, COARSE) for variable in _variables(kept)]
+    return np.concatenate([basis.forces[0] for basis in bases], axis=1)
 
 
-def _shape(trial: Trial, bench: Bench, variable: Variable) -> Shape | None:
-    kept = [with_angle(t) for t in trial.trajectories]
-    signals = [_signals(t, variable) for t in kept]
-    knots = _knots(np.concatenate([x for x, _ in signals]), variable, KNOTS)
-    if len(knots) < 3:
-        return None
+def _variables(trajectory: Trajectory) -> list[Variable]:
+    """Those that the joint has and that vary."""
+    flexible = trajectory.joint.masses > 1
+    return [v for v in VARIABLES if (flexible or not v.gear) and np.ptp(_signals(trajectory, v)[0]) > 0.0]
+
+
+def _basis(trajectories: Sequence[Trajectory], variable: Variable, count: int) -> Basis:
+    signals = [_signals(t, variable) for t in trajectories]
+    knots = _knots(np.concatenate([x for x, _ in signals]), variable, count)
     hats = [_hats(x, knots) * factor for x, factor in signals]
+    forces = tuple(_on_joint(t, h, variable) for t, h in zip(trajectories, hats, strict=True))
+    size = float(np.sqrt(np.mean(np.concatenate([factor for _, factor in signals]) ** 2)))
+    seen = np.stack([np.count_nonzero(h, axis=1) for h in hats]).sum(axis=0).astype(np.float64)
+    return Basis(variable, knots, forces, size, seen)
+
+
+def _fit(trial: Trial, bench: Bench, bases: Sequence[Basis]) -> list[Shape]:
+    """Each basis by itself to the residual, all columns in one solve, best first."""
     p, scans = trial.problem, []
-    for t, record, residual, basis in zip(trial.trajectories, bench.fitted, trial.residuals, hats, strict=True):
-        forces = _on_joint(t, basis, variable)
+    cases = zip(trial.trajectories, bench.fitted, trial.residuals, strict=True)
+    for k, (t, record, residual) in enumerate(cases):
+        forces = np.concatenate([basis.forces[k] for basis in bases], axis=1)
         scans.append(scan(t, record, residual, bench.output, p.columns, p.free_states, (), forces))
     projected = project(scans, bench.whiten)
-    size = PRIOR * float(np.sqrt(np.mean(np.concatenate([r.tau_m for r in bench.fitted]) ** 2)))
-    typical = float(np.sqrt(np.mean(np.concatenate([f for _, f in signals]) ** 2)))
-    return _fitted(
-        projected, knots, np.sum([np.sum(h != 0.0, axis=1) for h in hats], axis=0), variable, size / typical, typical
+    torque = PRIOR * float(np.sqrt(np.mean(np.concatenate([r.tau_m for r in bench.fitted]) ** 2)))
+    edges = np.cumsum([0, *(len(basis.knots) for basis in bases)]).tolist()
+    parts = zip(bases, edges[:-1], edges[1:], strict=True)
+    found = [_shape(projected.missing[:, i:j], projected.residual, basis, torque) for basis, i, j in parts]
+    return sorted(found, key=lambda s: -s.energy)
+
+
+def _shape(columns: Array, residual: Array, basis: Basis, torque: float) -> Shape:
+    """The curve that a residual (d,) asks for through columns (d, k), no larger than is likely."""
+    variable, knots = basis.variable, basis.knots
+    covariance = np.linalg.inv(columns.T @ columns + np.eye(len(knots)) * (basis.size / torque) ** 2)
+    values = covariance @ (columns.T @ residual)
+    at = basis.size if variable.counted == BY_SPEED else 1.0
+    curve = Curve(
+        along=f"{variable.along},{variable.counted}" if variable.counted else variable.along,
+        unit=variable.unit,
+        x=knots,
+        missing_torque=at * _sparsest(values, _confounded(knots, variable)),
+        spread=at * np.sqrt(np.diag(covariance)),
+        count=basis.seen,
+        order=0.0,
+        at=at,
     )
+    energy = float(residual @ residual - np.sum((residual - columns @ values) ** 2))
+    return Shape(variable, curve, energy, len(knots))
 
 
 def _signals(t: Trajectory, variable: Variable) -> tuple[Array, Array]:
@@ -129,33 +169,13 @@ def _hats(x: Array, knots: Array) -> Array:
 
 
 def _on_joint(trajectory: Trajectory, basis: Array, variable: Variable) -> Array:
-    """Generalised forces (nv, k, n) of absorbed torques, means over the intervals."""
+    """Generalised forces (nv, k, n) of applied torques, means over the intervals."""
     joint = trajectory.joint
     mean = (basis + np.concatenate([basis[:, 1:], basis[:, -1:]], axis=1)) / 2
     forces = np.zeros((joint.masses, *mean.shape))
     for j, c in ((0, joint.ratio), (1, -1.0)) if variable.gear else ((0, 1.0),):
-        forces[j] = -c * mean
+        forces[j] = c * mean
     return forces
-
-
-def _fitted(projected: Projected, knots: Array, count: Array, variable: Variable, size: float, typical: float) -> Shape:
-    M, residual = projected.missing, projected.residual
-    information = M.T @ M + np.eye(len(knots)) / size**2
-    covariance = np.linalg.inv(information)
-    values = covariance @ (M.T @ residual)
-    energy = float(residual @ residual - np.sum((residual - M @ values) ** 2))
-    at = typical if variable.counted == BY_SPEED else 1.0
-    curve = Curve(
-        along=f"{variable.along},{variable.counted}" if variable.counted else variable.along,
-        unit=variable.unit,
-        x=knots,
-        missing_torque=at * _sparsest(values, _confounded(knots, variable)),
-        spread=at * np.sqrt(np.diag(covariance)),
-        count=count.astype(np.float64),
-        order=0.0,
-        at=at,
-    )
-    return Shape(variable, curve, energy, len(knots))
 
 
 def _confounded(knots: Array, variable: Variable) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robotid.errors import NumericsError
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.port import Signal
@@ -52,13 +53,18 @@ class Trajectory:
 
 
 def simulate(
-    joint: Joint, theta: Array, record: Record, x0: Array | None = None, guess: Array | None = None
+    joint: Joint,
+    theta: Array,
+    record: Record,
+    x0: Array | None = None,
+    guess: Array | None = None,
+    patience: int | None = None,
 ) -> Trajectory:
     """Open-loop response of a joint to a record's torque.
 
     theta : (p,) in the order of joint.names, its changes those of records by their names; x0 : (nx,) first state, by
     default `initial_state`; guess : (nx, n) a trajectory nearby, by default the measured motion. Raises NumericsError
-    where even LSODA diverges.
+    where even LSODA diverges, or has to help more often than patience allows.
     """
     theta = joint.in_record(theta, record.name)
     x0 = initial_state(joint, theta, record) if x0 is None else x0
@@ -68,14 +74,16 @@ def simulate(
     problem = Problem(joint, theta, u[:-1], record.sampling_time, guess, begin=record.begin)
     if cold:
         problem = replace(problem, guess=follow_motor(problem, x0))
-    return _finish(problem, u, record, *_march(problem, x0))
+    return _finish(problem, u, record, *_march(problem, x0, patience))
 
 
-def _march(problem: Problem, x0: Array) -> tuple[Array, tuple[tuple[int, int], ...]]:
+def _march(problem: Problem, x0: Array, patience: int | None) -> tuple[Array, tuple[tuple[int, int], ...]]:
     rescued: list[tuple[int, int]] = []
 
     def rescue(problem: Problem, first: int, stop: int, start: Array) -> Array:
         rescued.append((first, stop))
+        if patience is not None and len(rescued) > patience:
+            raise NumericsError("the simulation needs LSODA too often", hint="check the parameters' guesses and bounds")
         return lsoda(problem, first, stop, start)
 
     return march(problem, x0, rescue), tuple(rescued)
