@@ -17,7 +17,7 @@ def main() -> None:
     asked = _arguments()
     specs = [spec for spec in every(1 if asked.quick else asked.draws) if _wanted(spec, asked)]
     if not asked.summary:
-        study(specs, asked.folder, asked.jobs, _say)
+        study(specs, asked.folder, asked.jobs, asked.patience, _say)
     results, keys = list(finished(asked.folder)), {spec.key for spec in specs}
     print(table([result for result in results if result.key in keys]))
     if asked.readme:
@@ -32,6 +32,7 @@ def _arguments() -> argparse.Namespace:
         "--quick", action="store_true", help="one large draw of every effect, and the rest in proportion"
     )
     parser.add_argument("--jobs", type=int, default=2, help="processes")
+    parser.add_argument("--patience", type=int, default=900, help="seconds that a trial may take")
     parser.add_argument("--folder", type=Path, default=ROOT / "trials", help="of the results")
     parser.add_argument("--summary", action="store_true", help="only the table of what is there")
     parser.add_argument("--readme", action="store_true", help="write the table to the README")

@@ -128,7 +128,7 @@ def test_teeth_part_and_meet_again_after_the_gap() -> None:
 
 
 def test_bristles_carry_the_coulomb_level_once_they_slip() -> None:
-    rig = EFFECTS["motor.presliding"].build(Rig(Base(Fv=0.0)), 0.03, {"zeta": 0.8})
+    rig = EFFECTS["motor.presliding"].build(Rig(Base(Fv=0.0)), 0.03, {"s1": 0.03})
     machine = replace(rig.machine(), gear=())
     creeping, sliding = (run(machine, at_rest(machine), 1.0, torque)[-100:] for torque in (0.6, 0.8))
     assert creeping[-1].dphi_m == pytest.approx(0.0, abs=1e-3)
@@ -180,7 +180,7 @@ def untouched() -> Recording:
 @pytest.mark.parametrize("name", EFFECTS)
 def test_every_effect_moves_the_machine_otherwise(name: str, untouched: Recording) -> None:
     effect = EFFECTS[name]
-    rig = effect.build(Rig(Base()), effect.size, effect.shape(np.random.default_rng(0)))
+    rig = effect.build(Rig(Base()), 3 * effect.size, effect.shape(np.random.default_rng(0)))
     recording = experiment(rig, SILENT, wide(0.7), 1e-3, 0)
     torque, speed = recording.torque - untouched.torque, recording.speed - untouched.speed
     assert max(abs(torque).max() / 0.005, abs(speed).max() / 0.02) > 1.0

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import cos, exp, sin, sqrt
+from math import cos, exp, sin
 
 from hidden.plant.machine import Memory, MotorLaw
 from hidden.plant.rig import RATIO, Rig
@@ -68,15 +68,15 @@ def thermal_friction(rig: Rig, size: float, shape: Shape) -> Rig:
 
 
 def presliding(rig: Rig, size: float, shape: Shape) -> Rig:
-    """Bristles that bend by `size` [rad] before they slip, in place of the jump of Coulomb friction (LuGre)."""
-    Fc = rig.base.Fc
-    s0 = Fc / size
-    s1 = 2.0 * shape["zeta"] * sqrt(s0 * rig.base.motor_inertia)
+    """Bristles that bend by `size` [rad] before they slip, in place of the jump of Coulomb friction (LuGre). s1 [s] :
+    damping of the bristles over their stiffness."""
+    Fc, s1 = rig.base.Fc, shape["s1"]
+    stiffness = Fc / size
 
     def rate(z: Sequence[float], dphi_m: float, slip: float, phi_a: float, dphi_a: float) -> list[float]:
-        return [dphi_m - s0 * abs(dphi_m) * z[0] / Fc]
+        return [dphi_m - stiffness * abs(dphi_m) * z[0] / Fc]
 
-    bristles = Memory("motor", rate, lambda z, dz: s0 * z[0] + s1 * dz[0])
+    bristles = Memory("motor", rate, lambda z, dz: stiffness * (z[0] + s1 * dz[0]))
     return replace(rig, base=replace(rig.base, Fc=0.0), extra=rig.extra.with_memory(bristles))
 
 

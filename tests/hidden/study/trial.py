@@ -22,6 +22,8 @@ from robotid.judge.diagnosis import Diagnosis, Extension
 
 ORACLE_OFF = 1.25  # RMS error of the oracle's model over the noise from which its fit has not found the truth
 
+USUAL = 5.0  # noise standard deviations that an effect of the catalogue's size costs, or so
+
 
 @dataclass(frozen=True, slots=True)
 class Result:
@@ -140,7 +142,7 @@ def _drawn(name: str, rng: np.random.Generator) -> Drawn:
 
 def _alone(drawn: Draw, effect: Drawn, asked: float, folder: Path) -> Sized:
     name, start, largest, shape = effect
-    return sized(lambda size: Case(drawn, (Hidden(name, size, shape),)), start, largest, asked, folder)
+    return sized(lambda size: Case(drawn, (Hidden(name, size, shape),)), start * asked / USUAL, largest, asked, folder)
 
 
 def _as_it_is(case: Case, folder: Path) -> Sized:
