@@ -3,16 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
+from math import inf
 
 from robotid.channels import CHANNELS
 from robotid.model.channel import Channel
+from robotid.model.joint import Joint
+from robotid.model.parameters import Parameter
 from robotid.model.port import Port, Signal
-from robotid.model.structure import Structure
+from robotid.model.structure import Structure, change
 from robotid.model.term import Term
 from robotid.signals.record import Quantity
 from robotid.terms import TERMS
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """A parameter of the joint that is another in one record."""
+
+    record: str
+    column: int
+    parameters: tuple[Parameter, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,8 +32,8 @@ class Candidate:
     """An effect at its null. values : its parameters, shapes at one point of their grids."""
 
     name: str
-    place: Port | Signal
-    effect: Term | Channel
+    place: Port | Signal | None
+    effect: Term | Channel | Difference
     values: tuple[float, ...]
 
     @property
@@ -44,6 +56,18 @@ def candidates(structure: Structure, output: Quantity, skip: Collection[str] = (
         wanted = not {name, effect.name} & set(skip) and any(p.null is not None for p in effect.parameters)
         if place is not None and wanted:
             found += [Candidate(name, place, effect, values) for values in _grid(effect)]
+    return tuple(found)
+
+
+def differences(joint: Joint, columns: Sequence[int], records: Sequence[str]) -> tuple[Candidate, ...]:
+    """Every fitted parameter of a term, shapes apart, as different in each record. columns : indices into theta."""
+    found = []
+    for record in records:
+        for k in columns:
+            name = change(record, joint.names[k])
+            if k < joint.n_theta and not joint.declared[k].is_shape and name not in joint.names:
+                declared = replace(joint.declared[k], bounds=(-inf, inf), null=0.0)
+                found.append(Candidate(name, None, Difference(record, k, (declared,)), (0.0,)))
     return tuple(found)
 
 

@@ -99,7 +99,7 @@ def _forces(trajectory: Trajectory, record: Record, missing: Sequence[Candidate]
 def _term_forces(trajectory: Trajectory, missing: Sequence[Candidate]) -> Array:
     """Generalised forces at the samples, (nv, q, n), of the parameters that are scored."""
     base = trajectory.joint
-    placed = [(Port(c.place), c.effect) for c in missing if isinstance(c.effect, Term)]
+    placed = [(Port(str(c.place)), c.effect) for c in missing if isinstance(c.effect, Term)]
     terms = [(place.port, place.term) for place in base.placed]
     joint = Joint(base.structure, terms, base.channels, angle=True, candidates=placed)
     theta = np.concatenate([trajectory.theta, *(np.array(c.values) for c in missing)])
@@ -146,7 +146,7 @@ def sensed(trajectory: Trajectory, output: Quantity, candidate: Candidate) -> Ar
     joint = trajectory.joint
     assert isinstance(candidate.effect, Channel)
     terms = [(place.port, place.term) for place in joint.placed]
-    channels = (*joint.channels, (Signal(candidate.place), candidate.effect))
+    channels = (*joint.channels, (Signal(str(candidate.place)), candidate.effect))
     extended = Joint(joint.structure, terms, channels, angle=True)
     theta = np.concatenate([trajectory.theta, candidate.values])
     columns = [len(joint.names) + k for k in candidate.scored]

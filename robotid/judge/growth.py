@@ -9,7 +9,8 @@ import numpy as np
 
 from robotid.errors import NumericsError
 from robotid.estimate.residual import OutputError, observed
-from robotid.judge.candidates import candidates
+from robotid.judge.candidates import Candidate, Difference, candidates, differences
+from robotid.judge.changes import Change, changes
 from robotid.judge.noise import estimate_noise
 from robotid.judge.score import (
     DEPENDENT,
@@ -27,6 +28,7 @@ from robotid.judge.trial import Bench, Trial, extended, first_state, try_model
 from robotid.judge.unknown import Shape, free_forces, shapes
 from robotid.judge.whitening import Whitening, whitening
 from robotid.model.array import Array
+from robotid.model.structure import RECORD_CHANGE
 from robotid.signals.record import Record
 
 SAME = 0.02  # of the energy explained: causes closer than that are not told apart
@@ -92,7 +94,7 @@ class Round:
 class Growth:
     """What a search found. first, last : the model before and with all causes; bench : the last, and what noise is
     there. shape : the curve that explains most of what the causes leave, None where that is nothing; share : of the
-    first model's misfit."""
+    first model's misfit. changes : what differs on records held out."""
 
     bench: Bench
     first: Trial
@@ -102,6 +104,7 @@ class Growth:
     rounds: tuple[Round, ...]
     shape: Shape | None = None
     share: float = 0.0
+    changes: tuple[Change, ...] = ()
 
 
 def set_up(
@@ -138,12 +141,28 @@ def look(trial: Trial, bench: Bench, terms: Terms) -> tuple[Scan, ...]:
 
 
 def rank(trial: Trial, scans: Sequence[Scan], bench: Bench, terms: Terms) -> Round:
-    """All candidates by what they would explain."""
-    missing = candidates(trial.structure, bench.output, terms.skip)
-    projected = project(scans, bench.whiten)
+    """All candidates by what they would explain, and every parameter as different in each record."""
+    names = list(dict.fromkeys(record.name for record in bench.fitted))
+    wanted = len(names) > 1 and RECORD_CHANGE not in terms.skip
+    other = differences(trial.problem.joint, trial.problem.columns, names) if wanted else ()
+    missing = (*candidates(trial.structure, bench.output, terms.skip), *other)
+    columns = trial.problem.columns
+    projected = project([_with_differences(one, other, columns) for one in scans], bench.whiten)
     scores = score(projected, missing)
     best = best_of_each(scores)
     return Round(tuple(scans), projected, tuple(scores), _inflation(projected, best))
+
+
+def _with_differences(one: Scan, other: Sequence[Candidate], columns: Sequence[int]) -> Scan:
+    """A record with the columns of parameters that differ in it, or do not."""
+    if not other:
+        return one
+    more = np.zeros((len(other), len(one.record)))
+    for i, candidate in enumerate(other):
+        difference = candidate.effect
+        if isinstance(difference, Difference) and difference.record == one.record.name:
+            more[i] = one.signals[one.states + list(columns).index(difference.column)]
+    return replace(one, signals=np.concatenate([one.signals[:-1], more, one.signals[-1:]]))
 
 
 def _inflation(projected: Projected, best: Sequence[Score]) -> float:
@@ -188,7 +207,11 @@ def grow(first: Trial, bench: Bench, terms: Terms, log: Log) -> Growth:
     log("looking for what no effect explains")
     growth = Growth(bench, first, now, tuple(causes), tuple(turned), tuple(rounds))
     imitated = _imitated(first, now, bench) if causes else None
-    return _with_unknown(growth, terms) if imitated is None else _as_unknown(growth, imitated)
+    growth = _with_unknown(growth, terms) if imitated is None else _as_unknown(growth, imitated)
+    if RECORD_CHANGE in terms.skip:
+        return growth
+    log("comparing the records held out")
+    return replace(growth, changes=changes(growth.last, bench))
 
 
 def _with_unknown(growth: Growth, terms: Terms) -> Growth:
@@ -308,7 +331,10 @@ def refit(now: Trial, one: Score, bench: Bench) -> Trial:
     c = one.candidate
     values = dict(zip((p.symbol for p in c.effect.parameters), c.values, strict=True))
     values |= dict(zip((c.effect.parameters[k].symbol for k in c.scored), one.amplitude, strict=True))
-    return try_model(*extended(now, c.name, {f"{c.name}.{s}": v for s, v in values.items()}), bench, now.first_states)
+    named = {f"{c.name}.{s}": v for s, v in values.items()}
+    if isinstance(c.effect, Difference):
+        named = {c.name: one.amplitude[0]}
+    return try_model(*extended(now, c.name, named), bench, now.first_states)
 
 
 def _objection(now: Trial, after: Trial, bench: Bench, terms: Terms) -> str | None:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from robotid.estimate.result import Estimate
+from robotid.judge.changes import Change
 from robotid.judge.diagnosis import Cause, Diagnosis, Misfit, Rejected
 from robotid.judge.examine import LONGEST_TRACE
 from robotid.judge.growth import Found, Growth, best_of_each
@@ -35,7 +36,7 @@ def verdict(model: Model, records: Sequence[Record], growth: Growth, horizon: fl
     floor = _rms([m.noise_floor for m in fitted])
     remaining = _beyond(_rms([root_mean_square(after[r.name]) for r in growth.bench.fitted]), floor)
     return Diagnosis(
-        verdict="named" if growth.causes else "clean" if growth.shape is None else "unknown",
+        verdict="named" if growth.causes or growth.changes else "clean" if growth.shape is None else "unknown",
         model=model.name,
         output=model.output,
         unit="rad/s" if model.output == "speed" else "rad",
@@ -43,7 +44,7 @@ def verdict(model: Model, records: Sequence[Record], growth: Growth, horizon: fl
         misfit=_beyond(_rms([m.rmse for m in fitted]), floor),
         remaining=remaining,
         records=misfits,
-        causes=tuple(map(_cause, growth.causes)),
+        causes=(*map(_cause, growth.causes), *map(_changed, growth.changes)),
         rejected=tuple(_rejected(growth)),
         curves=(),
         missing={},
@@ -109,6 +110,13 @@ def _cause(found: Found) -> Cause:
     return Cause(found.effect, estimates, found.explained, found.gain, found.p_value, found.twins, None)
 
 
+def _changed(found: Change) -> Cause:
+    """A difference of a held-out record as it is told; its deviation is not known."""
+    nan = float("nan")
+    estimate = Estimate(found.effect, found.value, found.unit, nan, nan, float("-inf"), float("inf"))
+    return Cause(found.effect, (estimate,), found.explained, found.gain, found.p_value, found.twins, None)
+
+
 def _estimates(trial: Trial, effect: str) -> tuple[Estimate, ...]:
     """The effect's own parameters with the deviations of the whitened fit."""
     parameters, covariance = trial.parameters, trial.covariance
@@ -138,6 +146,8 @@ def _rejected(growth: Growth) -> Iterator[Rejected]:
 
 
 def _why(share: float, growth: Growth) -> str:
+    if not growth.causes and growth.shape is None:
+        return "there is nothing to explain"
     best = growth.causes[0] if growth.causes else None
     if best is not None and share < best.explained:
         return f"scored {100 * share:.2g} % of the misfit, less than {best.effect}"

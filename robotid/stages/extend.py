@@ -10,6 +10,7 @@ from robotid.config.schema import Config
 from robotid.estimate.result import Fits
 from robotid.judge.diagnosis import Diagnosis, Extension
 from robotid.judge.extension import extend as extend_model
+from robotid.model.structure import RECORD_CHANGE, changed
 from robotid.signals.quality import Recordings
 from robotid.stages.fit import fit_options
 from robotid.stages.progress import Log, Progress
@@ -27,7 +28,8 @@ def extend(
         if log is not None:
             log(Progress(text))
 
-    named = tuple(cause.effect for cause in diagnosis.causes)
+    used = fits.models[diagnosis.model].records
+    named = tuple(cause.effect for cause in diagnosis.causes if _can_be_fitted(cause.effect, used))
     effects = named if settings.extend.effects is None else settings.extend.effects
     starts = {p.name: p.value for cause in diagnosis.causes for p in cause.parameters}
     before, horizon = fits.models[diagnosis.model], settings.fit.horizon
@@ -38,6 +40,11 @@ def extended_configuration(loaded: Loaded, extension: Extension, folder: Path) -
     """The text of extended.yaml, to be kept in a folder."""
     added = [p for p in extension.fit.parameters if _belongs(p.name, extension.added)]
     return extended_text(loaded, extension.fit.structure, {p.name: p.value for p in added}, folder)
+
+
+def _can_be_fitted(effect: str, records: tuple[str, ...]) -> bool:
+    """A difference on a record that is held out is told, not fitted."""
+    return not effect.startswith(RECORD_CHANGE) or changed(effect)[0] in records
 
 
 def _belongs(parameter: str, effects: tuple[str, ...]) -> bool:
