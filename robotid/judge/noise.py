@@ -14,7 +14,8 @@ from robotid.model.array import Array
 from robotid.signals.record import Quantity
 
 BLUNT = 0.25  # of the typical output noise: a record that shows less was at rest
-UNEXPLAINED = 1.2  # energy over that of noise, beyond which a torque error is assumed that nothing explains
+UNEXPLAINED = 2.0  # energy over that of noise, beyond which a torque error is assumed that nothing explains
+NEARLY, FAR = 0.02, 20.0  # of the misfit, and of noise energies: as close as linear columns come to a large one
 
 
 def estimate_noise(
@@ -31,10 +32,11 @@ def estimate_noise(
     typical = float(np.median([n.output for n in noise]))
     levels = [max(n.output, BLUNT * typical) ** 2 for n in noise]
     torque = min(n.torque for n in noise) ** 2
+    before = _excess(scans, [one.residual for one in scans], row, levels, torque)
     left: Sequence[Array] = [unexplained(one) for one in scans]
     if _excess(scans, left, row, levels, torque) > UNEXPLAINED:
         left = freed()
-    reached = _excess(scans, left, row, levels, torque) <= UNEXPLAINED
+    reached = _excess(scans, left, row, levels, torque) <= max(UNEXPLAINED, min(NEARLY * before, FAR))
     if not reached:
         levels, torque = _as_left(scans, left, output, levels, torque)
     return _filters(scans, row, levels, torque), reached

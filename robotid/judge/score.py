@@ -42,11 +42,16 @@ class Scan:
 @dataclass(frozen=True, slots=True, eq=False)
 class Projected:
     """All records together, whitened and projected. missing (d, q) and residual (d,) keep every inner product;
-    length (q,) : of the columns before projection."""
+    whole (e, q) : the columns before projection."""
 
     missing: Array
     residual: Array
-    length: Array
+    whole: Array
+
+    @property
+    def length(self) -> Array:
+        """Of the columns before projection, (q,)."""
+        return np.asarray(np.linalg.norm(self.whole, axis=0))
 
     @property
     def energy(self) -> float:
@@ -98,9 +103,8 @@ def project(scans: Sequence[Scan], whitenings: Sequence[Whitening]) -> Projected
     for one, whiten in zip(scans, whitenings, strict=True):
         own = np.asarray(np.linalg.qr(whiten(one.signals).T, mode="r"))[one.states :, one.states :]
         factor = np.asarray(own if not factor.size else np.linalg.qr(np.vstack([factor, own]), mode="r"))
-    length = np.linalg.norm(factor, axis=0)
-    factor = factor[scans[0].fitted :, scans[0].fitted :]
-    return Projected(factor[:, :-1], factor[:, -1], length[scans[0].fitted : -1])
+    k = scans[0].fitted
+    return Projected(factor[k:, k:-1], factor[k:, -1], factor[:, k:-1])
 
 
 def score(projected: Projected, missing: Sequence[Candidate]) -> list[Score]:
@@ -114,7 +118,7 @@ def score(projected: Projected, missing: Sequence[Candidate]) -> list[Score]:
 
 
 def _score(projected: Projected, candidate: Candidate, at: slice) -> Score:
-    own, length = projected.missing[:, at], projected.length[at]
+    own, length = projected.missing[:, at], np.linalg.norm(projected.whole[:, at], axis=0)
     nothing = Score(candidate, 0.0, (0.0,) * own.shape[1], np.zeros((len(own), 0)))
     left = np.linalg.norm(own, axis=0)
     if not np.all(left > DEPENDENT * length) or not length.all():

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import eigh
 from scipy.optimize import linprog
 
 from robotid.judge.columns import with_angle
@@ -20,6 +21,7 @@ from robotid.model.array import Array
 from robotid.simulate.simulate import Trajectory
 
 KNOTS, COARSE = 24, 12
+FADED, RIDGE = 0.03, 1e-9  # energy of a curve that is left, over the whole, where the fit may have taken it
 FINALISTS = 2  # seen with all knots
 EDGE = 0.5  # per cent of the samples beyond the first and the last knot
 PRIOR = 0.5  # of the torque's RMS: as large as a missing torque is likely to be
@@ -116,12 +118,14 @@ def _fit(trial: Trial, bench: Bench, bases: Sequence[Basis]) -> list[Shape]:
     torque = PRIOR * float(np.sqrt(np.mean(np.concatenate([r.tau_m for r in bench.fitted]) ** 2)))
     edges = np.cumsum([0, *(len(basis.knots) for basis in bases)]).tolist()
     parts = zip(bases, edges[:-1], edges[1:], strict=True)
-    found = [_shape(projected.missing[:, i:j], projected.residual, basis, torque) for basis, i, j in parts]
+    columns, whole = projected.missing, projected.whole
+    found = [_shape(columns[:, i:j], whole[:, i:j], projected.residual, basis, torque) for basis, i, j in parts]
     return sorted(found, key=lambda s: -s.energy)
 
 
-def _shape(columns: Array, residual: Array, basis: Basis, torque: float) -> Shape:
-    """The curve that a residual (d,) asks for through columns (d, k), no larger than is likely."""
+def _shape(columns: Array, whole: Array, residual: Array, basis: Basis, torque: float) -> Shape:
+    """The curve that a residual (d,) asks for through columns (d, k), no larger than is likely. whole : the columns
+    before the fitted parameters were taken out."""
     variable, knots = basis.variable, basis.knots
     covariance = np.linalg.inv(columns.T @ columns + np.eye(len(knots)) * (basis.size / torque) ** 2)
     values = covariance @ (columns.T @ residual)
@@ -130,7 +134,7 @@ def _shape(columns: Array, residual: Array, basis: Basis, torque: float) -> Shap
         along=f"{variable.along},{variable.counted}" if variable.counted else variable.along,
         unit=variable.unit,
         x=knots,
-        missing_torque=at * _sparsest(values, _confounded(knots, variable)),
+        missing_torque=at * _sparsest(values, _confounded(columns, whole)),
         spread=at * np.sqrt(np.diag(covariance)),
         count=basis.seen,
         order=0.0,
@@ -178,12 +182,11 @@ def _on_joint(trajectory: Trajectory, basis: Array, variable: Variable) -> Array
     return forces
 
 
-def _confounded(knots: Array, variable: Variable) -> Array:
-    """Curves that the friction of the model may have taken or given, (m, k)."""
-    if variable.along == "dphi_m":
-        side = np.where(np.arange(len(knots)) < len(knots) // 2, -1.0, 1.0)
-        return np.stack([side, knots])
-    return np.ones((1, len(knots)))
+def _confounded(columns: Array, whole: Array) -> Array:
+    """Curves (m, k) of which the fitted parameters leave next to nothing: the fit may have taken or added them."""
+    ridge = RIDGE * float(np.trace(whole.T @ whole)) * np.eye(whole.shape[1])
+    left, vectors = eigh(columns.T @ columns, whole.T @ whole + ridge)
+    return np.asarray(vectors[:, left < FADED].T)
 
 
 def _sparsest(values: Array, free: Array) -> Array:
