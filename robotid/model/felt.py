@@ -20,8 +20,8 @@ Tangent = dict[int, "Array | float"]
 @dataclass(frozen=True, slots=True)
 class Placed:
     """A term at its port. at : slice of theta; x, v : the port's position and speed as sums over the state; q : its
-    selection S of the coordinates; z : slice of its memory in the state. acts : False for a candidate, an effect at
-    its null that feels the motion but adds nothing to it."""
+    selection S of the coordinates; z : slice of its memory in the state; side : slice of its edges in the
+    directions. acts : False for a candidate, an effect at its null that feels the motion but adds nothing to it."""
 
     port: Port
     term: Term
@@ -30,6 +30,7 @@ class Placed:
     v: Selection
     q: Selection
     z: slice
+    side: slice
     reads_acceleration: bool
     acts: bool = True
 
@@ -87,11 +88,14 @@ def own_tangent(place: Placed, d: Partials, nx: int) -> Tangent:
     return {key: value for key, value in (states | theta).items() if not absent(value)}
 
 
-def bent(place: Placed, felt: Felt, watched: Felt | None, z: Array, p: Sequence[float], nx: int) -> Felt:
-    """What is felt at a port behind one more bend. watched : the raw motion of the port that the bend watches."""
+def bent(place: Placed, felt: Felt, m: Motion, watched: Felt | None, p: Sequence[float], nx: int) -> Felt:
+    """What is felt at a port behind one more bend.
+
+    felt : before it; m : the same motion with the bend's own memory and sides; watched : the raw motion of the port
+    that the bend watches.
+    """
     bend = place.term
     assert isinstance(bend, Bend)
-    m = replace(felt.m, z=z)
     if watched is not None:
         m = replace(m, xw=watched.m.x, vw=watched.m.v)
     x, v, s = bend.bend(m, p)

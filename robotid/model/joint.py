@@ -83,22 +83,22 @@ class Joint:
         motion = np.array([[r, -1.0, 0.0], [0.0, 1.0, -1.0]])[: nv - 1, :nv]
         self._flow = np.vstack([motion, np.eye(1, nv)]) if self.keeps_angle else motion
         self.speeds = slice(npos, npos + nv)
-        placed, theta, memory = [], 0, npos + nv
+        placed, theta, memory, sides = [], 0, npos + nv, nv
         dry = np.zeros(nv, dtype=bool)
         for (port, term), probe in zip(terms, probes, strict=False):
-            place = self._place(port, term, theta, memory, probe, acts=True)
+            place = self._place(port, term, theta, memory, sides, probe, acts=True)
             placed.append(place)
-            theta, memory = place.at.stop, place.z.stop
+            theta, memory, sides = place.at.stop, place.z.stop, place.side.stop
             if probe.s and len(place.q) == 1:
                 dry[place.q[0][0]] = True
         self.placed = tuple(placed)
         self.dry = tuple(int(j) for j in np.flatnonzero(dry))
-        self.nx, self.n_theta = memory, theta
+        self.nx, self.n_theta, self.edges = memory, theta, sides - nv
 
     def _lay_out_candidates(self, candidates: Sequence[tuple[Port, Term]], probes: Sequence[_Reads]) -> None:
         placed, theta, memory = [], len(self.names), self.nx
         for (port, term), probe in zip(candidates, probes, strict=True):
-            placed.append(self._place(port, term, theta, memory, probe, acts=False))
+            placed.append(self._place(port, term, theta, memory, 0, probe, acts=False))
             theta, memory = placed[-1].at.stop, placed[-1].z.stop
         self.candidates = tuple(placed)
 
@@ -132,13 +132,15 @@ class Joint:
         moved = {first + i: k if where == record else None for i, (where, k) in enumerate(self.changes)}
         return [moved.get(c, c) for c in columns]
 
-    def _place(self, port: Port, term: Term, theta: int, memory: int, probe: _Reads, *, acts: bool) -> Placed:
+    def _place(
+        self, port: Port, term: Term, theta: int, memory: int, sides: int, probe: _Reads, *, acts: bool
+    ) -> Placed:
         nv, r = self.masses, self.ratio
         q = coordinates(port, nv, r)
         v = tuple((self.speeds.start + j, c) for j, c in q)
         x = position(port, nv, r) if self.keeps_angle or port not in rotates(nv) else ()
         at, z = slice(theta, theta + len(term.parameters)), slice(memory, memory + len(term.states))
-        return Placed(port, term, at, x, v, q, z, probe.a, acts)
+        return Placed(port, term, at, x, v, q, z, slice(sides, sides + len(term.edges)), probe.a, acts)
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -146,6 +148,12 @@ class Joint:
         positions = ("twist", "link_twist")[: self.masses - 1] + (("phi_m",) if self.keeps_angle else ())
         memory = tuple(f"{p.port}.{p.term.name}.{s}" for p in self.placed for s in p.term.states)
         return (*positions, *("dphi_m", "dphi_a", "dphi_b")[: self.masses], *memory)
+
+    @property
+    def state_limits(self) -> dict[int, float]:
+        """What the size of a state cannot exceed, by row of x, where that is known."""
+        limited = [place for place in self.placed if np.isfinite(place.term.state_limit)]
+        return {row: place.term.state_limit for place in limited for row in range(place.z.start, place.z.stop)}
 
     @property
     def positions(self) -> Array:
@@ -191,17 +199,18 @@ class Joint:
     def _feel(self, x: Array, s: Array, t: Array, theta: Array, places: Sequence[Placed] | None = None) -> list[Felt]:
         """What each place feels: the motion of its port, bent by the bends there, and the torque it reads."""
         places = self.placed if places is None else places
-        ports = {place.port: self._raw(place, x, s, t) for place in places}
+        ports = {port: self._raw(place, x, s, t) for port, place in {p.port: p for p in places}.items()}
         felts: dict[int, Felt] = {}
-        for k, place in enumerate(places):
+        # Errors of the teeth come before play between them, whatever the order of the list.
+        for k in sorted(range(len(places)), key=lambda k: getattr(places[k].term, "watches", None) is None):
+            place = places[k]
             if isinstance(place.term, Bend):
-                felts[k] = replace(ports[place.port], m=replace(ports[place.port].m, z=x[place.z]))
+                felts[k] = self._at(place, ports[place.port], x, s, theta)
                 watched = self._watched(place.term, x, s, t)
-                ports[place.port] = bent(place, ports[place.port], watched, x[place.z], _of(theta, place), self.nx)
+                ports[place.port] = bent(place, ports[place.port], felts[k].m, watched, _of(theta, place), self.nx)
         for k, place in enumerate(places):
             if k not in felts:
-                felt = ports[place.port]
-                felts[k] = replace(felt, m=replace(felt.m, z=x[place.z])) if place.term.states else felt
+                felts[k] = self._at(place, ports[place.port], x, s, theta)
         read = {k: self._read(place, places, felts, theta) for k, place in enumerate(places) if place.term.reads}
         return [
             replace(felts[k], m=replace(felts[k].m, tau=read[k][0]), tau=read[k][1]) if k in read else felts[k]
@@ -215,18 +224,62 @@ class Joint:
         m = Motion(_sum(place.x, x) if place.x else zero, v, zero, direction, t, x[:0])
         return Felt(m, dict(place.x), dict(place.v), {}, {}, tuple(Lever(j, c) for j, c in place.q))
 
+    def _at(self, place: Placed, felt: Felt, x: Array, s: Array, theta: Array) -> Felt:
+        """The same motion with the term's own memory and sides; sides not given are those of the distances."""
+        term = place.term
+        if not term.states and not term.edges:
+            return felt
+        m = replace(felt.m, z=x[place.z])
+        if term.edges:
+            given = place.acts and len(s) > self.masses
+            m = replace(m, side=s[place.side] if given else np.sign(_stack(term.distance(m, _of(theta, place)), x)))
+        return replace(felt, m=m)
+
+    def directions(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
+        """Directions of motion s (nv, n) and, below them, the sides of all edges, (nv + edges, n)."""
+        if not self.edges:
+            return s
+        felts = self._feel(x, s[: self.masses], t, theta)
+        sides = [felt.m.side for place, felt in zip(self.placed, felts, strict=True) if place.term.edges]
+        return np.concatenate([s[: self.masses], *sides])
+
+    def distances(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
+        """Distances of all edges, (edges, n). Arguments as of `evaluate`."""
+        felts = zip(self.placed, self._feel(x, s, t, theta), strict=True)
+        found = [place.term.distance(felt.m, _of(theta, place)) for place, felt in felts]
+        return _stack([distance for own in found for distance in own], x)
+
+    def distance_slopes(
+        self, x: Array, s: Array, t: Array, theta: Array, columns: Sequence[int] | None = None
+    ) -> tuple[Array, Array, Array | None]:
+        """Distances of all edges, and their derivatives to x (edges, nx, n) and to theta[columns] and u,
+        (edges, k + 1, n)."""
+        slopes = np.zeros((self.edges, self.nx, x.shape[1]))
+        response = None if columns is None else np.zeros((self.edges, len(columns) + 1, x.shape[1]))
+        where = {} if columns is None else {self.nx + c: k for k, c in enumerate(columns)}
+        for place, felt in zip(self.placed, self._feel(x, s, t, theta), strict=True):
+            partials = place.term.distance_partials(felt.m, _of(theta, place))
+            for row, d in enumerate(partials, start=place.side.start - self.masses):
+                tangent = felt.chain(d, own_tangent(place, d, self.nx))
+                for in_state, k, value in _entries(tangent, self.nx, response, where):
+                    matrix = slopes if in_state else response
+                    if matrix is not None:
+                        matrix[row, k] += value
+        return self.distances(x, s, t, theta), slopes, response
+
     def _watched(self, bend: Bend, x: Array, s: Array, t: Array) -> Felt | None:
         if bend.watches is None:
             return None
-        port = self._place(bend.watches, bend, 0, 0, _Reads(x=True, a=False, s=False), acts=True)
+        port = self._place(bend.watches, bend, 0, 0, 0, _Reads(x=True, a=False, s=False), acts=True)
         return self._raw(port, x, s, t)
 
     def _read(
         self, reader: Placed, places: Sequence[Placed], felts: dict[int, Felt], theta: Array
     ) -> tuple[Array | float, Tangent]:
-        """The torque that a term reads, with its tangent."""
+        """The torque that a term reads, as it acts on the reader's coordinate, with its tangent."""
         reading = reader.term.reads
         assert reading is not None
+        j, own = reader.q[0]
         total: Array | float = 0.0
         parts: list[tuple[Array | float, Tangent]] = []
         for k, place in enumerate(places):
@@ -234,9 +287,10 @@ class Joint:
             named = not reading.terms or place.term.name in reading.terms
             if plain and named and place.port is (reading.port or reader.port):
                 p, felt = _of(theta, place), felts[k]
-                total = total + place.term.torque(felt.m, p)
+                factor = dict(place.q).get(j, 0.0) / own
+                total = total + factor * place.term.torque(felt.m, p)
                 d = place.term.partials(felt.m, p)
-                parts.append((1.0, felt.chain(d, own_tangent(place, d, self.nx))))
+                parts.append((factor, felt.chain(d, own_tangent(place, d, self.nx))))
         return total, combine(parts)
 
     def _force(self, felts: Sequence[Felt], u: Array, theta: Array) -> Array:
@@ -373,6 +427,11 @@ class Joint:
                 matrix = A if in_state else B
                 if matrix is not None:
                     matrix[row, k] += value
+
+
+def _stack(values: Sequence[Array | float], x: Array) -> Array:
+    """Quantities that may be plain numbers, (k, n)."""
+    return np.stack([np.broadcast_to(value, x.shape[1:]) for value in values])
 
 
 def _of(theta: Array, place: Placed) -> list[float]:

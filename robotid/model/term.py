@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import inf
 from typing import ClassVar
+
+import numpy as np
 
 from robotid.model.array import Array
 from robotid.model.parameters import Parameter
@@ -19,7 +22,8 @@ class Motion:
     x position [rad], v speed [rad/s], a acceleration [rad/s2], t time in the record [s] : (n,)
     s direction of motion, sgn(v), as a variable of its own : (n,). The simulator decides it, exactly, also while
     the port sticks; abs(v) is s * v. A formula written with s is analytic in every argument.
-    z the term's own states : (k, n).
+    z the term's own states : (k, n). side : on which side of each of its edges the term is, -1 or 1 : (k, n), decided
+    as s is.
     tau the torque that the term reads [Nm]; xw, vw position and speed of the port it watches : (n,), where it declares
     so.
     """
@@ -33,6 +37,7 @@ class Motion:
     tau: Array | float = 0.0
     xw: Array | float = 0.0
     vw: Array | float = 0.0
+    side: Array = field(default_factory=lambda: np.zeros((0, 1)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +63,8 @@ class Partials:
 class Reading:
     """Whose torque a term reads: the sum over the named terms, or over all, at a port, or at the term's own.
 
-    Terms that read a torque themselves, or an acceleration, are left out of the sum.
+    It is read as it acts on the reader's coordinate: the gear's torque times the gear ratio at the motor. Terms that
+    read a torque themselves, or an acceleration, are left out of the sum.
     """
 
     port: Port | None = None
@@ -70,8 +76,11 @@ class Term(ABC):
 
     name : as in configuration and verdicts. ports : where it may act, the usual one first. formula, source : text for
     people. signature : what the effect looks like in a residual when a model lacks it.
-    The torque must be affine in a. States (memory) evolve by `rate`, which may not read a. reads : a torque of other
-    terms that this one leans on; the joint hands it over as Motion.tau, and chains its derivatives.
+    The torque must be affine in a. States (memory) evolve by `rate`, which may not read a, and never pass -state_limit
+    or state_limit once within. reads : a torque of other
+    terms that this one leans on; the joint hands it over as Motion.tau, and chains its derivatives. edges : kinks of
+    the formula, where a `distance` changes sign. The formula is written with m.side and smooth in all else; the
+    simulator changes sides at the very instant, and carries the derivatives across.
     """
 
     name: ClassVar[str]
@@ -81,6 +90,8 @@ class Term(ABC):
     source: ClassVar[str]
     signature: ClassVar[str]
     states: ClassVar[tuple[str, ...]] = ()
+    state_limit: ClassVar[float] = inf
+    edges: ClassVar[tuple[str, ...]] = ()
     reads: ClassVar[Reading | None] = None
 
     @abstractmethod
@@ -97,6 +108,14 @@ class Term(ABC):
 
     def rate_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, ...]:
         """Derivatives of `rate`, one Partials a state."""
+        return ()
+
+    def distance(self, m: Motion, p: Sequence[float]) -> tuple[Array | float, ...]:
+        """Of each edge, (n,), positive on its side 1. May read x, v and parameters."""
+        return ()
+
+    def distance_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, ...]:
+        """Derivatives of `distance`, one Partials an edge."""
         return ()
 
     def settled(self, m: Motion, p: Sequence[float]) -> tuple[Array | float, ...]:

@@ -14,7 +14,7 @@ from robotid.model.port import Signal
 from robotid.signals.record import Record
 from robotid.simulate.fallback import lsoda
 from robotid.simulate.solver import Problem, carry, march
-from robotid.simulate.steps import linearise, modes, regular
+from robotid.simulate.steps import Steps, linearise, modes
 
 BLOCK = 2000  # intervals whose derivatives are in memory at once
 
@@ -100,25 +100,36 @@ def _finish(problem: Problem, u: Array, record: Record, x: Array, rescued: tuple
     return Trajectory(joint, problem.theta, h, u, x, phi, dphi, twist, rescued, record.begin)
 
 
+@dataclass(slots=True, eq=False)
+class Following(Problem):
+    """The motor moves as guessed, and drives all other states; good for a guess."""
+
+    tolerance = 1e-2
+
+    def linearise(self, first: int, last: int, x: Array) -> Steps:
+        joint, steps = self.joint, linearise(self.motive(first, last), x[:, :-1], x[:, 1:])
+        given = slice(joint.speeds.start - joint.keeps_angle, joint.speeds.start + 1)
+        steps.G[given], steps.c[given] = 0.0, 0.0
+        return steps
+
+
 def follow_motor(problem: Problem, x0: Array) -> Array:
-    """The guess with all states but the motor's as its motion drives them, to first order, (nx, n).
+    """The guess with all states but the motor's as its motion drives them, (nx, n).
 
     Friction decides by the forces whether a motor near rest stays there, so the gear's torque must be about right.
     """
-    joint, x = problem.joint, problem.guess.copy()
-    given = [joint.speeds.start - 1] * joint.keeps_angle + [joint.speeds.start]
-    x[:, 0] = x0
-    for first in range(0, x.shape[1] - 1, BLOCK):
-        motive = problem.motive(first, min(x.shape[1] - 1, first + BLOCK))
-        window = x[:, first : first + BLOCK + 1]
-        with np.errstate(all="ignore"):
-            steps = regular(motive, window[:, :-1], window[:, 1:], modes(motive, window[:, :-1]))
-            steps.G[given], steps.c[given] = 0.0, 0.0
-            change = carry(steps, np.concatenate([np.zeros((joint.nx, 1)), steps.c], axis=1)[:, None])[:, 0]
-        if not np.isfinite(change).all():
-            return problem.guess
-        window += change
-    return x
+    joint, h = problem.joint, problem.sampling_time
+    if joint.nx == 1 + joint.keeps_angle:
+        return problem.guess
+    following = Following(joint, problem.theta, problem.u, h, problem.guess, begin=problem.begin)
+    try:
+        return march(following, x0, _hold)
+    except NumericsError:
+        return problem.guess
+
+
+def _hold(problem: Problem, first: int, stop: int, start: Array) -> Array:
+    return np.asarray(np.concatenate([start[:, None], problem.guess[:, first + 1 : stop + 1]], axis=1))
 
 
 def effective_torque(joint: Joint, theta: Array, record: Record) -> Array:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.integrate import DenseOutput, OdeSolver, solve_ivp
@@ -23,7 +23,7 @@ from robotid.simulate.steps import Motive, Steps, linearise
 MOST_ITERATIONS = 40
 MOST_IDLE = 10  # iterations in which nothing settles
 LARGEST_WINDOW = 2000
-SHORT_WINDOW = 250
+SHORT_WINDOW = 500
 SMALLEST_WINDOW = 8
 FEW_ITERATIONS = 5
 RUNAWAY = 1e9  # rad, rad/s: no machine gets there
@@ -34,11 +34,11 @@ TOLERANCE = 1e-5  # of the last Newton step, relative; the error left is of the 
 class Problem:
     """A simulation to be done: u (n,) torque held over each of the n intervals, guess (nx, n + 1) of the nodes.
 
-    begin [s] : time of the first node.
-
-    scale (nx,) grows with the trajectory: the size against which a Newton step counts as small.
+    begin [s] : time of the first node. scale (nx,) grows with the trajectory: the size against which a Newton step
+    counts as small, in parts of tolerance.
     """
 
+    tolerance: ClassVar[float] = TOLERANCE
     joint: Joint
     theta: Array
     u: Array
@@ -85,6 +85,7 @@ def newton(problem: Problem, first: int, start: Array, guess: Array) -> tuple[Ar
     """One window from its known first state. guess (nx, m + 1) -> nodes, how many intervals settled, iterations."""
     x = guess.copy()
     x[:, 0] = start
+    limits = {row: max(limit, abs(start[row])) for row, limit in problem.joint.state_limits.items()}
     settled, last, idle = 0, guess.shape[1] - 1, 0
     for iteration in range(1, MOST_ITERATIONS + 1):
         active = x[:, settled : last + 1]
@@ -95,8 +96,10 @@ def newton(problem: Problem, first: int, start: Array, guess: Array) -> tuple[Ar
         active[:, :whole] += change[:, :whole]
         reversed_ = before * active[problem.dry] < 0.0
         active[problem.dry] = np.where(reversed_, 0.0, active[problem.dry])
+        for row, limit in limits.items():
+            np.clip(active[row], -limit, limit, out=active[row])
         size = np.maximum(np.maximum.accumulate(np.abs(active[:, :whole]), axis=1), problem.scale[:, None])
-        small = np.asarray((np.abs(change[:, :whole]) <= TOLERANCE * size).all(axis=0))
+        small = np.asarray((np.abs(change[:, :whole]) <= problem.tolerance * size).all(axis=0))
         gained = whole - 1 if small.all() else int(np.argmin(small)) - 1
         settled, idle = settled + gained, 0 if gained else idle + 1
         if settled == last or whole < len(finite) or idle == MOST_IDLE:
@@ -152,16 +155,21 @@ class TrajectoryNewton(OdeSolver):
 
     def _step_impl(self) -> tuple[bool, str | None]:
         problem, total = self.problem, len(self.problem.u)
-        while self.window >= SMALLEST_WINDOW:
+        guess = problem.guess[:, self.node : self.node + self.window + 1]
+        while True:
             stop = min(total, self.node + self.window)
-            x, settled, iterations = newton(problem, self.node, self.y, problem.guess[:, self.node : stop + 1])
+            x, settled, iterations = newton(problem, self.node, self.y, guess)
             self.nfev += 3 * iterations
             whole = settled == stop - self.node
             if whole or settled >= SMALLEST_WINDOW:
                 self._advance(x[:, : settled + 1])
                 self.window = self._next_window(settled, whole, iterations)
                 return True, None
-            self.window //= 4
+            if self.window <= SMALLEST_WINDOW:
+                break
+            self.window = max(SMALLEST_WINDOW, self.window // 4)
+            # What did not lead there may be far off; over a short window, so little happens that rest is a fair guess.
+            guess = np.repeat(self.y[:, None], min(self.window, total - self.node) + 1, axis=1)
         stop = min(total, self.node + SMALLEST_WINDOW)
         self.rescued.append((self.node, stop))
         self._advance(self.rescue(problem, self.node, stop, self.y))
@@ -172,7 +180,7 @@ class TrajectoryNewton(OdeSolver):
         """Longer where Newton's method is quick; shorter where reversals make it creep along the window."""
         if not whole:
             return max(SMALLEST_WINDOW, settled)
-        if iterations <= FEW_ITERATIONS:
+        if iterations <= FEW_ITERATIONS or (self.window < SHORT_WINDOW and iterations <= 2 * FEW_ITERATIONS):
             return min(LARGEST_WINDOW, 2 * self.window)
         return self.window if iterations <= 2 * FEW_ITERATIONS else max(SHORT_WINDOW, self.window // 2)
 

@@ -3,8 +3,8 @@
 Regular steps are Hermite-Simpson (Lobatto IIIA, order 4; Hairer & Wanner 1996, table IV.5.7), one residual an
 interval. Coulomb friction is set-valued, sgn(0) = [-1, 1]: a coordinate slips one way, the other way, or rests while
 the friction it needs is within its level. Where the speed would cross zero inside an interval, the crossing instant
-is solved for, and the rest of the interval goes on in the mode that the forces demand (Filippov 1988). Derivatives
-pass through the crossing.
+is solved for, and the rest of the interval goes on in the mode that the forces demand (Filippov 1988); likewise where
+the motion crosses an edge of a term, such as the end of a backlash. Derivatives pass through the crossing.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from robotid.model.joint import Joint
 from robotid.model.linear_algebra import product, solve
 
 CROSSING_ITERATIONS = 5
+MOST_CROSSINGS = 3  # in one interval
 CROSSING_TOLERANCE = 1e-5  # before the last, quadratically convergent, correction
 
 
@@ -53,14 +54,19 @@ class Motive:
     h: Array
     columns: Sequence[int] | None = None
 
-    def part(self, where: Index, h: Array, t: Array) -> Motive:
-        """The steps at these indices, with other lengths and start times."""
-        return Motive(self.joint, self.theta, self.u[where], t, h, self.columns)
+    def part(self, where: Index) -> Motive:
+        """The steps at these indices."""
+        return Motive(self.joint, self.theta, self.u[where], self.t[where], self.h[where], self.columns)
+
+    def lasting(self, h: Array, t: Array) -> Motive:
+        """The same steps with other lengths and start times."""
+        return Motive(self.joint, self.theta, self.u, t, h, self.columns)
 
 
 @dataclass(frozen=True, slots=True)
 class Mode:
-    """Direction of motion s (nv, n), and which coordinates friction holds at rest (nv, n), None where none is."""
+    """Directions of motion and sides of edges s (nv + edges, n), and which coordinates friction holds at rest (nv, n),
+    None where none is."""
 
     s: Array
     locked: Mask | None
@@ -69,11 +75,13 @@ class Mode:
         return Mode(self.s[:, where], None if self.locked is None else self.locked[:, where])
 
 
-def modes(motive: Motive, x: Array) -> Mode:
-    """Slip one way, the other, or rest, for states x (nx, n) at the start of their steps."""
+def modes(motive: Motive, x: Array, sides: Array | None = None) -> Mode:
+    """Slip one way, the other, or rest, for states x (nx, n) at the start of their steps. sides : (edges, n), where
+    they are known already."""
     joint = motive.joint
     s = np.sign(x[joint.speeds])
-    locked = np.zeros(s.shape, dtype=bool)
+    s = joint.directions(x, s, motive.t, motive.theta) if sides is None else np.concatenate([s, sides])
+    locked = np.zeros((joint.masses, s.shape[1]), dtype=bool)
     for j in joint.dry:
         still = np.flatnonzero(s[j] == 0.0)
         if still.size:
@@ -89,27 +97,42 @@ def _break_away(motive: Motive, x: Array, s: Array, j: int, still: Index) -> tup
         force = joint.force(x[:, still], motive.u[still], trial, motive.t[still], motive.theta)
         return np.asarray(force[j])
 
-    forward, backward = pull(1.0) > 0.0, pull(-1.0) < 0.0
-    return np.where(forward, 1.0, np.where(backward, -1.0, 0.0)), ~(forward | backward)
+    ahead, back = pull(1.0), pull(-1.0)
+    return np.where(ahead > 0.0, 1.0, np.where(back < 0.0, -1.0, 0.0)), (ahead <= 0.0) & (back >= 0.0)
 
 
 def linearise(motive: Motive, x0: Array, x1: Array) -> Steps:
     """All steps at the trajectory x0 (nx, n) -> x1 (nx, n), crossings included."""
-    mode = modes(motive, x0)
+    return _advance(motive, x0, x1, modes(motive, x0), MOST_CROSSINGS)
+
+
+def _advance(motive: Motive, x0: Array, x1: Array, mode: Mode, crossings: int) -> Steps:
+    """Steps that start in this mode and may cross so many times."""
     steps = regular(motive, x0, x1, mode)
-    joint = motive.joint
-    if joint.dry:
-        v0, v1 = x0[joint.speeds], x1[joint.speeds] + steps.c[joint.speeds]
-        crossing = mode.s * v1 < 0.0
-        crossing[[j for j in range(joint.masses) if j not in joint.dry]] = False
-        where = np.flatnonzero(crossing.any(axis=0))
-        if where.size:
-            share = np.where(crossing, v0 / np.where(crossing, v0 - v1, 1.0), np.inf)[:, where]
-            first = np.argmin(share, axis=0)
-            guess = np.clip(share[first, np.arange(where.size)], 0.0, 1.0)
-            reached = x1[:, where] + steps.c[:, where]
-            steps.put(where, cross(motive, where, x0[:, where], x1[:, where], reached, mode.part(where), first, guess))
+    if not crossings or not (motive.joint.dry or motive.joint.edges):
+        return steps
+    reached = x1 + steps.c
+    crossing = _signed(motive, reached, mode.s) * mode.s < 0.0
+    where = np.flatnonzero(crossing.any(axis=0))
+    if where.size:
+        part, x0, crossing = motive.part(where), x0[:, where], crossing[:, where]
+        before, after = (_signed(part, x, mode.s[:, where]) for x in (x0, reached[:, where]))
+        share = np.where(crossing, before / np.where(crossing, before - after, 1.0), np.inf)
+        first = np.argmin(share, axis=0)
+        share = np.clip(share[first, np.arange(where.size)], 0.0, 1.0)
+        z = x0 + share * (reached[:, where] - x0)
+        steps.put(where, cross(part, x0, x1[:, where], z, mode.part(where), first, share, crossings - 1))
     return steps
+
+
+def _signed(motive: Motive, x: Array, s: Array) -> Array:
+    """What decides each row of a mode: the speed where friction is dry, the distance to an edge, (nv + edges, n)."""
+    joint = motive.joint
+    speeds = np.zeros((joint.masses, x.shape[1]))
+    speeds[list(joint.dry)] = x[[joint.speeds.start + j for j in joint.dry]]
+    if not joint.edges:
+        return speeds
+    return np.concatenate([speeds, joint.distances(x, s, motive.t, motive.theta)])
 
 
 def regular(motive: Motive, x0: Array, x1: Array, mode: Mode) -> Steps:
@@ -142,46 +165,78 @@ def regular(motive: Motive, x0: Array, x1: Array, mode: Mode) -> Steps:
 
 
 def cross(
-    motive: Motive, where: Index, x0: Array, x1: Array, reached: Array, mode: Mode, first: Index, share: Array
+    motive: Motive, x0: Array, x1: Array, z: Array, mode: Mode, first: Index, share: Array, crossings: int
 ) -> Steps:
-    """Steps in which coordinate `first` (m,) comes to rest at about `share` (m,) of the interval, from x0 (nx, m).
+    """Steps in which row `first` (m,) of the mode changes sign at about `share` (m,) of the interval, near z (nx, m).
 
-    reached : where the step would end without the crossing. The returned c leads to the exact end from x0.
+    The returned c leads from x1 to the exact end, not only to first order; crossings : how many more may follow.
     """
-    joint, every = motive.joint, np.arange(where.size)
-    h, t, row = motive.h[where], motive.t[where], joint.speeds.start + first
-    z = x0 + share * (reached - x0)
+    joint, h = motive.joint, motive.h
     for _ in range(CROSSING_ITERATIONS):
-        before = motive.part(where, share * h, t)
+        before = motive.lasting(share * h, motive.t)
         step = regular(before, x0, z, mode)
         z = z + step.c
-        slope = h * step.end[row, every]
-        late = np.clip(share - z[row, every] / np.where(slope == 0.0, 1.0, slope), 0.0, 1.0) - share
+        border = _border(before, z, mode.s, first)
+        speed = h * (border.slopes * step.end).sum(axis=0)
+        late = np.clip(share - border.value / np.where(speed == 0.0, 1.0, speed), 0.0, 1.0) - share
         z, share = z + step.end * (h * late), share + late
         if np.abs(late).max() < CROSSING_TOLERANCE:
             break
-    z[row, every] = 0.0
-    after = motive.part(where, (1.0 - share) * h, t + share * h)
-    follows = modes(after, z)
+    after = motive.lasting((1.0 - share) * h, motive.t + share * h)
+    z[border.stops] = 0.0
+    s = mode.s.copy()
+    s[first, np.arange(len(first))] *= -1.0
+    follows = modes(after, z, s[joint.masses :])
     end = z + after.h * joint.evaluate(z, after.u, follows.s, after.t, motive.theta, follows.locked).f
     for _ in range(CROSSING_ITERATIONS):
-        rest = regular(after, z, end, follows)
+        rest = _advance(after, z, end, follows, crossings)
         end = end + rest.c
         if np.abs(rest.c).max() <= CROSSING_TOLERANCE * np.abs(end).max():
             break
-    return _chain(step, rest, row, end - x1)
+    return _chain(step, rest, border, end - x1)
 
 
-def _chain(before: Steps, after: Steps, row: Index, c: Array) -> Steps:
-    """Derivatives of two steps in a row whose border moves so that state `row` (m,) is zero there."""
-    every = np.arange(len(row))
+@dataclass(frozen=True, slots=True)
+class Border:
+    """What changes sign in a crossing, for m steps: its value (m,), its slopes to the states (nx, m), its response to
+    theta[columns] and u (k + 1, m) or None; stops : the states (row, step) that are exactly zero there."""
+
+    value: Array
+    slopes: Array
+    response: Array | None
+    stops: tuple[Index, Index]
+
+
+def _border(motive: Motive, x: Array, s: Array, row: Index) -> Border:
+    """The border that row (m,) of the mode is about, at x (nx, m)."""
+    joint, m = motive.joint, len(row)
+    value, slopes = np.zeros(m), np.zeros((joint.nx, m))
+    response = None if motive.columns is None else np.zeros((len(motive.columns) + 1, m))
+    still = np.flatnonzero(row < joint.masses)
+    stops = joint.speeds.start + row[still], still
+    value[still], slopes[stops] = x[stops], 1.0
+    at = np.flatnonzero(row >= joint.masses)
+    if at.size:
+        edge, here = row[at] - joint.masses, np.arange(at.size)
+        d, to_x, to_theta = joint.distance_slopes(x[:, at], s[:, at], motive.t[at], motive.theta, motive.columns)
+        value[at], slopes[:, at] = d[edge, here], to_x[edge, :, here].T
+        if response is not None and to_theta is not None:
+            response[:, at] = to_theta[edge, :, here].T
+    return Border(value, slopes, response, stops)
+
+
+def _chain(before: Steps, after: Steps, border: Border, c: Array) -> Steps:
+    """Derivatives of two steps in a row whose border moves with what the first one starts from."""
     start = before.G if before.S is None else np.concatenate([before.G, before.S], axis=1)
-    slope = before.end[row, every]
-    slope = np.where(slope == 0.0, 1.0, slope)
-    moves = -start[row, :, every].T / slope
-    border = start + before.end[:, None] * moves[None]
-    border[row, :, every] = 0.0
-    total = product(after.G, border) - after.end[:, None] * moves[None]
+    value = (border.slopes[:, None] * start).sum(axis=0)
+    if border.response is not None:
+        value[len(before.G) :] += border.response
+    speed = (border.slopes * before.end).sum(axis=0)
+    moves = -value / np.where(speed == 0.0, 1.0, speed)
+    at = start + before.end[:, None] * moves[None]
+    row, step = border.stops
+    at[row, :, step] = 0.0
+    total = product(after.G, at) - after.end[:, None] * moves[None]
     nx = len(before.G)
     if before.S is None or after.S is None:
         return Steps(total, c, None, after.end)

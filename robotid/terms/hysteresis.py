@@ -33,6 +33,7 @@ class Hysteresis(Term):
     )
     signature = "gear torque that depends on the direction of twist"
     states = ("z",)
+    state_limit = 1.0
 
     def torque(self, m: Motion, p: Sequence[float]) -> Array:
         return np.asarray(p[0] * m.z[0])

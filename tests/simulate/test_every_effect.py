@@ -7,6 +7,8 @@ import pytest
 from paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
 
 from robotid.channels import CHANNELS
+from robotid.model.structure import Structure
+from robotid.model.term import Bend
 from robotid.signals.record import Record
 from robotid.simulate.assemble import assemble
 from robotid.simulate.simulate import sensitivities, simulate
@@ -22,17 +24,38 @@ RECORD = Record("r", "estimate", "both", SAMPLING_TIME, U, 0 * U, 0 * U)
 
 def lively(name: str, guess: float, upper: float) -> float:
     """A value at which a parameter shows, off the kinks that a delay has at whole samples."""
-    typical = {"Jb": 100.0, "J": 100.0, "k1": 1e6, "d": 1e3, "k3": 1e10, "Td": 1.3e-3}
+    typical = {
+        "Jb": 100.0,
+        "J": 100.0,
+        "k1": 1e6,
+        "d": 1e3,
+        "k3": 1e10,
+        "Td": 1.3e-3,
+        "xs": 2e-5,
+        "gap": 2e-5,
+        "w": 0.7,
+    }
     amplitude = 10.0 if name.startswith("arm.") and name[-2:] in (".A", ".B") else 0.0
     return typical.get(name.rsplit(".", 1)[-1]) or amplitude or guess or min(0.1, upper)
 
 
+def structure_with(effect: str) -> Structure:
+    """The paper's joint with one effect more, and what that one needs to show."""
+    port, name = effect.split(".")
+    structure, needed = STRUCTURE.extended(effect), []
+    if port in ("link", "tool") and name != "third_mass":
+        needed = ["link.spring", "link.damper", "tool.inertia"]
+    term = TERMS.get(name)
+    if port in ("arm", "tool") and (isinstance(term, Bend) or getattr(term, "reads", None)):
+        needed.append(f"{port}.coulomb")
+    for effect in needed:
+        structure = structure if effect in structure.terms else structure.extended(effect)
+    return structure
+
+
 @pytest.mark.parametrize("effect", [p for p in PLACES if p not in STRUCTURE.terms])
 def test_simulates_with_exact_sensitivities(effect: str) -> None:
-    structure = STRUCTURE.extended(effect)
-    if effect.split(".")[0] in ("link", "tool") and effect != "link.third_mass":
-        for needed in ("link.spring", "link.damper", "tool.inertia"):
-            structure = structure if needed in structure.terms else structure.extended(needed)
+    structure = structure_with(effect)
     joint = assemble(structure)
     declared = joint.parameters()
     values = {

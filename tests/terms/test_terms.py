@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from robotid.model.parameters import Parameter
-from robotid.model.term import Motion, Partials, Term
+from robotid.model.term import Bend, Motion, Partials, Term
 from robotid.terms import TERMS
 
 SAMPLES = 40
 STEP = 1e-30
-ARGUMENTS = ("x", "v", "a", "s")
+ARGUMENTS = ("x", "v", "a", "s", "tau", "xw", "vw")
 
 every_term = pytest.mark.parametrize("term", TERMS.values(), ids=list(TERMS))
 every_seed = pytest.mark.parametrize("seed", range(5))
@@ -32,7 +32,16 @@ def moving(term: Term, seed: int) -> Motion:
     rng = np.random.default_rng(seed)
     x, v, a = rng.normal(size=(3, SAMPLES)) * [[0.5], [2.0], [30.0]]
     s, t = rng.uniform(-1.0, 1.0, SAMPLES), np.sort(rng.uniform(0.0, 10.0, SAMPLES))
-    return Motion(x, v, a, s, t, rng.normal(size=(len(term.states), SAMPLES)))
+    m = Motion(x, v, a, s, t, rng.normal(size=(len(term.states), SAMPLES)))
+    tau, xw, vw = rng.normal(size=(3, SAMPLES)) * [[5.0], [3.0], [20.0]]
+    side = rng.choice([-1.0, 1.0], size=(len(term.edges), SAMPLES))
+    m = replace(m, side=side, tau=tau if term.reads else 0.0)
+    return replace(m, xw=xw, vw=vw) if getattr(term, "watches", None) else m
+
+
+def sided(term: Term, m: Motion, p: Sequence[float]) -> Motion:
+    """The same motion on the sides of the term's edges that its distances tell."""
+    return replace(m, side=np.sign(np.array(term.distance(m, p)))) if term.edges else m
 
 
 def somewhere(parameter: Parameter, rng: np.random.Generator) -> float:
@@ -52,7 +61,8 @@ def at_null(term: Term, seed: int) -> list[float]:
 
 
 def as_complex(m: Motion) -> Any:
-    return Motion(*(np.asarray(getattr(m, k), dtype=complex) for k in ("x", "v", "a", "s", "t", "z")))
+    names = ("x", "v", "a", "s", "t", "z", "tau", "xw", "vw")
+    return replace(m, **{name: np.asarray(getattr(m, name), dtype=complex) for name in names})
 
 
 def along(quantity: Callable[[Motion, Any], Any], m: Motion, p: Sequence[float], argument: str, i: int) -> Any:
@@ -68,12 +78,20 @@ def along(quantity: Callable[[Motion, Any], Any], m: Motion, p: Sequence[float],
 
 
 def quantities(term: Term) -> list[tuple[Callable[[Motion, Any], Any], Callable[[Motion, Any], Partials]]]:
-    """The torque and the rate of every state, each with its partials."""
-    rates: list[Any] = [
-        (lambda m, p, i=i: term.rate(m, p)[i], lambda m, p, i=i: term.rate_partials(m, p)[i])
-        for i in range(len(term.states))
+    """The torque, the rate of every state, the distance to every edge and what a bend makes of the motion, each with
+    its partials."""
+    several: list[tuple[Any, Any, int]] = [
+        (term.rate, term.rate_partials, len(term.states)),
+        (term.distance, term.distance_partials, len(term.edges)),
     ]
-    return [(term.torque, term.partials), *rates]
+    if isinstance(term, Bend):
+        several.append((term.bend, term.bend_partials, 3))
+    one_by_one: list[Any] = [
+        (lambda m, p, f=f, i=i: f(m, p)[i], lambda m, p, d=d, i=i: d(m, p)[i])
+        for f, d, count in several
+        for i in range(count)
+    ]
+    return [(term.torque, term.partials), *one_by_one]
 
 
 def entries(term: Term, partials: Partials) -> list[tuple[str, int, Any]]:
@@ -119,6 +137,7 @@ def test_every_argument_has_its_partial(term: Term) -> None:
         assert len(d.theta) == len(term.parameters)
         assert len(d.z) == len(term.states)
     assert len(term.rate(m, p)) == len(term.rate_partials(m, p)) == len(term.states)
+    assert len(term.distance(m, p)) == len(term.distance_partials(m, p)) == len(term.edges)
 
 
 @every_seed
@@ -142,23 +161,35 @@ def test_memory_does_not_read_acceleration(term: Term) -> None:
 @every_seed
 @vanishing
 def test_effect_vanishes_at_its_null(term: Term, seed: int) -> None:
-    m, p = moving(term, seed), at_null(term, seed)
+    p = at_null(term, seed)
+    m = sided(term, moving(term, seed), p)
     assert np.all(np.asarray(term.torque(m, p)) == 0.0)
     assert not any(np.any(getattr(term.partials(m, p), name)) for name in ARGUMENTS)
+    if isinstance(term, Bend):
+        for name, bent, d in zip(("x", "v", "s"), term.bend(m, p), term.bend_partials(m, p), strict=True):
+            np.testing.assert_array_equal(bent, getattr(m, name))
+            for argument in ARGUMENTS:
+                assert np.all(getattr(d, argument) == float(argument == name)), argument
+
+
+def columns_at_null(term: Term, seed: int) -> list[Any]:
+    """What each parameter adds at the null, to the torque or to the motion that others feel."""
+    p = at_null(term, seed)
+    m = sided(term, moving(term, seed), p)
+    shown = term.bend_partials(m, p) if isinstance(term, Bend) else (term.partials(m, p),)
+    return [np.stack([np.broadcast_to(d.theta[k], SAMPLES) for d in shown]) for k in range(len(p))]
 
 
 @vanishing
 def test_missing_effect_can_be_scored_at_its_null(term: Term) -> None:
-    columns = term.partials(moving(term, 0), at_null(term, 0)).theta
-    for parameter, column in zip(term.parameters, columns, strict=True):
+    for parameter, column in zip(term.parameters, columns_at_null(term, 0), strict=True):
         if parameter.null is not None:
             assert np.any(column), parameter.symbol
 
 
 @shaped
 def test_shape_is_unseen_while_the_effect_is_absent(term: Term) -> None:
-    columns = term.partials(moving(term, 0), at_null(term, 0)).theta
-    for parameter, column in zip(term.parameters, columns, strict=True):
+    for parameter, column in zip(term.parameters, columns_at_null(term, 0), strict=True):
         if parameter.is_shape:
             assert parameter.null is None
             assert not np.any(column), parameter.symbol
@@ -166,7 +197,37 @@ def test_shape_is_unseen_while_the_effect_is_absent(term: Term) -> None:
 
 @every_term
 def test_a_fit_can_start_from_the_guess(term: Term) -> None:
-    guess = [p.guess for p in term.parameters]
-    shown = (term.partials(moving(term, 0), guess), *term.rate_partials(moving(term, 0), guess))
+    guess, m = [p.guess for p in term.parameters], moving(term, 0)
     for k, parameter in enumerate(term.parameters):
-        assert any(np.any(d.theta[k]) for d in shown), f"{parameter.symbol} cannot be seen from its guess"
+        shown = any(np.any(partials(m, guess).theta[k]) for _, partials in quantities(term))
+        assert shown, f"{parameter.symbol} cannot be seen from its guess"
+
+
+@pytest.mark.parametrize("term", [t for t in TERMS.values() if isinstance(t, Bend)], ids=lambda t: t.name)
+def test_speed_felt_behind_a_bend_is_linear_in_both_speeds(term: Bend) -> None:
+    m, p = moving(term, 0), values(term, 0)
+    slower = replace(m, v=0.25 * m.v, vw=0.25 * m.vw)
+    np.testing.assert_allclose(term.bend(slower, p)[1], 0.25 * np.asarray(term.bend(m, p)[1]), rtol=1e-12)
+
+
+@pytest.mark.parametrize("term", [t for t in TERMS.values() if t.edges], ids=lambda t: t.name)
+def test_nothing_jumps_at_an_edge_but_what_follows_the_speed(term: Term) -> None:
+    """Sides change where their distance is zero; position and torque go on from there without a jump."""
+    p, m = values(term, 0), moving(term, 0)
+    for k in range(len(term.edges)):
+        slope = term.distance_partials(m, p)[k].x
+        at = sided(term, replace(m, x=m.x - np.asarray(term.distance(m, p)[k]) / slope), p)
+        one, other = (
+            replace(at, side=np.where(np.arange(len(at.side))[:, None] == k, s, at.side)) for s in (-1.0, 1.0)
+        )
+        quantity = (lambda m, p: term.bend(m, p)[0]) if isinstance(term, Bend) else term.torque
+        np.testing.assert_allclose(quantity(one, p), quantity(other, p), atol=1e-14)
+
+
+@pytest.mark.parametrize("term", [t for t in TERMS.values() if t.state_limit < np.inf], ids=lambda t: t.name)
+def test_states_stay_within_their_limit(term: Term) -> None:
+    m, p = moving(term, 0), values(term, 0)
+    m = replace(m, s=np.sign(m.v))
+    for side in (-1.0, 1.0):
+        rates = term.rate(replace(m, z=np.full((len(term.states), SAMPLES), side * term.state_limit)), p)
+        assert all(np.all(side * np.asarray(rate) <= 1e-12) for rate in rates)
