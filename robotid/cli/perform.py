@@ -16,22 +16,26 @@ from robotid.cli.stages import INTERRUPTED
 from robotid.cli.views import view
 from robotid.config.load import load
 from robotid.errors import ThresholdError
-from robotid.stages.pipeline import STAGES, Outcome, Run, execute, execute_all
+from robotid.stages.pipeline import FRESH, STAGES, Outcome, Run, execute, execute_all
 from robotid.stages.progress import Log
+from robotid.stages.report import PAGE
 
 ONE_OF = ("fit", "validate")  # of a whole run the last that was reached is printed,
 AS_WELL = ("diagnose", "extend")  # and these in brief
+REPORT = "report"
 STATES = {"made": "green", "fresh": "dim", "yes": "yellow", "no": "dim"}
 
 
 @dataclass(frozen=True, slots=True)
 class Manner:
-    """How stages are run and told of."""
+    """How stages are run and told of. figures, form : folder and format of the report's figures."""
 
     as_json: bool = False
     quiet: bool = False
     force: bool = False
     dry_run: bool = False
+    figures: Path | None = None
+    form: str = "pdf"
 
 
 def open_run(config: Path, out: Path | None, overrides: Sequence[str]) -> Run:
@@ -51,6 +55,8 @@ def perform(stage: str | None, run: Run, manner: Manner) -> None:
         except ThresholdError as error:
             failure = error
             done.append(_kept(stage or "validate", run))
+            if stage is None:
+                done.append(_reported(run, manner, log))
     if manner.dry_run:
         _print_plan(run, done, manner)
         return
@@ -67,9 +73,25 @@ def perform(stage: str | None, run: Run, manner: Manner) -> None:
 
 def _outcomes(stage: str | None, run: Run, manner: Manner, log: Log | None) -> Iterator[Outcome]:
     if stage is None:
-        yield from execute_all(run, force=manner.force, dry_run=manner.dry_run, log=log)
+        outcome = None
+        for outcome in execute_all(run, force=manner.force, dry_run=manner.dry_run, log=log):
+            yield outcome
+        if outcome is not None and not outcome.interrupted:
+            yield _reported(run, manner, log, would_change=manner.dry_run and outcome.why != FRESH)
+    elif stage == REPORT:
+        yield _reported(run, manner, log)
     else:
         yield execute(run, stage, force=manner.force, dry_run=manner.dry_run, log=log)
+
+
+def _reported(run: Run, manner: Manner, log: Log | None, *, would_change: bool = False) -> Outcome:
+    if would_change:
+        return Outcome(REPORT, run.out / PAGE, False, "an earlier stage would run")
+    from robotid.cli.report import make_report
+
+    return make_report(
+        run, force=manner.force, dry_run=manner.dry_run, log=log, figures=manner.figures, form=manner.form
+    )
 
 
 def _kept(stage: str, run: Run) -> Outcome:

@@ -10,11 +10,9 @@ from robotid.artifacts.store import Label, load, peek
 from robotid.cli.console import Json, Table, print_json, print_tables, say
 from robotid.cli.views import view
 from robotid.config.load import parse
-from robotid.errors import ConfigError, InputError
+from robotid.errors import InputError
 from robotid.model.units import sliding
 from robotid.stages.pipeline import STAGES
-
-FORMATS = (".png", ".svg", ".pdf")
 
 
 def show_artifact(file: Path, *, as_json: bool = False) -> None:
@@ -29,21 +27,15 @@ def show_artifact(file: Path, *, as_json: bool = False) -> None:
 
 def plot_artifact(file: Path, figure: Path) -> None:
     """Draw an artifact into a file, whole or not at all. Raises ConfigError for a format that cannot be drawn."""
-    if figure.suffix not in FORMATS:
-        raise ConfigError(
-            f'no figure can be written as "{figure.suffix}"', where=str(figure), hint=f"use {', '.join(FORMATS)}"
-        )
+    from robotid.report.save import check_format, save_figure
+
+    check_format(figure.suffix.removeprefix("."), str(figure))
     label = peek(file)
     content = _content(file, label)
     from robotid.report.figures import draw
 
     linear = parse(label.provenance.configuration).robot.linear
-    part = figure.with_name(f".{figure.stem}.part{figure.suffix}")
-    try:
-        draw(content, sliding if linear else str).savefig(part, dpi=150)
-        part.replace(figure)
-    finally:
-        part.unlink(missing_ok=True)
+    save_figure(draw(content, sliding if linear else str), figure)
     say(f"{figure} written")
 
 

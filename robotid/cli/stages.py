@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
 
 import typer
 
@@ -30,6 +32,7 @@ def add_stages(app: typer.Typer) -> None:
     app.command("run", help="Every stage that is not up to date, in order.")(_command(None))
     for name, summary in STAGES.items():
         app.command(name, help=summary)(_command(name))
+    app.command("report", help="One page of what the stages have found so far, and its figures.")(_report)
 
 
 def _command(stage: str | None) -> Callable[..., None]:
@@ -55,6 +58,32 @@ def _command(stage: str | None) -> Callable[..., None]:
             raise typer.Exit(INTERRUPTED) from None
 
     return command
+
+
+def _report(
+    config: ConfigPath,
+    figures: Annotated[
+        Path | None, typer.Option("--figures", metavar="DIR", help="Write every figure into DIR as well.")
+    ] = None,
+    form: Annotated[str, typer.Option("--format", metavar="FORMAT", help="Of the figures: pdf, svg or png.")] = "pdf",
+    out: Out = None,
+    overrides: Set = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+    force: Force = False,
+    jobs: Jobs = None,
+    dry_run: DryRun = False,
+    debug: Debug = False,
+) -> None:
+    limit_threads(jobs)
+    from robotid.cli.perform import Manner, open_run, perform
+
+    try:
+        manner = Manner(as_json=as_json, quiet=quiet, force=force, dry_run=dry_run, figures=figures, form=form)
+        perform("report", open_run(config, out, overrides or []), manner)
+    except KeyboardInterrupt:
+        say("interrupted")
+        raise typer.Exit(INTERRUPTED) from None
 
 
 def limit_threads(jobs: int | None) -> None:

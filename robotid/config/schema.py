@@ -114,7 +114,9 @@ class ExtendSettings(Section):
 
 
 class ReportSettings(Section):
-    """Settings of the report."""
+    """The report. title : its heading, absent: the robot's name."""
+
+    title: str | None = None
 
 
 class Config(Section):

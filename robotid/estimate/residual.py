@@ -5,18 +5,18 @@ The unknowns are the free parameters, shared by all records, followed by the fre
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from robotid.errors import ConfigError
 from robotid.model.array import Array
-from robotid.model.channel import Channel
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.port import Signal
 from robotid.signals.record import Quantity, Record
+from robotid.simulate.sensors import shown, shown_columns
 from robotid.simulate.simulate import Trajectory, initial_state, sensitivities, simulate
 
 LARGEST_PREDICTION = 5_000_000  # derivatives kept of one record to predict its next trajectory
@@ -123,11 +123,12 @@ class OutputError:
         trajectory = at.trajectories[k]
         nx, width = self.joint.nx, len(self.columns) + len(self.free_states)
         small = nx * width * len(self.records[k]) <= LARGEST_PREDICTION
-        rows = range(nx) if small else (self.row,)
+        seen = output_rows(self.joint, self.output)
+        rows = range(nx) if small else seen
         inner = sensitivities(trajectory, self.records[k], self.columns, rows, self.free_states)
         if small:
             at.derivatives[k] = inner
-        outer = output_columns(trajectory, self.output, self.columns, inner[self.row if small else 0])
+        outer = output_columns(trajectory, self.output, self.columns, inner[list(seen)] if small else inner)
         return self._unknowns_of(k), -self._shaped(k, outer)
 
     def _shaped(self, k: int, signals: Array) -> Array:
@@ -148,31 +149,24 @@ class OutputError:
 
 def observed(trajectory: Trajectory, output: Quantity) -> Array:
     """The simulated output as its sensor shows it, after the channels on it, (n,)."""
-    signal = trajectory.phi_m if output == "position" else trajectory.dphi_m
-    for p, channel, _ in _sensors(trajectory, output):
-        signal = channel.apply(signal, trajectory.sampling_time, p)
-    return signal
+    t = trajectory
+    phi_m, dphi_m = shown(t.joint, t.theta, t.sampling_time, t.phi_m, t.dphi_m)
+    return phi_m if output == "position" else dphi_m
+
+
+def output_rows(joint: Joint, output: Quantity) -> tuple[int, ...]:
+    """The states that the output shows: the angle, or the speed after the angle where that distorts it."""
+    speed = joint.speeds.start
+    if output == "position":
+        return (speed - 1,)
+    return (speed - 1, speed) if any(signal is Signal.ANGLE for signal, _ in joint.channels) else (speed,)
 
 
 def output_columns(trajectory: Trajectory, output: Quantity, columns: Sequence[int], inner: Array) -> Array:
-    """Derivatives of the observed output, from those of the simulated one, inner (m, n), theta's columns first."""
-    signal = trajectory.phi_m if output == "position" else trajectory.dphi_m
-    h = trajectory.sampling_time
-    for p, channel, first in _sensors(trajectory, output):
-        inner = channel.push(inner, signal, h, p)
-        own = channel.partials(signal, h, p)
-        for k in range(len(p)):
-            if first + k in columns:
-                inner[list(columns).index(first + k)] += own[k]
-        signal = channel.apply(signal, h, p)
-    return inner
-
-
-def _sensors(trajectory: Trajectory, output: Quantity) -> Iterator[tuple[list[float], Channel, int]]:
-    joint, first = trajectory.joint, trajectory.joint.n_theta
-    wanted = Signal.ANGLE if output == "position" else Signal.SPEED
-    for signal, channel in joint.channels:
-        count = len(channel.parameters)
-        if signal is wanted:
-            yield trajectory.theta[first : first + count].tolist(), channel, first
-        first += count
+    """Derivatives of the observed output, (m, n), theta's columns first. inner : those of the states that it shows,
+    (rows, m, n) in the order of `output_rows`."""
+    still, with_angle = np.zeros_like(inner[0]), output == "position" or len(inner) > 1
+    found = shown_columns(
+        trajectory, columns, inner[0] if with_angle else still, inner[-1] if output == "speed" else still
+    )
+    return found[output == "speed"]

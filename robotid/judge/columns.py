@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robotid.estimate.residual import output_columns
+from robotid.estimate.residual import output_columns, output_rows
 from robotid.judge.candidates import Candidate
 from robotid.model.array import Array
 from robotid.model.channel import Channel
@@ -51,8 +51,7 @@ def columns(
     forces, rows = _forces(trajectory, record, missing)
     if more is not None:
         forces = np.concatenate([forces, more], axis=1)
-    row = joint.speeds.start - (output == "position")
-    inner = sensitivities(trajectory, record, fitted, (row,), free_states, forces)[0]
+    inner = sensitivities(trajectory, record, fitted, output_rows(joint, output), free_states, forces)
     outer = output_columns(trajectory, output, fitted, inner)
     given = len(fitted) + len(free_states)
     every = np.zeros((sum(len(c.scored) for c in missing), len(record)))
@@ -148,7 +147,8 @@ def sensed(trajectory: Trajectory, output: Quantity, candidate: Candidate) -> Ar
     terms = [(place.port, place.term) for place in joint.placed]
     channels = (*joint.channels, (Signal(str(candidate.place)), candidate.effect))
     extended = Joint(joint.structure, terms, channels, angle=True)
-    theta = np.concatenate([trajectory.theta, candidate.values])
-    columns = [len(joint.names) + k for k in candidate.scored]
-    still = np.zeros((len(columns), len(trajectory.u)))
+    at = len(joint.names) - len(joint.changes)
+    theta = np.insert(trajectory.theta, at, candidate.values)
+    columns = [at + k for k in candidate.scored]
+    still = np.zeros((len(output_rows(extended, output)), len(columns), len(trajectory.u)))
     return output_columns(replace(trajectory, joint=extended, theta=theta), output, columns, still)

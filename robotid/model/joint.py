@@ -42,7 +42,7 @@ class Joint:
     """Equations of motion of one joint, vectorised over samples.
 
     terms : (port, term) pairs; channels : (signal, channel) pairs; ratio : phi_a / phi_m.
-    angle : keep phi_m as a state even where no effect reads it.
+    angle : keep phi_m as a state even where no effect depends on it.
     candidates : further (port, term) pairs, each at its null: they change nothing, and `candidate_forces` tells what
     they would add. Their parameters follow all others in theta; their memory is read from further rows of x.
     """
@@ -65,9 +65,13 @@ class Joint:
         self.ratio = structure.gear_ratio or 1.0
         everything = (*terms, *candidates)
         probes = [_probe(term) for _, term in everything]
-        self.keeps_angle = angle or any(
-            (probe.x and port in rotates(self.masses)) or getattr(term, "watches", None) in rotates(self.masses)
-            for (port, term), probe in zip(everything, probes, strict=True)
+        self.keeps_angle = (
+            angle
+            or any(signal is Signal.ANGLE for signal, _ in channels)
+            or any(
+                (probe.x and port in rotates(self.masses)) or getattr(term, "watches", None) in rotates(self.masses)
+                for (port, term), probe in zip(everything, probes, strict=True)
+            )
         )
         self._lay_out(terms, probes)
         names = [(f"{port}.{term.name}", term.parameters) for port, term in terms]
@@ -115,6 +119,15 @@ class Joint:
             self.declared += (Parameter(self.declared[k].symbol, self.declared[k].unit, meaning, 0.0, null=0.0),)
             self.names += (effect,)
             self.changes += ((record, k),)
+
+    def channels_on(self, theta: Array, *signals: Signal) -> Iterator[tuple[Signal, Channel, list[float], int]]:
+        """Channels on these signals, in order: (signal, channel, its parameters, index of their first in theta)."""
+        first = self.n_theta
+        for signal, channel in self.channels:
+            last = first + len(channel.parameters)
+            if signal in signals:
+                yield signal, channel, theta[first:last].tolist(), first
+            first = last
 
     def in_record(self, theta: Array, record: str) -> Array:
         """All parameters as they are in one record, (p,): its differences added, none left."""

@@ -66,13 +66,10 @@ def channel_response(joint: Joint, theta: Array, omega: Array, sampling_time: fl
     """What the channels on torque and speed make of small signals, (n,): the transform of their impulse response."""
     impulse = np.zeros(FADED)
     impulse[1] = 1.0  # not the first: a channel takes that for what was before the record
-    t, quiet, first = np.arange(-1, FADED - 1) * sampling_time, np.zeros(FADED), joint.n_theta
+    t, quiet = np.arange(-1, FADED - 1) * sampling_time, np.zeros(FADED)
     response = np.ones(len(omega), dtype=np.complex128)
-    for signal, channel in joint.channels:
-        p = theta[first : first + len(channel.parameters)].tolist()
-        first += len(channel.parameters)
-        if signal in (Signal.TORQUE, Signal.SPEED):
-            after = channel.push(impulse, quiet, sampling_time, p)
-            lasting = np.flatnonzero(after)
-            response *= np.exp(-1j * np.outer(omega, t[lasting])) @ after[lasting]
+    for _, channel, p, _ in joint.channels_on(theta, Signal.TORQUE, Signal.SPEED):
+        after = channel.push(impulse, quiet, sampling_time, p)
+        lasting = np.flatnonzero(after)
+        response *= np.exp(-1j * np.outer(omega, t[lasting])) @ after[lasting]
     return response

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,13 +18,14 @@ Units = Callable[[str], str]
 
 # Okabe & Ito 2008, without the yellow that vanishes on paper
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
-INK, FAINT, BAND = "#222222", "#9A9A9A", "#DDE6EE"
+BLUE, VERMILLION, GREEN, PURPLE, SKY, ORANGE = PALETTE
+INK, FAINT, BAND, GRID = "#222222", "#9A9A9A", "#DDE6EE", "#E4E4E4"
 MOST_POINTS = 4000  # drawn of a signal; a longer one is drawn as its envelope
 
 
-def new_figure(width: float, height: float) -> Figure:
-    """An empty figure [inch] that no global state knows of."""
-    return Figure(figsize=(width, height), dpi=110, layout="constrained", facecolor="white")
+def new_figure(width: float, height: float, layout: Literal["constrained"] | None = "constrained") -> Figure:
+    """An empty figure [inch] that no global state knows of. layout : constrained, as much room as the labels need."""
+    return Figure(figsize=(width, height), dpi=110, layout=layout, facecolor="white")
 
 
 def colour(k: int) -> str:
@@ -37,7 +39,7 @@ def dress(axes: Axes, x: str, y: str, title: str = "") -> None:
     axes.set_ylabel(y, fontsize=9)
     axes.set_title(title, fontsize=10, loc="left", color=INK)
     axes.tick_params(labelsize=8, color=FAINT)
-    axes.grid(True, which="major", color="#E4E4E4", linewidth=0.6)
+    axes.grid(True, which="major", color=GRID, linewidth=0.6)
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)

@@ -1,7 +1,9 @@
-"""Figures of what the stages make. Drawn without any global state of matplotlib; `Figure.savefig` writes them."""
+"""Figures of what the stages make, each on one sheet. Drawn without any global state of matplotlib; `Figure.savefig`
+writes them."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import singledispatch
 
 from matplotlib.axes import Axes
@@ -10,13 +12,20 @@ from matplotlib.figure import Figure, FigureBase
 from robotid.errors import ConfigError
 from robotid.estimate.flexible import FlexResult
 from robotid.estimate.result import Fits
+from robotid.judge.diagnosis import Diagnosis, Extension
 from robotid.judge.validation import ModelValidation, Validation
 from robotid.model.units import sliding
 from robotid.report.axes import Units, grid_of, legend, new_figure
+from robotid.report.causes import draw_causes, rows_of
 from robotid.report.frequency import draw_bode, draw_responses
+from robotid.report.gain import draw_gain, gains
+from robotid.report.location import best_of_each, draw_curve, reach_of
 from robotid.report.parameters import draw_iterations, draw_parameters
-from robotid.report.time import draw_correlations, draw_record, draw_trace
+from robotid.report.plates import bode_models
+from robotid.report.residual import draw_correlations
+from robotid.report.time import TimePlot, draw_strips, extended_plot, record_plot, reference_plot, trace_plot
 from robotid.signals.quality import Recordings
+from robotid.signals.reference import Excitation
 
 PANEL = (4.4, 3.4)  # width and height [inch] of a pair of axes
 
@@ -28,20 +37,21 @@ def draw(content: object, units: Units = str) -> Figure:
     Raises ConfigError where there is nothing to see.
     """
     raise ConfigError(
-        f"there is no figure of a {type(content).__name__}", hint="records, responses, fits and validations have one"
+        f"there is no figure of a {type(content).__name__}",
+        hint="records, responses, fits, validations, diagnoses and extensions have one",
     )
+
+
+@draw.register
+def draw_excitation(content: Excitation, units: Units = str) -> Figure:
+    """The reference of every record."""
+    return _sheet([reference_plot(reference, units) for reference in content.references])
 
 
 @draw.register
 def draw_recordings(content: Recordings, units: Units = str) -> Figure:
     """Torque and speed of every record."""
-    records = content.records
-    figure, pairs = _pairs_figure(len(records), (1, 1.4))
-    for pair, record in zip(pairs, records, strict=True):
-        draw_record(*pair, record, units)
-        if record is records[0]:
-            legend(pair[1])
-    return figure
+    return _sheet([record_plot(record, units) for record in content.records])
 
 
 @draw.register
@@ -77,8 +87,44 @@ def draw_validation(content: Validation, units: Units = str) -> Figure:
     *above, middle, lower = figure.subfigures(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0]
     for subfigure in above:
         _bode(subfigure, content, units)
-    _traces(middle, best, units)
+    _time_plots(middle, _traces(best, units))
     _correlations(lower, best)
+    return figure
+
+
+@draw.register
+def draw_diagnosis(content: Diagnosis, units: Units = str) -> Figure:
+    """Where the misfit sits, along every variable, and the ranking of causes below."""
+    curves, bars = best_of_each(content.curves), rows_of(content)
+    if not curves and not bars:
+        raise ConfigError("nothing is left to explain, so there is nothing to see")
+    rows, columns = grid_of(len(curves)) if curves else (0, 1)
+    heights = [*([PANEL[1] * rows] if curves else []), *([1.0 + 0.42 * bars] if bars else [])]
+    figure = new_figure(max(6.4, PANEL[0] * columns), sum(heights))
+    parts = list(figure.subfigures(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0])
+    if curves:
+        panels = parts[0].subplots(rows, columns, squeeze=False).ravel()
+        for axes in panels[len(curves) :]:
+            axes.set_visible(False)
+        for axes, curve in zip(panels, curves, strict=False):
+            draw_curve(axes, curve, units, tuple(content.missing), reach_of(curves))
+    if bars:
+        draw_causes(parts[-1].subplots(), content)
+    return figure
+
+
+@draw.register
+def draw_extension(content: Extension, units: Units = str) -> Figure:
+    """The gain as a slope chart, and measured against simulated output before and after."""
+    units = sliding if content.fit.structure.linear else units
+    names = [name for name in content.after if name in content.before]
+    plots = [extended_plot(name, content.before[name], content.after[name], content.output, units) for name in names]
+    rows, columns = grid_of(max(1, len(plots)))
+    figure = new_figure(max(8.0, PANEL[0] * columns), PANEL[1] * (1 + rows))
+    above, below = figure.subfigures(2, 1, height_ratios=(1, rows), squeeze=False)[:, 0]
+    groups = [used for used in (True, False) if gains(content, used=used)]
+    draw_gain(list(above.subplots(1, len(groups), squeeze=False)[0]) if groups else [], content)
+    _time_plots(below, plots)
     return figure
 
 
@@ -91,10 +137,7 @@ def bode_figure(content: Validation, units: Units = str) -> Figure:
 
 def trace_figure(model: ModelValidation, units: Units = str) -> Figure:
     """Measured and simulated output on every record, with a strip of their difference."""
-    rows, columns = grid_of(len(model.records))
-    figure = new_figure(max(6.4, PANEL[0] * columns), PANEL[1] * rows)
-    _traces(figure, model, units)
-    return figure
+    return _sheet(_traces(model, units))
 
 
 def correlation_figure(model: ModelValidation) -> Figure:
@@ -106,41 +149,44 @@ def correlation_figure(model: ModelValidation) -> Figure:
 
 
 def _bode(figure: FigureBase, content: Validation, units: Units) -> None:
-    names = list(dict.fromkeys((next(iter(content.models)), content.best)))
-    models = {name: bode for name in names if (bode := content.models[name].bode) is not None}
+    models = bode_models(content)
     left, right = figure.subplots(1, 2)
     draw_bode(left, content.frfs, models, "speed", units)
     draw_bode(right, content.frfs, models, "acceleration", units)
 
 
-def _traces(figure: FigureBase, model: ModelValidation, units: Units) -> None:
+def _traces(model: ModelValidation, units: Units) -> list[TimePlot]:
     units = sliding if model.structure.linear else units
-    for pair, (name, record) in zip(_pairs(figure, len(model.records), (2.6, 1)), model.records.items(), strict=True):
-        draw_trace(*pair, name, record, model.output, units)
-        if name == next(iter(model.records)):
-            legend(pair[0])
+    return [trace_plot(name, record, model.output, units) for name, record in model.records.items()]
 
 
 def _correlations(figure: FigureBase, model: ModelValidation) -> None:
-    for pair, (name, record) in zip(_pairs(figure, len(model.records), (1, 1)), model.records.items(), strict=True):
-        draw_correlations(*pair, name, record.residual)
+    for pair, (name, record) in zip(_grid(figure, len(model.records), (1, 1)), model.records.items(), strict=True):
+        draw_correlations(pair[0], pair[1], name, record.residual)
 
 
-def _pairs_figure(count: int, heights: tuple[float, float]) -> tuple[Figure, list[tuple[Axes, Axes]]]:
-    rows, columns = grid_of(count)
+def _sheet(plots: Sequence[TimePlot]) -> Figure:
+    rows, columns = grid_of(max(1, len(plots)))
     figure = new_figure(max(6.4, PANEL[0] * columns), PANEL[1] * rows)
-    return figure, _pairs(figure, count, heights)
+    _time_plots(figure, plots)
+    return figure
 
 
-def _pairs(figure: FigureBase, count: int, heights: tuple[float, float]) -> list[tuple[Axes, Axes]]:
-    """Pairs of axes, one above the other on a common abscissa, in a grid."""
+def _time_plots(figure: FigureBase, plots: Sequence[TimePlot]) -> None:
+    """Plots in a grid, curves named on the first."""
+    panels = _grid(figure, len(plots), plots[0].heights) if plots else []
+    for k, (strips, plot) in enumerate(zip(panels, plots, strict=True)):
+        draw_strips(strips, plot, legends=k == 0)
+
+
+def _grid(figure: FigureBase, count: int, heights: Sequence[float]) -> list[list[Axes]]:
+    """Stacks of axes in a grid."""
     if not count:
         return []
     rows, columns = grid_of(count)
     outer = figure.add_gridspec(rows, columns)
-    pairs = []
+    stacks = []
     for k in range(count):
-        inner = outer[divmod(k, columns)].subgridspec(2, 1, height_ratios=heights)
-        upper, lower = figure.add_subplot(inner[0]), figure.add_subplot(inner[1])
-        pairs.append((upper, lower))
-    return pairs
+        inner = outer[divmod(k, columns)].subgridspec(len(heights), 1, height_ratios=list(heights))
+        stacks.append([figure.add_subplot(inner[i]) for i in range(len(heights))])
+    return stacks

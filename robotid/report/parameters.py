@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
+from math import floor, log10
+from typing import Any, Final
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from robotid.estimate.result import Fits
-from robotid.report.axes import INK, colour, dress, legend, plain
+from robotid.estimate.result import Estimate, FitResult, Fits
+from robotid.report.axes import INK, Units, colour, dress, legend, plain
 
 WIDTH = 0.6  # of the room that a parameter has, shared by the models
+MARK: Final[dict[str, Any]] = {"markersize": 4.5, "capsize": 3, "linewidth": 1.4}
+SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+WIDE_RANGE = 5.0  # of costs, from which a logarithmic scale serves better
 
 
 def draw_parameters(axes: Axes, fits: Fits) -> None:
@@ -31,8 +38,61 @@ def draw_parameters(axes: Axes, fits: Fits) -> None:
 def draw_iterations(axes: Axes, fits: Fits) -> None:
     """Cost of every model over its iterations, as a multiple of where it ended."""
     for k, (name, fit) in enumerate(fits.models.items()):
-        axes.semilogy(fit.cost / fit.cost[-1], "o-", markersize=3, color=colour(k), linewidth=1.2, label=name)
+        axes.plot(fit.cost / fit.cost[-1], "o-", markersize=3, color=colour(k), linewidth=1.2, label=name)
+    if max(fit.cost.max() / fit.cost[-1] for fit in fits.models.values()) > WIDE_RANGE:
+        axes.set_yscale("log")
+        plain(axes.yaxis)
     dress(axes, "iteration", "cost over its end", "Iterations")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    plain(axes.yaxis)
     legend(axes)
+
+
+def shown_parameters(fits: Mapping[str, FitResult]) -> list[Estimate]:
+    """Parameters that any of the fits estimated, in the order of the last."""
+    found: dict[str, Estimate] = {}
+    for fit in reversed(list(fits.values())):
+        for p in fit.parameters:
+            if not p.fixed:
+                found.setdefault(p.name, p)
+    return list(found.values())
+
+
+def draw_intervals(pairs: Sequence[Axes], fits: Mapping[str, FitResult], units: Units = str) -> None:
+    """A strip a parameter, a row a model: value and two robust standard deviations, each on its own scale."""
+    colours = {name: colour(k) for k, name in enumerate(fits)}
+    for axes, parameter in zip(pairs, shown_parameters(fits), strict=True):
+        found = {name: p for name, fit in fits.items() if (p := _estimated(fit, parameter.name)) is not None}
+        scale = _scale(found.values())
+        for row, (name, p) in enumerate(reversed(found.items())):
+            spread = 2 * p.std_robust / scale if np.isfinite(p.std_robust) else 0.0
+            axes.errorbar(p.value / scale, row, xerr=spread, fmt="o", color=colours[name], **MARK)
+        axes.set_ylim(-0.6, len(found) - 0.4)
+        axes.set_yticks(range(len(found)), list(found)[::-1])
+        dress(axes, "", "", f"{parameter.name}{_unit(units(parameter.unit), scale)}")
+        axes.grid(False, axis="y")
+        axes.tick_params(axis="y", length=0)
+        axes.spines["left"].set_visible(False)
+        axes.xaxis.set_major_locator(MaxNLocator(5))
+        axes.margins(x=0.08)
+        axes.ticklabel_format(axis="x", useOffset=False, style="plain")
+
+
+def interval_rows(fits: Mapping[str, FitResult]) -> list[int]:
+    """Rows of each strip of `draw_intervals`."""
+    return [sum(_estimated(fit, p.name) is not None for fit in fits.values()) for p in shown_parameters(fits)]
+
+
+def _estimated(fit: FitResult, name: str) -> Estimate | None:
+    return next((p for p in fit.parameters if p.name == name and not p.fixed), None)
+
+
+def _scale(estimates: Iterable[Estimate]) -> float:
+    """A power of a thousand that makes the values handy."""
+    largest = max(abs(p.value) for p in estimates)
+    return 1.0 if not largest or 1e-3 <= largest < 1e5 else 1e3 ** floor(log10(largest) / 3)
+
+
+def _unit(unit: str, scale: float) -> str:
+    power = "" if scale == 1.0 else f"10{f'{log10(scale):.0f}'.translate(SUPERSCRIPT)}"
+    said = " ".join(filter(None, (power, "" if unit == "1" else unit)))
+    return f" [{said}]" if said else ""

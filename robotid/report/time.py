@@ -1,66 +1,131 @@
-"""Figures over time and lag: records, measured against simulated output, and what is left in the residual."""
+"""Signals over time: strips one above the other on a common time, drawn here or by the page, which can zoom them."""
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
-from robotid.judge.validation import RecordValidation
-from robotid.judge.whiteness import ResidualTest
+from robotid.judge.diagnosis import Score
+from robotid.judge.validation import RecordValidation, Trace
 from robotid.model.array import Array
-from robotid.report.axes import BAND, FAINT, INK, PALETTE, Units, dress, envelope
+from robotid.report.axes import BLUE, FAINT, INK, MOST_POINTS, VERMILLION, Units, dress, envelope, legend
+from robotid.report.numbers import fixed
 from robotid.signals.record import Quantity, Record
+from robotid.signals.reference import Reference
 
-BLUE, RED = PALETTE[0], PALETTE[1]
 OUTPUT = {"speed": "motor speed [{}]", "position": "motor position [{}]"}
+REFERENCE = {"speed": "reference speed [{}]", "position": "reference position [{}]"}
 UNIT = {"speed": "rad/s", "position": "rad"}
+THIN, USUAL, HEAVY = 0.7, 0.9, 2.4  # lines [pt]
 
 
-def draw_record(upper: Axes, lower: Axes, record: Record, units: Units = str) -> None:
+@dataclass(frozen=True, slots=True, eq=False)
+class Series:
+    """A curve, t and values (n,). A name that several strips share is one curve to the reader; an empty one is not
+    listed."""
+
+    name: str
+    t: Array
+    values: Array
+    colour: str
+    width: float = USUAL
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Strip:
+    """Curves on one pair of axes. label : quantity and unit. height : relative to the other strips."""
+
+    label: str
+    series: tuple[Series, ...]
+    height: float = 1.0
+    zero: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TimePlot:
+    """Strips on a common time, the upper one first."""
+
+    title: str
+    strips: tuple[Strip, ...]
+
+    @property
+    def heights(self) -> tuple[float, ...]:
+        """Of the strips, relative."""
+        return tuple(strip.height for strip in self.strips)
+
+
+def record_plot(record: Record, units: Units = str) -> TimePlot:
     """Torque above, speed below, with the reference where it is one of speed."""
-    upper.plot(*envelope(record.t, record.tau_m), color=BLUE, linewidth=0.7)
-    dress(upper, "", f"motor torque [{units('Nm')}]", f"{record.name} ({record.role})")
+    torque = Series("", record.t, record.tau_m, BLUE, THIN)
+    speed = Series("measured", record.t, record.dphi_m, BLUE)
+    asked: tuple[Series, ...] = ()
     if record.ref is not None and record.ref_kind == "speed":
-        lower.plot(*envelope(record.t, record.ref), color=FAINT, linewidth=0.6, label="reference")
-    lower.plot(*envelope(record.t, record.dphi_m), color=BLUE, linewidth=0.9, label="measured")
-    dress(lower, "time [s]", f"motor speed [{units('rad/s')}]")
-    upper.tick_params(labelbottom=False)
+        asked = (Series("reference", record.t, record.ref, FAINT, THIN),)
+    return TimePlot(
+        f"{record.name} ({record.role})",
+        (
+            Strip(f"motor torque [{units('Nm')}]", (torque,), 1.0),
+            Strip(OUTPUT["speed"].format(units("rad/s")), (*asked, speed), 1.4),
+        ),
+    )
 
 
-def draw_trace(
-    upper: Axes, lower: Axes, name: str, validation: RecordValidation, output: Quantity, units: Units = str
-) -> None:
+def reference_plot(reference: Reference, units: Units = str) -> TimePlot:
+    """What the controller is to follow."""
+    label = REFERENCE[reference.kind].format(units(UNIT[reference.kind]))
+    return TimePlot(reference.name, (Strip(label, (Series("", reference.t, reference.ref, BLUE),)),))
+
+
+def trace_plot(name: str, validation: RecordValidation, output: Quantity, units: Units = str) -> TimePlot:
     """Measured and simulated output above, their difference below."""
-    trace = validation.trace
-    unit = units(UNIT[output])
-    upper.plot(*envelope(trace.t, trace.measured), color=FAINT, linewidth=2.4, label="measured")
-    upper.plot(*envelope(trace.t, trace.simulated), color=BLUE, linewidth=0.8, label="simulated")
     kind = "fitted" if validation.used else "held out"
-    dress(upper, "", OUTPUT[output].format(unit), f"{name} ({kind}): fit {validation.fit_percent:.2f} %")
-    upper.tick_params(labelbottom=False)
-    lower.plot(*envelope(trace.t, trace.measured - trace.simulated), color=RED, linewidth=0.6)
-    lower.axhline(0.0, color=INK, linewidth=0.6)
-    dress(lower, "time [s]", f"residual\n[{unit}]")
+    title = f"{name} ({kind}): fit {validation.fit_percent:.2f} %"
+    return _compared(title, {"simulated": (validation.trace, BLUE)}, output, units)
 
 
-def draw_correlations(upper: Axes, lower: Axes, name: str, test: ResidualTest) -> None:
-    """Correlation of the residual with itself above, with the torque below, and their bands at 99 %."""
-    lags = np.arange(1, len(test.autocorrelation) + 1)
-    _stems(upper, lags, test.autocorrelation, test.band)
-    dress(upper, "", "with itself", f"{name}: residual, {'white' if test.white else 'coloured'}")
-    half = len(test.crosscorrelation) // 2
-    _stems(lower, np.arange(-half, half + 1), test.crosscorrelation, test.cross_band)
-    told = "no sign of the torque" if test.independent else "follows the torque"
-    dress(lower, "lag [samples]", "with the torque", told)
-    lower.axvline(0.0, color=FAINT, linewidth=0.6)
+def extended_plot(name: str, before: Score, after: Score, output: Quantity, units: Units = str) -> TimePlot:
+    """The same before and after the extension of the model."""
+    kind = "fitted" if after.used else "held out"
+    title = f"{name} ({kind}): fit {fixed(before.fit_percent)} → {fixed(after.fit_percent)} %"
+    both = {"before the extension": (before.trace, VERMILLION), "after it": (after.trace, BLUE)}
+    return _compared(title, both, output, units)
 
 
-def _stems(axes: Axes, lags: NDArray[np.int_], values: Array, band: float) -> None:
-    axes.axhspan(-band, band, color=BAND, linewidth=0)
-    outside = np.abs(values) > band
-    for where, shade in ((~outside, BLUE), (outside, RED)):
-        axes.vlines(lags[where], 0.0, values[where], color=shade, linewidth=1.4)
-    axes.axhline(0.0, color=INK, linewidth=0.6)
-    reach = 1.25 * max(float(np.abs(values).max(initial=0.0)), 1.5 * band)
-    axes.set_ylim(-reach, reach)
+def missing_plot(name: str, missing: Trace, units: Units = str) -> TimePlot:
+    """The torque that the residual asks for, and what the causes supply of it."""
+    asked = Series("asked for by the residual", missing.t, missing.measured, FAINT, 1.6)
+    supplied = Series("supplied by the causes", missing.t, missing.simulated, BLUE)
+    return TimePlot(name, (Strip(f"missing torque [{units('Nm')}]", (asked, supplied), zero=True),))
+
+
+def draw_strips(pair: Sequence[Axes], plot: TimePlot, *, most: int = MOST_POINTS, legends: bool = True) -> None:
+    """A plot over as many axes as it has strips."""
+    for axes, strip in zip(pair, plot.strips, strict=True):
+        for series in strip.series:
+            t, values = envelope(series.t, series.values, most)
+            axes.plot(t, values, color=series.colour, linewidth=series.width, label=series.name or None)
+        if strip.zero:
+            axes.axhline(0.0, color=INK, linewidth=0.6)
+        last = strip is plot.strips[-1]
+        dress(axes, "time [s]" if last else "", strip.label, plot.title if strip is plot.strips[0] else "")
+        axes.tick_params(labelbottom=last)
+    if legends:
+        fullest = max(range(len(pair)), key=lambda k: sum(bool(s.name) for s in plot.strips[k].series))
+        legend(pair[fullest])
+
+
+def _compared(title: str, traces: dict[str, tuple[Trace, str]], output: Quantity, units: Units) -> TimePlot:
+    unit = units(UNIT[output])
+    first = next(iter(traces.values()))[0]
+    measured = Series("measured", first.t, first.measured, FAINT, HEAVY)
+    simulated = [Series(name, t.t, t.simulated, colour) for name, (t, colour) in traces.items()]
+    left = [Series(name, t.t, t.measured - t.simulated, colour, THIN) for name, (t, colour) in traces.items()]
+    return TimePlot(
+        title,
+        (
+            Strip(OUTPUT[output].format(unit), (measured, *simulated), 2.6),
+            Strip(f"residual\n[{unit}]", tuple(left), 1.0, zero=True),
+        ),
+    )

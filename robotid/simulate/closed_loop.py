@@ -48,12 +48,9 @@ class ClosedLoop(Problem):
 
     def effective(self, last: int) -> Array:
         """The torque that acts in intervals 0 .. last - 1, after the channels on it, (last,)."""
-        u, first = self.command[:last], self.joint.n_theta
-        for signal, channel in self.joint.channels:
-            p = self.theta[first : first + len(channel.parameters)].tolist()
-            first += len(channel.parameters)
-            if signal is Signal.TORQUE:
-                u = channel.apply(u, self.sampling_time, p)
+        u = self.command[:last]
+        for _, channel, p, _ in self.joint.channels_on(self.theta, Signal.TORQUE):
+            u = channel.apply(u, self.sampling_time, p)
         return u
 
     def linearise(self, first: int, last: int, x: Array) -> Steps:

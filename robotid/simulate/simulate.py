@@ -134,26 +134,19 @@ def _hold(problem: Problem, first: int, stop: int, start: Array) -> Array:
 
 def effective_torque(joint: Joint, theta: Array, record: Record) -> Array:
     """The torque that acts, mean over each interval, after the channels on it, (n,)."""
-    u, first = record.tau_m, joint.n_theta
-    for signal, channel in joint.channels:
-        p = theta[first : first + len(channel.parameters)].tolist()
-        first += len(channel.parameters)
-        if signal is Signal.TORQUE:
-            u = channel.apply(u, record.sampling_time, p)
+    u = record.tau_m
+    for _, channel, p, _ in joint.channels_on(theta, Signal.TORQUE):
+        u = channel.apply(u, record.sampling_time, p)
     return u
 
 
 def torque_columns(joint: Joint, theta: Array, record: Record) -> dict[int, Array]:
     """Derivatives of the effective torque to the channels' parameters: index into theta -> (n,)."""
-    u, first, columns = record.tau_m, joint.n_theta, dict[int, Array]()
-    for signal, channel in joint.channels:
-        p = theta[first : first + len(channel.parameters)].tolist()
-        if signal is Signal.TORQUE:
-            columns = {k: channel.push(c, u, record.sampling_time, p) for k, c in columns.items()}
-            own = channel.partials(u, record.sampling_time, p)
-            columns |= {first + k: own[k] for k in range(len(p))}
-            u = channel.apply(u, record.sampling_time, p)
-        first += len(p)
+    u, h, columns = record.tau_m, record.sampling_time, dict[int, Array]()
+    for _, channel, p, first in joint.channels_on(theta, Signal.TORQUE):
+        columns = {k: channel.push(c, u, h, p) for k, c in columns.items()}
+        columns |= dict(enumerate(channel.partials(u, h, p), start=first))
+        u = channel.apply(u, h, p)
     return columns
 
 

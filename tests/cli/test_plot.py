@@ -30,7 +30,7 @@ def test_draws_whole_files(artifact: str, suffix: str, run_directory: Path, tmp_
 @pytest.mark.parametrize(
     ("artifact", "name", "line"),
     [
-        ("flex.h5", "figure.doc", 'no figure can be written as ".doc"; use .png, .svg, .pdf'),
+        ("flex.h5", "figure.doc", 'no figure can be written as "doc"; use png, svg, pdf'),
         ("rigid.h5", "figure.png", "there is no figure of a RigidResult"),
     ],
 )

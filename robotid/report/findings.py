@@ -1,0 +1,34 @@
+"""What a run has found so far: the contents of its artifacts, as far as there are any."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from robotid.estimate.flexible import FlexResult
+from robotid.estimate.result import Fits
+from robotid.estimate.rigid import RigidResult
+from robotid.judge.diagnosis import Diagnosis, Extension
+from robotid.judge.validation import Validation
+from robotid.model.units import sliding
+from robotid.signals.quality import Recordings
+from robotid.signals.reference import Excitation
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Findings:
+    """All that a report is made of, None where a stage has not run. linear : the axis slides."""
+
+    robot: str
+    linear: bool = False
+    excitation: Excitation | None = None
+    recordings: Recordings | None = None
+    rigid: RigidResult | None = None
+    flex: FlexResult | None = None
+    fits: Fits | None = None
+    validation: Validation | None = None
+    diagnosis: Diagnosis | None = None
+    extension: Extension | None = None
+
+    def units(self, unit: str) -> str:
+        """What the unit of a turning axis is called here."""
+        return sliding(unit) if self.linear else unit

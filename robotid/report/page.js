@@ -1,0 +1,304 @@
+"use strict";
+// Signals over time, drawn as SVG from the numbers beside each figure. Strips of a figure share their time: drag to
+// zoom in, wheel (once the plot has the focus, or with Ctrl) or pinch to zoom, Shift and drag or one finger to pan,
+// double click for all of it; arrows, + - and 0 do the same.
+(() => {
+  const LEFT = 58, RIGHT = 10, TOP = 20, BOTTOM = 34, STRIP = 84, LEAST = 4;
+
+  function unpack(text) {
+    const raw = atob(text), bytes = new Uint8Array(raw.length);
+    for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
+    const view = new DataView(bytes.buffer), values = new Float32Array(bytes.length / 4);
+    for (let i = 0; i < values.length; i++) values[i] = view.getFloat32(4 * i, true);
+    return values;
+  }
+
+  function ticks(low, high, most) {
+    const rough = (high - low) / Math.max(1, most), power = 10 ** Math.floor(Math.log10(rough));
+    const step = power * [1, 2, 5, 10].find((m) => m * power >= rough * 0.999);
+    const found = [];
+    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step);
+    return { step, found };
+  }
+
+  function label(value, step) {
+    if (value === 0) return "0";
+    const size = Math.abs(value);
+    if (size >= 1e6 || size < 1e-4) return value.toExponential(1).replace("-", "−");
+    const decimals = Math.max(0, Math.min(8, Math.ceil(-Math.log10(step) - 1e-9)));
+    return value.toFixed(decimals).replace("-", "−");
+  }
+
+  const exact = (value) => (Math.abs(value) >= 1e5 || (value && Math.abs(value) < 1e-3) ? value.toExponential(3) : value.toPrecision(5));
+  const escaped = (text) => text.replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]);
+
+  // First index whose time is not before t.
+  function index(time, t) {
+    let low = 0, high = time.samples.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (time.start + time.step * time.samples[middle] < t) low = middle + 1; else high = middle;
+    }
+    return low;
+  }
+
+  // Indices to draw between two: all of them, or of every stretch as wide as a pixel the least and the largest.
+  function extremes(values, from, to, columns) {
+    const count = to - from, found = [];
+    if (count <= 2 * columns) {
+      for (let i = from; i < to; i++) found.push(i);
+      return found;
+    }
+    for (let c = 0; c < columns; c++) {
+      const a = from + Math.floor((c * count) / columns), b = from + Math.floor(((c + 1) * count) / columns);
+      let low = a, high = a;
+      for (let i = a + 1; i < b; i++) {
+        if (values[i] < values[low]) low = i;
+        if (values[i] > values[high]) high = i;
+      }
+      found.push(Math.min(low, high));
+      if (low !== high) found.push(Math.max(low, high));
+    }
+    return found;
+  }
+
+  class Plot {
+    constructor(figure) {
+      const data = JSON.parse(figure.querySelector("script").textContent);
+      this.strips = data.strips;
+      this.times = data.times.map((t) => ({ ...t, samples: unpack(t.samples) }));
+      for (const strip of this.strips) for (const s of strip.series) s.values = unpack(s.values);
+      const ends = this.times.map((t) => t.start + t.step * t.samples[t.samples.length - 1]);
+      this.all = [Math.min(...this.times.map((t) => t.start)), Math.max(...ends)];
+      this.view = [...this.all];
+      this.hidden = new Set();
+      this.pointers = new Map();
+      this.build(figure);
+      this.listen();
+      new ResizeObserver(() => this.ask()).observe(this.root);
+      this.draw();
+      figure.dataset.drawn = "yes";
+      figure.plot = this;
+    }
+
+    build(figure) {
+      const still = figure.querySelector(".still"), alt = still.getAttribute("aria-label");
+      this.root = document.createElement("div");
+      this.root.className = "plot";
+      this.root.innerHTML =
+        `<div class="plot-head"><span class="plot-title">${escaped(figure.dataset.title)}</span><span class="keys">${this.keys()}</span>` +
+        `<span class="tools">${[["in", "+", "zoom in"], ["out", "−", "zoom out"], ["left", "←", "earlier"], ["right", "→", "later"], ["all", "all", "show all"]]
+          .map(([act, text, title]) => `<button type="button" data-act="${act}" title="${title}" aria-label="${title}">${text}</button>`).join(" ")}</span></div>` +
+        `<svg tabindex="0" role="img" aria-label="${escaped(alt)} Arrow keys, plus, minus and zero move and zoom."></svg><output></output>`;
+      still.replaceWith(this.root);
+      this.svg = this.root.querySelector("svg");
+      this.output = this.root.querySelector("output");
+    }
+
+    keys() {
+      const seen = new Map();
+      for (const strip of this.strips) for (const s of strip.series) if (s.name && !seen.has(s.name)) seen.set(s.name, s);
+      return [...seen.values()].map((s) =>
+        `<button type="button" aria-pressed="true" data-key="${escaped(s.name)}"><i style="border-top: ${Math.max(2, s.width * 1.6)}px solid var(--${s.colour})"></i>${escaped(s.name)}</button>`).join("");
+    }
+
+    get span() { return this.view[1] - this.view[0]; }
+    time(x) { return this.view[0] + ((x - LEFT) / this.wide) * this.span; }
+    place(t) { return LEFT + ((t - this.view[0]) / this.span) * this.wide; }
+
+    // Keep a view inside the record and not shorter than a few samples.
+    look(from, to) {
+      const [first, last] = this.all, least = LEAST * Math.min(...this.times.map((t) => t.step));
+      let span = Math.min(last - first, Math.max(to - from, least));
+      const start = Math.max(first, Math.min(last - span, (from + to - span) / 2));
+      this.view = [start, start + span];
+      this.ask();
+    }
+    zoom(factor, about) { this.look(about - (about - this.view[0]) * factor, about + (this.view[1] - about) * factor); }
+    pan(by) { this.look(this.view[0] + by, this.view[1] + by); }
+    reset() { this.look(...this.all); }
+
+    ask() {
+      if (this.asked) return;
+      this.asked = true;
+      requestAnimationFrame(() => { this.asked = false; this.draw(); });
+    }
+
+    draw() {
+      const width = Math.max(260, this.root.clientWidth || 700);
+      this.wide = width - LEFT - RIGHT;
+      let y = 0;
+      const parts = this.strips.map((strip, k) => {
+        const tall = STRIP * strip.height * (width < 500 ? 0.8 : 1), top = y + TOP;
+        y = top + tall + (k + 1 < this.strips.length ? 8 : BOTTOM);
+        return this.strip(strip, top, tall, k + 1 === this.strips.length);
+      });
+      this.high = y;
+      this.svg.setAttribute("viewBox", `0 0 ${width} ${y}`);
+      this.svg.innerHTML = parts.join("") + '<g class="cursor"></g>';
+      const whole = this.span >= (this.all[1] - this.all[0]) * (1 - 1e-9);
+      for (const act of ["out", "left", "right", "all"]) this.root.querySelector(`[data-act=${act}]`).disabled = whole;
+    }
+
+    strip(strip, top, tall, last) {
+      const shown = strip.series.filter((s) => !this.hidden.has(s.name)).map((s) => {
+        const time = this.times[s.time];
+        const from = Math.max(0, index(time, this.view[0]) - 1), to = Math.min(s.values.length, index(time, this.view[1]) + 1);
+        return { s, time, at: extremes(s.values, from, to, Math.ceil(this.wide)) };
+      });
+      let low = strip.zero ? 0 : Infinity, high = strip.zero ? 0 : -Infinity;
+      for (const { s, at } of shown) for (const i of at) {
+        if (s.values[i] < low) low = s.values[i];
+        if (s.values[i] > high) high = s.values[i];
+      }
+      if (!(low <= high)) [low, high] = [0, 1];
+      const room = (high - low) * 0.06 || Math.abs(high) * 0.1 || 1;
+      [low, high] = [low - room, high + room];
+      strip.scale = (v) => top + ((high - v) / (high - low)) * tall;
+      const clip = `clip-${this.svg.parentElement.parentElement.id}-${top | 0}`;
+      const lines = shown.map(({ s, time, at }) => this.line(s, time, at, strip.scale, clip)).join("");
+      return `<clipPath id="${clip}"><rect x="${LEFT}" y="${top}" width="${this.wide}" height="${tall}"/></clipPath>` +
+        this.axes(low, high, strip, top, tall, last) + lines;
+    }
+
+    axes(low, high, strip, top, tall, last) {
+      const across = ticks(this.view[0], this.view[1], this.wide / 80), up = ticks(low, high, tall / 32);
+      const x = across.found.map((t) => {
+        const at = this.place(t).toFixed(1);
+        const said = last ? `<text x="${at}" y="${top + tall + 16}" text-anchor="middle">${label(t, across.step)}</text>` : "";
+        return `<path d="M${at} ${top}V${top + tall}" stroke="var(--grid)"/>${said}`;
+      });
+      const y = up.found.map((v) => {
+        const at = strip.scale(v).toFixed(1), colour = v === 0 && strip.zero ? "ink" : "grid";
+        return `<path d="M${LEFT} ${at}H${LEFT + this.wide}" stroke="var(--${colour})" stroke-width="${colour === "ink" ? 0.8 : 1}"/>` +
+          `<text x="${LEFT - 6}" y="${at}" dy="0.35em" text-anchor="end">${label(v, up.step)}</text>`;
+      });
+      const frame = `<path d="M${LEFT} ${top}V${top + tall}H${LEFT + this.wide}" fill="none" stroke="var(--faint)"/>`;
+      const name = `<text x="${LEFT}" y="${top - 6}">${escaped(strip.label)}</text>`;
+      const below = last ? `<text x="${LEFT + this.wide}" y="${top + tall + 31}" text-anchor="end">time [s]</text>` : "";
+      return x.join("") + y.join("") + frame + name + below;
+    }
+
+    line(s, time, at, scale, clip) {
+      let path = "", pen = "M";
+      for (const i of at) {
+        if (!Number.isFinite(s.values[i])) { pen = "M"; continue; }
+        path += `${pen}${this.place(time.start + time.step * time.samples[i]).toFixed(1)} ${scale(s.values[i]).toFixed(1)}`;
+        pen = "L";
+      }
+      return `<path class="curve" d="${path}" clip-path="url(#${clip})" fill="none" stroke="var(--${s.colour})" stroke-width="${s.width * 1.35}" stroke-linejoin="round"/>`;
+    }
+
+    // What the curves are at a time, beside a hair line.
+    point(x) {
+      const t = this.time(x), cursor = this.svg.querySelector(".cursor");
+      if (x < LEFT || x > LEFT + this.wide) return this.unpoint();
+      const told = this.strips.map((strip) => {
+        const values = strip.series.filter((s) => !this.hidden.has(s.name)).map((s) => {
+          const i = Math.min(s.values.length - 1, index(this.times[s.time], t));
+          return `${s.name ? `${s.name} ` : ""}${exact(s.values[i])}`;
+        });
+        return `${strip.label}: ${values.join(", ")}`;
+      });
+      this.output.textContent = `${exact(t)} s · ${told.join(" · ")}`.replace(/-(?=\d)/g, "−");
+      cursor.innerHTML = `<path d="M${x} ${TOP}V${this.high - BOTTOM}" stroke="var(--faint)" stroke-dasharray="3 3"/>`;
+    }
+    unpoint() {
+      this.output.textContent = "";
+      this.svg.querySelector(".cursor").innerHTML = "";
+    }
+    shade(from, to) {
+      const x = Math.min(from, to), wide = Math.abs(to - from);
+      this.svg.querySelector(".cursor").innerHTML =
+        `<rect x="${x}" y="${TOP}" width="${wide}" height="${this.high - TOP - BOTTOM}" fill="var(--blue)" opacity="0.18"/>`;
+    }
+
+    x(event) {
+      const box = this.svg.getBoundingClientRect();
+      return ((event.clientX - box.left) / box.width) * (this.wide + LEFT + RIGHT);
+    }
+
+    listen() {
+      const svg = this.svg;
+      svg.addEventListener("wheel", (e) => this.wheel(e), { passive: false });
+      svg.addEventListener("pointerdown", (e) => this.down(e));
+      svg.addEventListener("pointermove", (e) => this.move(e));
+      for (const end of ["pointerup", "pointercancel"]) svg.addEventListener(end, (e) => this.up(e));
+      svg.addEventListener("pointerleave", () => this.pointers.size || this.unpoint());
+      svg.addEventListener("dblclick", () => this.reset());
+      svg.addEventListener("keydown", (e) => this.key(e));
+      this.root.addEventListener("click", (e) => this.press(e.target.closest("button")));
+    }
+
+    wheel(event) {
+      const scrolls = document.activeElement !== this.svg && !event.ctrlKey && !event.metaKey;
+      const outside = event.deltaY > 0 && this.span >= this.all[1] - this.all[0];
+      if (scrolls || outside) return;
+      event.preventDefault();
+      this.zoom(Math.exp(Math.max(-1, Math.min(1, event.deltaY * 0.002))), this.time(this.x(event)));
+    }
+
+    down(event) {
+      if (event.button) return;
+      this.svg.setPointerCapture(event.pointerId);
+      this.pointers.set(event.pointerId, this.x(event));
+      this.from = this.x(event);
+      this.grip = [...this.pointers.values()].map((x) => this.time(x));
+      this.pans = event.pointerType === "touch" || event.shiftKey;
+    }
+
+    move(event) {
+      const x = this.x(event);
+      if (!this.pointers.has(event.pointerId)) return this.point(x);
+      this.pointers.set(event.pointerId, x);
+      const now = [...this.pointers.values()];
+      if (now.length === 2) this.pinch(now);
+      else if (this.pans) this.pan(this.grip[0] - this.time(x));
+      else this.shade(this.from, x);
+    }
+
+    // Keep the two grasped times under the two fingers.
+    pinch([a, b]) {
+      if (Math.abs(b - a) < 10) return;
+      const span = ((this.grip[1] - this.grip[0]) / (b - a)) * this.wide;
+      if (!(span > 0)) return;
+      const start = this.grip[0] - ((a - LEFT) / this.wide) * span;
+      this.look(start, start + span);
+    }
+
+    up(event) {
+      if (!this.pointers.delete(event.pointerId)) return;
+      const x = this.x(event);
+      if (!this.pans && event.type === "pointerup" && Math.abs(x - this.from) > 5) {
+        this.look(...[this.time(this.from), this.time(x)].sort((a, b) => a - b));
+      } else this.unpoint();
+      this.grip = [...this.pointers.values()].map((p) => this.time(p));
+    }
+
+    key(event) {
+      const acts = { ArrowLeft: "left", ArrowRight: "right", "+": "in", "=": "in", "-": "out", 0: "all", Home: "all", Escape: "all" };
+      if (!(event.key in acts) || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      this.act(acts[event.key]);
+    }
+
+    act(name) {
+      const middle = (this.view[0] + this.view[1]) / 2;
+      if (name === "in") this.zoom(0.5, middle);
+      else if (name === "out") this.zoom(2, middle);
+      else if (name === "all") this.reset();
+      else this.pan((name === "left" ? -0.25 : 0.25) * this.span);
+    }
+
+    press(button) {
+      if (!button) return;
+      if (button.dataset.act) return this.act(button.dataset.act);
+      const name = button.dataset.key, hide = !this.hidden.delete(name);
+      if (hide) this.hidden.add(name);
+      button.setAttribute("aria-pressed", String(!hide));
+      this.ask();
+    }
+  }
+
+  for (const figure of document.querySelectorAll("figure.over-time")) new Plot(figure);
+})();

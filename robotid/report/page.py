@@ -1,0 +1,190 @@
+"""The report as one HTML page that needs nothing but itself."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib.resources import files
+from itertools import groupby
+from typing import Any, Protocol
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
+from markupsafe import Markup
+
+from robotid.model.array import Array
+from robotid.report.axes import envelope
+from robotid.report.findings import Findings
+from robotid.report.plates import Plate, plates, time_figure
+from robotid.report.summary import summary
+from robotid.report.svg import COLOURS, inline
+from robotid.report.time import Series, TimePlot
+
+MOST_SAMPLES = 100_000  # of all signals that can be zoomed, together
+FEWEST_SAMPLES = 2000  # of one of them
+STATIC = 1200  # points of a curve where the page cannot draw: without JavaScript
+NUMBER = re.compile(r"[-+–−]?[\d.]+(e[-+]?\d+)?\s*[%*]?|-|–|")
+
+
+class Sheet(Protocol):
+    """A table of text: what the command line prints of a stage."""
+
+    @property
+    def title(self) -> str: ...
+    @property
+    def columns(self) -> tuple[str, ...]: ...
+    @property
+    def rows(self) -> tuple[tuple[str, ...], ...]: ...
+    @property
+    def note(self) -> str: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Where an artifact comes from, for the last section of the page."""
+
+    stage: str
+    file: str
+    command: str
+    version: str
+    created: str
+    digest: str
+    inputs: Mapping[str, str]
+    seed: int | None
+    environment: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Provenance of a page. stamp : digest of all that it shows; left_out : artifacts that it does not show, and why.
+    configuration : the whole of it, resolved."""
+
+    stamp: str
+    configuration: str
+    sources: tuple[Source, ...]
+    left_out: Mapping[str, str]
+
+
+def page(findings: Findings, tables: Mapping[str, Sequence[Sheet]], origin: Origin, title: str | None = None) -> str:
+    """The HTML. tables : of each stage that has run, by name. title : the heading, absent: the robot's name."""
+    every = plates(findings)
+    most = max(FEWEST_SAMPLES, MOST_SAMPLES // max(1, sum(p.plot is not None for p in every)))
+    sections = [(name, [_shown(p, most) for p in group]) for name, group in groupby(every, lambda p: p.section)]
+    return _template().render(
+        title=title or findings.robot,
+        summary=summary(findings),
+        sections=sections,
+        tables={stage: [_grid(sheet) for sheet in sheets if sheet.rows] for stage, sheets in tables.items()},
+        origin=origin,
+        style=Markup(_own("page.css")),
+        script=Markup(_own("page.js")),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Shown:
+    """A plate as the template takes it: svg, the figure itself, and data, what the script draws in its place, None of a
+    figure that cannot be zoomed."""
+
+    plate: Plate
+    svg: Markup
+    data: Markup | None
+
+
+def _shown(plate: Plate, most: int) -> _Shown:
+    if plate.plot is None:
+        return _Shown(plate, Markup(inline(plate.draw(), plate.name)), None)
+    still = inline(time_figure(_thinned(plate.plot, STATIC)), plate.name)
+    document = json.dumps(_document(_thinned(plate.plot, most)))
+    return _Shown(plate, Markup(still), Markup(document.replace("<", "\\u003c")))
+
+
+def _thinned(plot: TimePlot, most: int) -> TimePlot:
+    """A plot whose curves have so many samples at most, the extremes of every stretch among them."""
+    strips = []
+    for strip in plot.strips:
+        pairs = [(series, *envelope(series.t, series.values, most)) for series in strip.series]
+        strips.append(replace(strip, series=tuple(replace(s, t=t, values=values) for s, t, values in pairs)))
+    return replace(plot, strips=tuple(strips))
+
+
+def _document(plot: TimePlot) -> dict[str, Any]:
+    times: list[Array] = []
+    return {
+        "strips": [
+            {
+                "label": strip.label.replace("\n", " "),
+                "height": strip.height,
+                "zero": strip.zero,
+                "series": [_series(series, times) for series in strip.series],
+            }
+            for strip in plot.strips
+        ],
+        "times": [_time(t) for t in times],
+    }
+
+
+def _series(series: Series, times: list[Array]) -> dict[str, Any]:
+    at = next((k for k, t in enumerate(times) if np.array_equal(t, series.t)), len(times))
+    if at == len(times):
+        times.append(series.t)
+    return {
+        "name": series.name,
+        "colour": COLOURS[series.colour],
+        "width": series.width,
+        "time": at,
+        "values": _packed(series.values),
+    }
+
+
+def _time(t: Array) -> dict[str, Any]:
+    """Times as multiples of the shortest step, whose single precision is exact."""
+    step = float(np.diff(t).min()) if len(t) > 1 else 1.0
+    return {"start": float(t[0]), "step": step, "samples": _packed(np.round((t - t[0]) / step))}
+
+
+def _packed(values: Array) -> str:
+    """Single-precision numbers, little end first, in base 64."""
+    return base64.b64encode(values.astype("<f4").tobytes()).decode()
+
+
+@dataclass(frozen=True, slots=True)
+class _Grid:
+    """A table without its empty columns. numeric : which columns hold numbers alone."""
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    numeric: tuple[bool, ...]
+    note: str
+
+
+def _grid(sheet: Sheet) -> _Grid:
+    kept = [k for k in range(len(sheet.columns)) if not k or any(row[k] for row in sheet.rows)]
+    rows = tuple(tuple(row[k] for k in kept) for row in sheet.rows)
+    numeric = tuple(all(NUMBER.fullmatch(row[k].strip()) for row in rows) for k in range(len(kept)))
+    return _Grid(sheet.title, tuple(sheet.columns[k] for k in kept), rows, numeric, sheet.note)
+
+
+def _own(name: str) -> str:
+    return files("robotid.report").joinpath(name).read_text(encoding="utf-8")
+
+
+@cache
+def _template() -> Template:
+    loader = PackageLoader("robotid.report", package_path="")
+    environment = Environment(
+        loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters["slug"] = lambda text: re.sub(r"\W+", "-", text.lower())
+    return environment.get_template("page.html")
+
+
+def stamp_of(text: str) -> str | None:
+    """The stamp of a page, None of any other text."""
+    found = re.search(r'<meta name="robotid-stamp" content="([0-9a-f]+)">', text)
+    return found.group(1) if found else None

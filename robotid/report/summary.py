@@ -1,0 +1,211 @@
+"""The answer in one paragraph: how well the model simulates the machine, what it gets wrong, what caused it, and what
+the extension gained. As much of it as the stages that have run can tell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import isfinite
+
+from robotid.channels import CHANNELS
+from robotid.estimate.result import Estimate
+from robotid.judge.diagnosis import Cause, Diagnosis, Extension, Score
+from robotid.judge.validation import RecordValidation
+from robotid.model.channel import Channel
+from robotid.model.structure import RECORD_CHANGE, changed
+from robotid.model.term import Term
+from robotid.report.findings import Findings
+from robotid.report.location import best_of_each, variable
+from robotid.report.numbers import fixed, listed, significant
+from robotid.terms import TERMS
+
+FEW = 3  # records that are told one by one
+TELLING = 0.2  # share of the variance from which a variable is named
+
+
+def summary(findings: Findings) -> str:
+    """The paragraph."""
+    return " ".join(f"{sentence[0].upper()}{sentence[1:]}" for sentence in _sentences(findings))
+
+
+def _sentences(f: Findings) -> Iterator[str]:
+    yield from _simulates(f)
+    if f.diagnosis is not None:
+        yield from _lacks(f, f.diagnosis)
+    if f.extension is not None:
+        yield from _gained(f, f.extension)
+
+
+def _simulates(f: Findings) -> Iterator[str]:
+    """How well the model simulates, or how far the identification has come."""
+    if f.validation is not None:
+        yield from _validated(f)
+    elif f.fits is not None:
+        best = f.fits.models[f.fits.best]
+        fits = _range(list(best.fit_percent.values()))
+        yield (
+            f"model {best.name} of {f.robot} was fitted to {_records(list(best.records))} and simulates the motor"
+            f" {best.output} there with a fit of {fits} %."
+        )
+        yield "It has not been validated yet."
+    elif f.flex is not None and f.flex.guesses:
+        yield from _started(f)
+    elif f.rigid is not None:
+        yield from _rigid(f)
+    else:
+        yield from _recorded(f)
+
+
+def _validated(f: Findings) -> Iterator[str]:
+    assert f.validation is not None
+    best = f.validation.models[f.validation.best]
+    used = {name: record for name, record in best.records.items() if record.used}
+    apart = {name: record for name, record in best.records.items() if not record.used}
+    groups = [f"{_fits(used)} on the records it was fitted to"] * bool(used)
+    groups += [f"{_fits(apart)} on held-out records"] * bool(apart)
+    told = listed(groups) or "nothing: it diverges on every record"
+    yield f"model {f.validation.best} of {f.robot} simulates the motor {best.output} with a fit of {told}."
+    if not apart:
+        yield "No record was held out, so this does not tell how well it does on motions it has not seen."
+    unseen = [i.name for i in best.identifiability if i.verdict == "unseen"]
+    if unseen:
+        yield f"These records cannot tell {listed(unseen, 'or')}."
+    yield from (f"{failure}." for failure in f.validation.failed)
+
+
+def _fits(records: Mapping[str, RecordValidation]) -> str:
+    if len(records) <= FEW:
+        return listed([f"{fixed(record.fit_percent)} % ({name})" for name, record in records.items()])
+    return f"{_range([record.fit_percent for record in records.values()])} %"
+
+
+def _range(values: list[float]) -> str:
+    low, high = fixed(min(values)), fixed(max(values))
+    return low if low == high else f"{low} to {high}"
+
+
+def _records(names: list[str]) -> str:
+    return listed(names) if len(names) <= FEW else f"{len(names)} records"
+
+
+def _started(f: Findings) -> Iterator[str]:
+    assert f.flex is not None
+    notches = [r.notch / 6.283185307179586 for r in f.flex.readings if r.notch is not None]
+    where = f", with a notch at {_few(notches)} Hz" if notches else ""
+    yield f"{_number(len(f.flex.frfs), 'frequency response')} of {f.robot} were measured{where}."
+    yield f"They give {listed([_value(f, e) for e in f.flex.parameters])}; no model has been fitted by simulation yet."
+
+
+def _few(values: list[float]) -> str:
+    low, high = significant(min(values)), significant(max(values))
+    return low if low == high else f"{low} to {high}"
+
+
+def _rigid(f: Findings) -> Iterator[str]:
+    assert f.rigid is not None
+    errors = list(f.rigid.torque_error_percent.values())
+    explained = f"; the torque is met to {_few(errors)} %" if errors else ""
+    values = listed([_value(f, e) for e in f.rigid.parameters]) or "nothing to estimate"
+    yield f"as a rigid joint {f.robot} has {values}{explained}."
+    yield "No model has been fitted by simulation yet."
+
+
+def _recorded(f: Findings) -> Iterator[str]:
+    if f.recordings is not None:
+        records = f.recordings.records
+        length, are = significant(sum(r.duration for r in records)), _are(len(records))
+        yield f"{_number(len(records), 'record')} of {f.robot}, {length} s in all, {are} ready."
+        yield "No model has been fitted yet."
+    elif f.excitation is not None:
+        count = len(f.excitation.references)
+        yield f"{_number(count, 'reference signal')} for {f.robot} {_are(count)} ready; nothing has been recorded yet."
+
+
+def _number(count: int, noun: str) -> str:
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def _are(count: int) -> str:
+    return "is" if count == 1 else "are"
+
+
+def _value(f: Findings, e: Estimate) -> str:
+    unit = f.units(e.unit)
+    return f"{e.name} = {significant(e.value, 4)}{'' if unit in ('', '1') else f' {unit}'}"
+
+
+def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
+    """What the model gets wrong, and what caused it."""
+    unit = f.units(d.unit)
+    noise = f"{significant(d.noise_floor, 2)} {unit}"
+    if d.verdict == "clean":
+        yield f"What it leaves is noise of {noise} RMS: there is nothing else to explain."
+        return
+    yield f"beyond noise of {noise} it is wrong by {significant(d.misfit, 2)} {unit} RMS{_place(d)}."
+    if d.causes:
+        lead = "The cause is" if len(d.causes) == 1 else "The causes are"
+        yield f"{lead} {'; '.join(_cause(f, c) for c in d.causes)}."
+        yield from _twins(d)
+    if d.verdict == "unknown":
+        rest = f"the {significant(d.remaining, 2)} {unit} that remain" if d.causes else "it"
+        shape = "" if d.shape is None else f"; what is missing follows the {variable(d.shape)} best"
+        yield f"no effect of the catalogue explains {rest}, so the cause is unknown{shape}."
+    elif d.causes:
+        yield (
+            f"Together they leave {significant(d.remaining, 2)} {unit}."
+            if len(d.causes) > 1
+            else (f"It leaves {significant(d.remaining, 2)} {unit}.")
+        )
+
+
+def _place(d: Diagnosis) -> str:
+    curves = [c for c in best_of_each(d.curves) if c.along != "frequency" and c.order > TELLING]
+    return f", ordered best by {variable(curves[0])}" if curves else ""
+
+
+def _cause(f: Findings, cause: Cause) -> str:
+    return f"{effect_in_words(f, cause)}, which explains {fixed(100 * cause.explained, 0)} % of this"
+
+
+def effect_in_words(f: Findings, cause: Cause) -> str:
+    """An effect with what it looks like: "motor.stribeck (torque missing at small speed only)"."""
+    if cause.effect.startswith(f"{RECORD_CHANGE}."):
+        record, parameter = changed(cause.effect)
+        by = next((f" by {significant(p.value)} {f.units(p.unit)}" for p in cause.parameters), "")
+        return f"a {parameter} that differs in {record}{by}"
+    effects: dict[str, Term | Channel] = {**TERMS, **CHANNELS}
+    known = effects.get(cause.effect.rpartition(".")[2])
+    return cause.effect if known is None else f"{cause.effect} ({known.signature})"
+
+
+def _twins(d: Diagnosis) -> Iterator[str]:
+    for cause in d.causes:
+        others = [twin for twin in cause.twins if twin != cause.effect]
+        if others:
+            separate = "" if cause.separation is None else "; an experiment that would is given below"
+            yield f"These data cannot tell {cause.effect} from {listed(others, 'or')}{separate}."
+
+
+def _gained(f: Findings, e: Extension) -> Iterator[str]:
+    """What the extension gained, on held-out records where there are any."""
+    if not e.added:
+        if f.diagnosis is None or f.diagnosis.verdict != "clean":
+            yield "Nothing was added to the model."
+        return
+    both = [name for name in e.after if name in e.before]
+    apart = [name for name in both if not e.after[name].used]
+    names = apart or both
+    told = [_risen(e.before[name], e.after[name], name, len(names)) for name in names[:FEW]]
+    further = f", and {len(names) - FEW} more" if len(names) > FEW else ""
+    kind = f"held-out {'record' if len(names) == 1 else 'records'} " if apart else ""
+    yield f"With {listed(list(e.added))} added, the fit of {kind}{listed(told)}{further}."
+    if not apart:
+        yield "No record was held out, so part of this gain may be fitted noise."
+    if e.dropped:
+        yield f"Dropped in the final fit, for it no longer earned its place: {listed([r.effect for r in e.dropped])}."
+
+
+def _risen(before: Score, after: Score, name: str, count: int) -> str:
+    verb = "goes" if count == 1 else "went"
+    change = 100 * (1 - after.rmse / before.rmse) if before.rmse and isfinite(before.rmse) else 0.0
+    error = f" (its RMS error {'falls' if change >= 0 else 'rises'} by {fixed(abs(change), 0)} %)"
+    return f"{name} {verb} from {fixed(before.fit_percent)} to {fixed(after.fit_percent)} %{error}"

@@ -1,0 +1,53 @@
+"""Figures inside a page: SVG whose colours are the page's, so that it can be dark, and whose text is text."""
+
+from __future__ import annotations
+
+import re
+from io import StringIO
+
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+from robotid.report.axes import BAND, BLUE, FAINT, GREEN, GRID, INK, ORANGE, PURPLE, SKY, VERMILLION
+
+COLOURS = {
+    INK: "ink",
+    FAINT: "faint",
+    GRID: "grid",
+    BAND: "band",
+    BLUE: "blue",
+    VERMILLION: "vermillion",
+    GREEN: "green",
+    PURPLE: "purple",
+    SKY: "sky",
+    ORANGE: "orange",
+}
+"""Custom properties of the page's style sheet."""
+
+PROLOGUE = re.compile(r"^.*?(?=<svg)|<metadata>.*?</metadata>|<!--.*?-->", re.DOTALL)
+NAMESPACE = re.compile(r' xmlns(:\w+)?="[^"]*"| version="[^"]*"')
+SIZE = re.compile(r'(<svg[^>]*?) width="[\d.]+pt" height="[\d.]+pt"')
+IDENTIFIER = re.compile(r' id="([^"]*)"')
+FAMILY = re.compile(r"font-family: [^;\"]*;? ?")
+DIGITS = re.compile(r"(\d+\.\d{2})\d+")
+
+
+def inline(figure: Figure, name: str) -> str:
+    """A figure as an element of HTML, without reference to anything outside. name : makes its identifiers its own."""
+    stream = StringIO()
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
+        figure.savefig(stream, format="svg", transparent=True, metadata={"Date": None})
+    text = NAMESPACE.sub("", PROLOGUE.sub("", stream.getvalue())).replace("xlink:href", "href")
+    text = FAMILY.sub("", SIZE.sub(r"\1", text))
+    text = _own_identifiers(text, name)
+    for colour, role in COLOURS.items():
+        text = text.replace(colour.lower(), f"var(--{role})").replace(colour, f"var(--{role})")
+    return DIGITS.sub(r"\1", text)
+
+
+def _own_identifiers(text: str, name: str) -> str:
+    """Only identifiers that are referred to, and none that another figure has."""
+    used = set(re.findall(r'href="#([^"]*)"|url\(#([^)]*)\)', text))
+    wanted = {found for pair in used for found in pair if found}
+    text = IDENTIFIER.sub(lambda m: m.group(0) if m.group(1) in wanted else "", text)
+    return re.sub(r'( id="|href="#|url\(#)', rf"\g<1>{name}-", text)

@@ -1,0 +1,81 @@
+"""What a report is made of: the artifacts of a run that are fresh. The page itself is no artifact but a view of them,
+so it may be made after any stage and shows whatever there is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from robotid import __version__
+from robotid.artifacts.provenance import digest
+from robotid.artifacts.store import Label, load
+from robotid.errors import InputError
+from robotid.report.findings import Findings
+from robotid.stages.freshness import StageStatus, State
+from robotid.stages.pipeline import STAGES, status
+from robotid.stages.stage import Run
+
+PAGE = "report.html"
+FIELDS = {
+    "excite": "excitation",
+    "collect": "recordings",
+    "init-rigid": "rigid",
+    "init-flex": "flex",
+    "fit": "fits",
+    "validate": "validation",
+    "diagnose": "diagnosis",
+    "extend": "extension",
+}
+"""What the content of each stage is called among the findings."""
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """What there is to report of. fresh, contents : labels and contents by stage; left_out : artifacts that are stale,
+    and why."""
+
+    run: Run
+    fresh: Mapping[str, Label]
+    contents: Mapping[str, Any]
+    left_out: Mapping[str, str]
+
+    @property
+    def stamp(self) -> str:
+        """Digest of all that a page of it shows."""
+        made = [f"{stage} {label.digest} {label.provenance.created}" for stage, label in self.fresh.items()]
+        return digest("\n".join([__version__, self.run.loaded.resolved_text(), *made, *self.left_out]).encode())
+
+    def findings(self) -> Findings:
+        """The contents as a report takes them."""
+        robot = self.run.loaded.config.robot
+        return Findings(robot.name, robot.linear, **{FIELDS[name]: content for name, content in self.contents.items()})
+
+
+def gather(run: Run) -> Material:
+    """The artifacts of a run that are fresh. Raises InputError where there is none, or one is damaged."""
+    found = status(run)
+    fresh = {s.stage: s.label for s in found if s.state is State.FRESH and s.label is not None}
+    if not fresh:
+        hint = f"run `{run.command('run')}` first"
+        raise InputError(f"nothing to report: {_nothing(found)}", where=str(run.out), hint=hint)
+    contents = {name: load(run.file(STAGES[name]), STAGES[name].type()).content for name in fresh}
+    return Material(run, fresh, contents, {s.file.name: s.why for s in found if s.state is State.STALE})
+
+
+def _nothing(found: tuple[StageStatus, ...]) -> str:
+    stale = [s for s in found if s.state is State.STALE]
+    return f"{stale[0].file.name} is stale ({stale[0].why})" if stale else "no stage has run"
+
+
+def page_file(run: Run) -> Path:
+    """Where the page is."""
+    return run.out / PAGE
+
+
+def why_made(material: Material, stamp: str | None) -> str:
+    """Why a page has to be made, empty where the one there is shows just this. stamp : of the one there is."""
+    if stamp is None:
+        return "it is no report of ours" if page_file(material.run).exists() else "not made yet"
+    return "" if stamp == material.stamp else "what it shows has changed"
