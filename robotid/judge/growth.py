@@ -107,8 +107,30 @@ class Growth:
     changes: tuple[Change, ...] = ()
 
 
+def search(
+    model: Model, fitted: Sequence[Record], held: Sequence[Record], horizon: float | None, terms: Terms, log: Log
+) -> Growth:
+    """What a model lacks, by the noise of the sensors; and where that is out of reach and names nothing, as it is on
+    most machines, by that of torque errors besides."""
+    log("measuring the noise")
+    bench, first = set_up(model, fitted, held, horizon, terms)
+    growth = grow(first, bench, terms, log)
+    if growth.causes or bench.reached:
+        return growth
+    log("allowing for errors of the torque")
+    bench, first = set_up(model, fitted, held, horizon, terms, errors=True)
+    blunt = grow(first, bench, terms, log)
+    return blunt if blunt.causes or growth.shape is None else growth
+
+
 def set_up(
-    model: Model, fitted: Sequence[Record], held: Sequence[Record], horizon: float | None, terms: Terms
+    model: Model,
+    fitted: Sequence[Record],
+    held: Sequence[Record],
+    horizon: float | None,
+    terms: Terms,
+    *,
+    errors: bool = False,
 ) -> tuple[Bench, Trial]:
     """The bench for a fitted model, its noise found in the residuals, and the model refitted on it."""
     runs = [simulate_record(model, record, horizon) for record in fitted]
@@ -122,10 +144,10 @@ def set_up(
     for piece, t in zip(pieces, trajectories, strict=True):
         residual = measured(piece, model.output) - observed(t, model.output)
         scans.append(scan(t, piece, residual, model.output, bare.columns, bare.free_states, missing))
-    whiten, reached = estimate_noise(scans, model.output, bare.row, lambda: _freed(scans, bare))
+    whiten, reached = estimate_noise(scans, model.output, bare.row, lambda: _freed(scans, bare), errors=errors)
     held_pieces = tuple(piece for record in held for piece in record.pieces(horizon or record.duration))
     whiten_held = _held_whitening(bare, model.theta, whiten, held_pieces)
-    bench = Bench(tuple(pieces), held_pieces, whiten, whiten_held, model.output, model.estimate_states, reached)
+    bench = Bench(tuple(pieces), held_pieces, whiten, whiten_held, model.output, model.estimate_states, reached, errors)
     states = [first_state(t) for t in trajectories]
     return bench, try_model(model.joint.structure, model.parameters, bench, states)
 
@@ -262,7 +284,7 @@ def renew(trial: Trial, bench: Bench, terms: Terms) -> tuple[Bench, Trial]:
     """The bench with the noise as it shows behind a better model, never larger, and that model refitted on it."""
     problem, theta = trial.problem, trial.parameters.values
     scans = look(trial, bench, terms)
-    whiten, _ = estimate_noise(scans, bench.output, problem.row, lambda: _freed(scans, problem))
+    whiten, _ = estimate_noise(scans, bench.output, problem.row, lambda: _freed(scans, problem), errors=bench.errors)
     if max(w.torque for w in whiten) > max(w.torque for w in bench.whiten):
         return bench, trial
     held = _held_whitening(problem, theta, whiten, bench.held)

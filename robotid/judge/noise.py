@@ -13,19 +13,20 @@ from robotid.judge.whitening import Whitening, whitening
 from robotid.model.array import Array
 from robotid.signals.record import Quantity
 
+LEAST, CLOSE = 1e-12, 0.1  # of the largest torque variance that is tried; of its logarithm
 BLUNT = 0.25  # of the typical output noise: a record that shows less was at rest
 UNEXPLAINED = 2.0  # energy over that of noise, beyond which a torque error is assumed that nothing explains
 NEARLY, FAR = 0.02, 20.0  # of the misfit, and of noise energies: as close as linear columns come to a large one
 
 
 def estimate_noise(
-    scans: Sequence[Scan], output: Quantity, row: int, freed: Callable[[], Sequence[Array]]
+    scans: Sequence[Scan], output: Quantity, row: int, freed: Callable[[], Sequence[Array]], *, errors: bool
 ) -> tuple[tuple[Whitening, ...], bool]:
     """The whitening of every record, and whether the sensors' noise can be reached. row : state that is the output;
-    freed : gives what free curves leave, if need be.
+    freed : gives what free curves leave, if need be; errors : whether to assume torque errors.
 
-    Sensors first. Where even all candidates together leave more than their noise, the model lacks what no catalogue
-    has: that counts as a white error of the torque, as large as it takes, lest its every detail be explained.
+    Where even all candidates and free curves leave more than the sensors' noise, the model lacks what no catalogue has:
+    that may count as a white error of the torque, as large as it takes, lest its every detail be explained.
     """
     cases = [(one.trajectory, one.record, one.residual) for one in scans]
     noise = noise_levels(cases, output)
@@ -37,13 +38,13 @@ def estimate_noise(
     if _excess(scans, left, row, levels, torque) > UNEXPLAINED:
         left = freed()
     reached = _excess(scans, left, row, levels, torque) <= max(UNEXPLAINED, min(NEARLY * before, FAR))
-    if not reached:
-        levels, torque = _as_left(scans, left, output, levels, torque)
+    if errors and not reached:
+        levels, torque = _as_left(scans, left, output, row, levels, torque)
     return _filters(scans, row, levels, torque), reached
 
 
 def _as_left(
-    scans: Sequence[Scan], left: Sequence[Array], output: Quantity, levels: Sequence[float], torque: float
+    scans: Sequence[Scan], left: Sequence[Array], output: Quantity, row: int, levels: Sequence[float], torque: float
 ) -> tuple[list[float], float]:
     """Noises as large as what is left shows them, none smaller than the sensors' own (Whittle 1953)."""
     found = []
@@ -53,7 +54,22 @@ def _as_left(
         found.append(whittle(seen.power[ABSORBED:], both[:, ABSORBED:])[0])
     typical = float(np.median([f[0] for f in found]))
     raised = [max(level, float(f[0]), BLUNT**2 * typical) for level, f in zip(levels, found, strict=True)]
-    return raised, max(torque, float(np.median([f[1] for f in found])))
+    most = max(torque, float(np.median([f[1] for f in found])))
+    return raised, _enough(scans, left, row, raised, torque, most)
+
+
+def _enough(
+    scans: Sequence[Scan], left: Sequence[Array], row: int, levels: Sequence[float], torque: float, most: float
+) -> float:
+    """The variance of the torque error with which what is left has the energy of noise, and no more than most."""
+    if _excess(scans, left, row, levels, most) >= 1.0:
+        return most
+    low, high = np.log(max(torque, LEAST * most)), np.log(most)
+    while high - low > CLOSE:
+        middle = (low + high) / 2
+        enough = _excess(scans, left, row, levels, float(np.exp(middle))) < 1.0
+        low, high = (low, middle) if enough else (middle, high)
+    return float(np.exp(high))
 
 
 def _filters(scans: Sequence[Scan], row: int, levels: Sequence[float], torque: float) -> tuple[Whitening, ...]:

@@ -32,7 +32,8 @@ FirstState = Mapping[str, float]
 @dataclass(frozen=True, slots=True, eq=False)
 class Bench:
     """Records to be fitted and records held out (pieces of experiments), with the whitening of each. reached : all
-    known effects and free curves together leave no more than noise."""
+    known effects and free curves together leave no more than the sensors' noise; errors : what they leave counts as
+    torque errors, and so as noise."""
 
     fitted: tuple[Record, ...]
     held: tuple[Record, ...]
@@ -41,6 +42,7 @@ class Bench:
     output: Quantity
     estimate_states: bool
     reached: bool
+    errors: bool
 
     @property
     def samples(self) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from robotid.config.schema import Config
 from robotid.estimate.result import Fits
 from robotid.judge.diagnosis import Diagnosis
-from robotid.judge.growth import Terms, grow, set_up
+from robotid.judge.growth import Terms, search
 from robotid.judge.simulated import fitted_model
 from robotid.judge.verdict import verdict
 from robotid.signals.quality import Recordings
@@ -27,6 +27,5 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
     terms = Terms(section.level, section.worth, section.refits, section.causes, section.skip)
     fitted = [r for r in recordings.records if r.name in model.records]
     held = [r for r in recordings.records if r.name not in model.records]
-    say("measuring the noise")
-    bench, first = set_up(model, fitted, held, settings.fit.horizon, terms)
-    return verdict(model, recordings.records, grow(first, bench, terms, say), settings.fit.horizon)
+    growth = search(model, fitted, held, settings.fit.horizon, terms, say)
+    return verdict(model, recordings.records, growth, settings.fit.horizon)
