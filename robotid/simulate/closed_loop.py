@@ -15,6 +15,7 @@ from robotid.model.array import Array
 from robotid.model.port import Signal
 from robotid.simulate.controller import Controller
 from robotid.simulate.fallback import lsoda
+from robotid.simulate.sensors import shown
 from robotid.simulate.solver import Problem, march
 from robotid.simulate.steps import Motive, Steps, linearise
 
@@ -33,18 +34,26 @@ class ClosedLoop(Problem):
     quantum: float = 0.0
     dref: Array = field(init=False)
     command: Array = field(init=False)
+    motion: Array = field(init=False)
 
     def __post_init__(self) -> None:
         Problem.__post_init__(self)
         self.dref = np.diff(self.ref, append=self.ref[-1]) / self.sampling_time
         self.command = np.zeros(len(self.ref))
+        self.motion = self.guess[[self.joint.speeds.start - 1, self.joint.speeds.start]]
 
     def drive(self, at: slice, x: Array) -> tuple[Array, Array, Array]:
         """Speed error, torque command and its slope to it in saturation, at nodes x (nx + 1, m)."""
-        start = self.joint.speeds.start
-        phi, dphi = quantise(x[start - 1], self.quantum), x[start] + self.speed_noise[at]
-        error = self.controller.error(self.ref[at], phi, dphi)
+        phi, dphi = self.seen(at, x)
+        error = self.controller.error(self.ref[at], quantise(phi, self.quantum), dphi + self.speed_noise[at])
         return error, *self.controller.torque(error, x[-1], self.dref[at])
+
+    def seen(self, at: slice, x: Array) -> tuple[Array, Array]:
+        """Angle and speed as their sensors show them at nodes x (nx + 1, m), before noise."""
+        start = self.joint.speeds.start
+        self.motion[:, at] = x[start - 1 : start + 1]
+        phi, dphi = shown(self.joint, self.theta, self.sampling_time, *self.motion[:, : at.stop])
+        return phi[at], dphi[at]
 
     def effective(self, last: int) -> Array:
         """The torque that acts in intervals 0 .. last - 1, after the channels on it, (last,)."""

@@ -12,6 +12,7 @@ from robotid.signals.record import Record
 from robotid.signals.reference import Reference
 from robotid.simulate.closed_loop import ClosedLoop, quantise, run_closed_loop
 from robotid.simulate.controller import Controller
+from robotid.simulate.sensors import shown
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,14 +38,15 @@ class Plant:
         noise = self.speed_noise * rng.standard_normal(n)
         x, torque = follow(self.joint, self.theta, self.controller, reference, noise, self.quantum)
         start = self.joint.speeds.start
+        phi_m, dphi_m = shown(self.joint, self.theta, reference.sampling_time, x[start - 1], x[start])
         return Record(
             name=reference.name,
             role="estimate",
             use="both",
             sampling_time=reference.sampling_time,
             tau_m=torque + self.torque_noise * rng.standard_normal(n),
-            phi_m=quantise(x[start - 1], self.quantum),
-            dphi_m=x[start] + noise,
+            phi_m=quantise(phi_m, self.quantum),
+            dphi_m=dphi_m + noise,
             ref=reference.ref,
             ref_kind=reference.kind,
             period=reference.period,
