@@ -19,7 +19,8 @@ Units = Callable[[str], str]
 # Okabe & Ito 2008, without the yellow that vanishes on paper
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 BLUE, VERMILLION, GREEN, PURPLE, SKY, ORANGE = PALETTE
-INK, FAINT, BAND, GRID = "#222222", "#9A9A9A", "#DDE6EE", "#E4E4E4"
+INK, QUIET, FAINT, BAND, GRID = "#222222", "#5C6166", "#9A9A9A", "#DDE6EE", "#E4E4E4"
+MOST_DECADES = 2.5  # that ticks at 1, 2, 5 have room on
 MOST_POINTS = 4000  # drawn of a signal; a longer one is drawn as its envelope
 
 
@@ -47,15 +48,21 @@ def dress(axes: Axes, x: str, y: str, title: str = "") -> None:
         axes.spines[side].set_color(FAINT)
 
 
-def legend(axes: Axes, columns: int = 1) -> None:
-    """A legend without a frame, where curves have names."""
-    if axes.get_legend_handles_labels()[1]:
+def legend(axes: Axes, columns: int = 1, *, below: bool = False) -> None:
+    """A legend without a frame, where curves have names; below the axes where they are full of curves."""
+    if not axes.get_legend_handles_labels()[1]:
+        return
+    if below:
+        axes.legend(fontsize=8, frameon=False, ncols=columns, loc="upper center", bbox_to_anchor=(0.5, -0.16))
+    else:
         axes.legend(fontsize=8, frameon=False, ncols=columns)
 
 
 def plain(axis: Axis) -> None:
-    """Ticks of a logarithmic axis at 1, 2, 5, written out."""
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    """Ticks of a logarithmic axis written out, at 1, 2, 5 unless it spans many decades."""
+    low, high = axis.get_view_interval()
+    few = high > low * 10**MOST_DECADES
+    axis.set_major_locator(LogLocator(subs=(1.0,) if few else (1.0, 2.0, 5.0)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
 
@@ -66,10 +73,10 @@ def envelope(t: Array, signal: Array, most: int = MOST_POINTS) -> tuple[Array, A
         return t, signal
     count = most // 2
     edges = np.linspace(0, len(signal), count + 1).astype(int)
-    pairs = [
-        sorted((a + int(np.argmin(signal[a:b])), a + int(np.argmax(signal[a:b])))) for a, b in pairwise(edges.tolist())
-    ]
-    at = np.array(pairs).ravel()
+    stretches = list(pairwise(edges.tolist()))
+    lowest = [a + int(np.argmin(signal[a:b])) for a, b in stretches]
+    highest = [a + int(np.argmax(signal[a:b])) for a, b in stretches]
+    at = np.unique([*lowest, *highest])
     return t[at], signal[at]
 
 

@@ -7,12 +7,12 @@ from math import isfinite
 from matplotlib.axes import Axes
 
 from robotid.judge.diagnosis import Cause, Diagnosis
-from robotid.report.axes import BLUE, FAINT, INK, dress
+from robotid.report.axes import BLUE, FAINT, INK, QUIET, dress
 from robotid.report.numbers import fixed
 
 MOST_REJECTED = 8
-THICK = 0.62
-LEFT = "#B9B9B9"  # bars of what was rejected
+THICK = 0.37
+ROOM = 62  # for what is said, beside the bars
 
 
 def rows_of(diagnosis: Diagnosis) -> int:
@@ -21,28 +21,33 @@ def rows_of(diagnosis: Diagnosis) -> int:
 
 
 def draw_causes(axes: Axes, diagnosis: Diagnosis) -> None:
-    """A bar an effect, causes first in their order, then the best of the rejected."""
+    """A bar an effect, causes first in their order, then the best of the rejected; what is said of each at its end."""
     rejected = sorted(diagnosis.rejected, key=lambda r: -r.explained)[:MOST_REJECTED]
     for k, cause in enumerate(diagnosis.causes):
-        _bar(axes, k, cause.effect, cause.explained, BLUE, _said(cause))
+        _bar(axes, k, " or ".join((cause.effect, *_others(cause))), cause.explained, BLUE, _said(cause))
     for k, one in enumerate(rejected, start=len(diagnosis.causes)):
-        _bar(axes, k, one.effect, one.explained, LEFT, "rejected")
+        _bar(axes, k, one.effect, one.explained, FAINT, "rejected")
     axes.invert_yaxis()
     axes.set_yticks([])
-    axes.set_xlim(0, 100)
+    axes.set_xlim(0, 100 + ROOM)
+    axes.set_xticks(range(0, 101, 20))
     dress(axes, "share of the misfit explained [%]", "", f"What {diagnosis.model} lacks")
+    axes.xaxis.label.set_horizontalalignment("left")
+    axes.xaxis.label.set_x(0)
     axes.grid(False, axis="y")
     axes.spines["left"].set_visible(False)
 
 
 def _bar(axes: Axes, k: int, name: str, share: float, shade: str, said: str) -> None:
-    axes.barh(k + 0.16, 100 * share, THICK * 0.6, color=shade)
+    axes.barh(k + 0.16, 100 * share, THICK, color=shade)
     axes.text(0, k - 0.2, name, fontsize=8.5, va="center", color=INK)
-    axes.text(100, k - 0.2, said, fontsize=8, va="center", ha="right", color=FAINT)
+    axes.text(103, k + 0.16, said, fontsize=8, va="center", color=QUIET)
 
 
 def _said(cause: Cause) -> str:
-    others = [twin for twin in cause.twins if twin != cause.effect]
-    gain = f"{cause.heldout_gain:+.2f} points held out" if isfinite(cause.heldout_gain) else ""
     share = f"{fixed(100 * cause.explained, 1)} %"
-    return ", ".join(filter(None, (share, gain, f"or {', '.join(others)}" if others else "")))
+    return f"{share}, held out {cause.heldout_gain:+.2f}" if isfinite(cause.heldout_gain) else share
+
+
+def _others(cause: Cause) -> list[str]:
+    return [twin for twin in cause.twins if twin != cause.effect]

@@ -15,6 +15,7 @@ from robotid.signals.frf import Frf
 Motion = Literal["acceleration", "speed"]
 UNIT = {"acceleration": "rad/s2/Nm", "speed": "rad/s/Nm"}
 STYLES = ("--", "-.", ":")
+WIDTHS = (3.6, 2.0, 1.2)  # of measured responses, so that those below others are seen too
 
 
 def draw_responses(axes: Axes, frfs: Sequence[Frf], motion: Motion = "acceleration", units: Units = str) -> None:
@@ -25,8 +26,11 @@ def draw_responses(axes: Axes, frfs: Sequence[Frf], motion: Motion = "accelerati
         spread = 2 * frf.std / (1.0 if motion == "acceleration" else frf.omega)
         low = np.maximum(magnitude - spread, 0.05 * magnitude)
         axes.fill_between(frf.frequency, low, magnitude + spread, color=colour(k), alpha=0.2, linewidth=0)
-        axes.loglog(frf.frequency, magnitude, color=colour(k), linewidth=1.6, label=f"{frf.record}, measured")
+        axes.loglog(
+            frf.frequency, magnitude, color=colour(k), linewidth=WIDTHS[min(k, 2)], label=f"{frf.record}, measured"
+        )
     plain(axes.xaxis)
+    plain(axes.yaxis)
     dress(axes, "frequency [Hz]", f"magnitude [{units(UNIT[motion])}]", f"Motor torque to motor {motion}")
 
 
@@ -47,7 +51,7 @@ def draw_bode(
         )
     bode = models[last]
     axes.plot(bode.frequency, getattr(bode, motion), color=INK, linewidth=0.9, label=_label(last, bode))
-    legend(axes)
+    legend(axes, columns=2, below=True)
 
 
 def _label(name: str, bode: Bode) -> str:

@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from robotid.judge.location import BY_DIRECTION, BY_SPEED, Curve
 from robotid.model.array import Array
-from robotid.report.axes import BLUE, FAINT, INK, VERMILLION, Units, dress
+from robotid.report.axes import BLUE, INK, QUIET, VERMILLION, Units, dress, plain
 from robotid.report.numbers import significant
 
 VARIABLES = {
@@ -74,10 +74,12 @@ def draw_curve(
     x, mean, spread = curve.x[known], curve.missing_torque[known], curve.spread[known]
     if curve.along.startswith("record"):
         axes.errorbar(x, mean, spread, fmt="o", color=BLUE, markersize=5, capsize=3, linewidth=1.2)
+        axes.set_xlim(x.min() - 0.5, x.max() + 0.5)
         axes.set_xticks(x, [names[int(k)] if int(k) < len(names) else str(int(k)) for k in x])
     elif curve.along == "frequency":
         axes.semilogx(x, mean, "o-", color=BLUE, markersize=3, linewidth=1.4)
         axes.set_ylim(bottom=0.0)
+        plain(axes.xaxis)
     else:
         axes.fill_between(x, mean - spread, mean + spread, color=BLUE, alpha=0.18, linewidth=0)
         axes.plot(x, mean, "o-", color=BLUE, markersize=2.6, linewidth=1.4)
@@ -85,11 +87,11 @@ def draw_curve(
     if reach is not None and curve.along != "frequency":
         axes.set_ylim(-reach, reach)
     axes.axhline(0.0, color=INK, linewidth=0.6)
-    orders = f"orders {100 * curve.order:.0f} %" if curve.along != "frequency" else "by frequency"
-    dress(axes, f"{variable(curve)}{unit}", f"missing torque [{units('Nm')}]", f"{variable(curve)}: {orders}")
+    orders = f": orders {100 * curve.order:.0f} %" if curve.along != "frequency" else ""
+    dress(axes, f"{variable(curve)}{unit}", f"missing torque [{units('Nm')}]", f"{variable(curve)}{orders}")
     how = counted(curve)
     if how:
-        axes.text(0.98, 0.97, how.strip(" ,"), transform=axes.transAxes, ha="right", va="top", fontsize=8, color=FAINT)
+        axes.text(0.98, 0.97, how.strip(" ,"), transform=axes.transAxes, ha="right", va="top", fontsize=8, color=QUIET)
 
 
 def draw_shape(axes: Axes, curve: Curve, units: Units = str, names: Sequence[str] = ()) -> None:

@@ -162,7 +162,7 @@
     }
 
     axes(low, high, strip, top, tall, last) {
-      const across = ticks(this.view[0], this.view[1], this.wide / 80), up = ticks(low, high, tall / 32);
+      const across = ticks(this.view[0], this.view[1], this.wide / 80), up = ticks(low, high, Math.max(2.5, tall / 32));
       const x = across.found.map((t) => {
         const at = this.place(t).toFixed(1);
         const said = last ? `<text x="${at}" y="${top + tall + 16}" text-anchor="middle">${label(t, across.step)}</text>` : "";

@@ -26,7 +26,18 @@ from robotid.report.time import Series, TimePlot
 
 MOST_SAMPLES = 100_000  # of all signals that can be zoomed, together
 FEWEST_SAMPLES = 2000  # of one of them
+LONG = 30  # characters of a cell that may be folded
 STATIC = 1200  # points of a curve where the page cannot draw: without JavaScript
+HEADINGS = {
+    "excite": "Excitation",
+    "collect": "Records",
+    "init-rigid": "First step: the rigid joint",
+    "init-flex": "Second step: what flexes",
+    "fit": "Fit",
+    "validate": "Validation",
+    "diagnose": "Diagnosis",
+    "extend": "Extension",
+}
 NUMBER = re.compile(r"[-+–−]?[\d.]+(e[-+]?\d+)?\s*[%*]?|-|–|")
 
 
@@ -76,9 +87,10 @@ def page(findings: Findings, tables: Mapping[str, Sequence[Sheet]], origin: Orig
     sections = [(name, [_shown(p, most) for p in group]) for name, group in groupby(every, lambda p: p.section)]
     return _template().render(
         title=title or findings.robot,
-        summary=summary(findings),
+        summary=summary(findings).replace(" %", "\u00a0%"),
         sections=sections,
-        tables={stage: [_grid(sheet) for sheet in sheets if sheet.rows] for stage, sheets in tables.items()},
+        tables={stage: [_grid(sheet) for sheet in tables[stage] if sheet.rows] for stage in reversed(list(tables))},
+        headings=HEADINGS,
         origin=origin,
         style=Markup(_own("page.css")),
         script=Markup(_own("page.js")),
@@ -142,9 +154,9 @@ def _series(series: Series, times: list[Array]) -> dict[str, Any]:
 
 
 def _time(t: Array) -> dict[str, Any]:
-    """Times as multiples of the shortest step, whose single precision is exact."""
+    """Times in shortest steps since the first: evenly sampled ones are whole numbers, exact in single precision."""
     step = float(np.diff(t).min()) if len(t) > 1 else 1.0
-    return {"start": float(t[0]), "step": step, "samples": _packed(np.round((t - t[0]) / step))}
+    return {"start": float(t[0]), "step": step, "samples": _packed(np.round((t - t[0]) / step, 3))}
 
 
 def _packed(values: Array) -> str:
@@ -154,20 +166,26 @@ def _packed(values: Array) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _Grid:
-    """A table without its empty columns. numeric : which columns hold numbers alone."""
+    """A table without its empty columns. kinds : attributes of the columns' cells, by what they hold."""
 
     title: str
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
-    numeric: tuple[bool, ...]
+    kinds: tuple[Markup, ...]
     note: str
 
 
 def _grid(sheet: Sheet) -> _Grid:
     kept = [k for k in range(len(sheet.columns)) if not k or any(row[k] for row in sheet.rows)]
     rows = tuple(tuple(row[k] for k in kept) for row in sheet.rows)
-    numeric = tuple(all(NUMBER.fullmatch(row[k].strip()) for row in rows) for k in range(len(kept)))
-    return _Grid(sheet.title, tuple(sheet.columns[k] for k in kept), rows, numeric, sheet.note)
+    kinds = tuple(_kind([row[k] for row in rows]) for k in range(len(kept)))
+    return _Grid(sheet.title, tuple(sheet.columns[k] for k in kept), rows, kinds, sheet.note)
+
+
+def _kind(cells: Sequence[str]) -> Markup:
+    if all(NUMBER.fullmatch(cell.strip()) for cell in cells):
+        return Markup(' class="number"')
+    return Markup(' class="long"' if any(len(cell) > LONG for cell in cells) else "")
 
 
 def _own(name: str) -> str:

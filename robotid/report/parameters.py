@@ -16,6 +16,7 @@ from robotid.report.axes import INK, Units, colour, dress, legend, plain
 WIDTH = 0.6  # of the room that a parameter has, shared by the models
 MARK: Final[dict[str, Any]] = {"markersize": 4.5, "capsize": 3, "linewidth": 1.4}
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+NARROWEST = 1e-5  # range of a strip, of its largest value
 WIDE_RANGE = 5.0  # of costs, from which a logarithmic scale serves better
 
 
@@ -74,7 +75,16 @@ def draw_intervals(pairs: Sequence[Axes], fits: Mapping[str, FitResult], units: 
         axes.spines["left"].set_visible(False)
         axes.xaxis.set_major_locator(MaxNLocator(5))
         axes.margins(x=0.08)
+        _widen(axes)
         axes.ticklabel_format(axis="x", useOffset=False, style="plain")
+
+
+def _widen(axes: Axes) -> None:
+    """Show no more digits than anybody reads."""
+    low, high = axes.get_xlim()
+    least = NARROWEST * max(abs(low), abs(high)) / 2
+    if high - low < least:
+        axes.set_xlim((low + high - least) / 2, (low + high + least) / 2)
 
 
 def interval_rows(fits: Mapping[str, FitResult]) -> list[int]:

@@ -56,14 +56,14 @@ def _cell(axes: Axes, row: int, column: int, value: float, shade: float) -> None
     known = np.isfinite(value)
     fill = colormaps["Blues"](0.08 + 0.85 * shade) if known else FAINT
     axes.add_patch(Rectangle((column + 0.03, row + 0.04), 0.94, 0.92, facecolor=fill, linewidth=0))
-    text = (
-        "diverges"
-        if not known
-        else "0"
-        if abs(value) < NONE_SEEN
-        else f"{value:.2f}"
-        if value > -10
-        else f"{value:.0f}"
-    )
     ink = ON_DARK if known and shade > DARK else ON_LIGHT
-    axes.text(column + 0.5, row + 0.5, text.replace("-", "−"), ha="center", va="center", fontsize=8, color=ink)
+    axes.text(column + 0.5, row + 0.5, _figures(value), ha="center", va="center", fontsize=8, color=ink)
+
+
+def _figures(value: float) -> str:
+    """Three digits, as few as a cell has room for."""
+    if not np.isfinite(value):
+        return "diverges"
+    size = abs(value)
+    decimals = 2 if size < 10 else 1 if size < 100 else 0
+    return "0" if size < NONE_SEEN else f"{value:.{decimals}f}".replace("-", "−")

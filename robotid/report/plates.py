@@ -198,7 +198,7 @@ def _causes(f: Findings) -> Iterator[Plate]:
     if f.diagnosis is not None and rows_of(f.diagnosis):
         causes = listed([f"{c.effect} explains {fixed(100 * c.explained, 1)} %" for c in f.diagnosis.causes])
         alt = f"Effects ranked by the share of the misfit that they explain: {causes or 'none is a cause'}."
-        yield Plate("causes", "Causes", "Causes, ranked", alt, partial(causes_figure, f.diagnosis))
+        yield Plate("causes", "Causes and gain", "Causes, ranked", alt, partial(causes_figure, f.diagnosis))
 
 
 def _gain(f: Findings) -> Iterator[Plate]:
@@ -206,7 +206,9 @@ def _gain(f: Findings) -> Iterator[Plate]:
         pairs = gains(f.extension, used=True) | gains(f.extension, used=False)
         said = listed([f"{name} from {fixed(a)} to {fixed(b)} %" for name, (a, b) in pairs.items()])
         alt = f"Fit before and after the extension by record, held-out records apart: {said}."
-        yield Plate("gain", "The gain", "Fit before and after the extension", alt, partial(gain_figure, f.extension))
+        yield Plate(
+            "gain", "Causes and gain", "Fit before and after the extension", alt, partial(gain_figure, f.extension)
+        )
 
 
 def _perturbation(f: Findings) -> Iterator[Plate]:
@@ -250,7 +252,7 @@ def time_figure(plot: TimePlot) -> Figure:
 def responses_figure(frfs: Sequence[Frf], units: Callable[[str], str]) -> Figure:
     """Figure 2 of the paper."""
     figure = _one(draw_responses, frfs, "acceleration", units)
-    legend(figure.axes[0])
+    legend(figure.axes[0], columns=2, below=True)
     return figure
 
 

@@ -18,6 +18,7 @@ from robotid.report.location import best_of_each, variable
 from robotid.report.numbers import fixed, listed, significant
 from robotid.terms import TERMS
 
+EFFECTS: dict[str, Term | Channel] = {**TERMS, **CHANNELS}
 FEW = 3  # records that are told one by one
 TELLING = 0.2  # share of the variance from which a variable is named
 
@@ -143,7 +144,7 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
     yield f"beyond noise of {noise} it is wrong by {significant(d.misfit, 2)} {unit} RMS{_place(d)}."
     if d.causes:
         lead = "The cause is" if len(d.causes) == 1 else "The causes are"
-        yield f"{lead} {'; '.join(_cause(f, c) for c in d.causes)}."
+        yield f"{lead} {listed([_cause(f, c) for c in d.causes])}."
         yield from _twins(d)
     if d.verdict == "unknown":
         rest = f"the {significant(d.remaining, 2)} {unit} that remain" if d.causes else "it"
@@ -163,18 +164,15 @@ def _place(d: Diagnosis) -> str:
 
 
 def _cause(f: Findings, cause: Cause) -> str:
-    return f"{effect_in_words(f, cause)}, which explains {fixed(100 * cause.explained, 0)} % of this"
-
-
-def effect_in_words(f: Findings, cause: Cause) -> str:
-    """An effect with what it looks like: "motor.stribeck (torque missing at small speed only)"."""
+    """An effect with what it is and does: "motor.stribeck (torque missing at small speed only; explains 97 %)"."""
+    name, look = cause.effect, ""
     if cause.effect.startswith(f"{RECORD_CHANGE}."):
-        record, parameter = changed(cause.effect)
+        record, name = changed(cause.effect)
         by = next((f" by {significant(p.value)} {f.units(p.unit)}" for p in cause.parameters), "")
-        return f"a {parameter} that differs in {record}{by}"
-    effects: dict[str, Term | Channel] = {**TERMS, **CHANNELS}
-    known = effects.get(cause.effect.rpartition(".")[2])
-    return cause.effect if known is None else f"{cause.effect} ({known.signature})"
+        look = f"differs in {record}{by}; "
+    elif cause.effect.rpartition(".")[2] in EFFECTS:
+        look = f"{EFFECTS[cause.effect.rpartition('.')[2]].signature}; "
+    return f"{name} ({look}explains {fixed(100 * cause.explained, 0)} %)"
 
 
 def _twins(d: Diagnosis) -> Iterator[str]:

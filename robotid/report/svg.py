@@ -8,11 +8,12 @@ from io import StringIO
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from robotid.report.axes import BAND, BLUE, FAINT, GREEN, GRID, INK, ORANGE, PURPLE, SKY, VERMILLION
+from robotid.report.axes import BAND, BLUE, FAINT, GREEN, GRID, INK, ORANGE, PURPLE, QUIET, SKY, VERMILLION
 
 COLOURS = {
     INK: "ink",
     FAINT: "faint",
+    QUIET: "quiet",
     GRID: "grid",
     BAND: "band",
     BLUE: "blue",
@@ -29,6 +30,7 @@ NAMESPACE = re.compile(r' xmlns(:\w+)?="[^"]*"| version="[^"]*"')
 SIZE = re.compile(r'(<svg[^>]*?) width="[\d.]+pt" height="[\d.]+pt"')
 IDENTIFIER = re.compile(r' id="([^"]*)"')
 FAMILY = re.compile(r"font-family: [^;\"]*;? ?")
+TAG = re.compile(r"<[^>]+>")
 DIGITS = re.compile(r"(\d+\.\d{2})\d+")
 
 
@@ -42,7 +44,7 @@ def inline(figure: Figure, name: str) -> str:
     text = _own_identifiers(text, name)
     for colour, role in COLOURS.items():
         text = text.replace(colour.lower(), f"var(--{role})").replace(colour, f"var(--{role})")
-    return DIGITS.sub(r"\1", text)
+    return TAG.sub(lambda tag: DIGITS.sub(r"\1", tag.group()), text)
 
 
 def _own_identifiers(text: str, name: str) -> str:

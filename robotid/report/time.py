@@ -75,7 +75,7 @@ def record_plot(record: Record, units: Units = str) -> TimePlot:
 def reference_plot(reference: Reference, units: Units = str) -> TimePlot:
     """What the controller is to follow."""
     label = REFERENCE[reference.kind].format(units(UNIT[reference.kind]))
-    return TimePlot(reference.name, (Strip(label, (Series("", reference.t, reference.ref, BLUE),)),))
+    return TimePlot(reference.name, (Strip(label, (Series("", reference.t, reference.ref, BLUE),), 2.0),))
 
 
 def trace_plot(name: str, validation: RecordValidation, output: Quantity, units: Units = str) -> TimePlot:
@@ -97,7 +97,9 @@ def missing_plot(name: str, missing: Trace, units: Units = str) -> TimePlot:
     """The torque that the residual asks for, and what the causes supply of it."""
     asked = Series("asked for by the residual", missing.t, missing.measured, FAINT, 1.6)
     supplied = Series("supplied by the causes", missing.t, missing.simulated, BLUE)
-    return TimePlot(name, (Strip(f"missing torque [{units('Nm')}]", (asked, supplied), zero=True),))
+    return TimePlot(
+        f"missing torque of {name}", (Strip(f"missing torque [{units('Nm')}]", (asked, supplied), 2.0, zero=True),)
+    )
 
 
 def draw_strips(pair: Sequence[Axes], plot: TimePlot, *, most: int = MOST_POINTS, legends: bool = True) -> None:

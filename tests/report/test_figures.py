@@ -4,49 +4,25 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
-from functools import cache
 from io import BytesIO
 
 import numpy as np
 import pytest
-from judged_records import CONTROLLER, clean_records, clean_responses, model
+from diagnosed import CLEAN
+from judged_records import clean_records, clean_responses
 from matplotlib.figure import Figure
+from report_findings import diagnosis, excitation, extension, fits, flex, validation
 
 from robotid.errors import ConfigError
 from robotid.estimate.flexible import FlexResult
-from robotid.estimate.grey_box import FitOptions, fit_model
-from robotid.estimate.result import Fits
-from robotid.judge.examine import Options, examine
-from robotid.judge.validation import Validation
 from robotid.model.units import sliding
 from robotid.report.axes import MOST_POINTS, envelope
 from robotid.report.figures import bode_figure, correlation_figure, draw, trace_figure
 from robotid.signals.quality import Recordings
 
 
-@cache
-def validation() -> Validation:
-    wrong = model({"gear.spring.k1": 1.2e6}, name="m0")
-    models = {
-        m.name: examine(m, clean_records(), clean_responses(), Options(controller=CONTROLLER))
-        for m in (wrong, model({}))
-    }
-    return Validation(models, "m", clean_responses())
-
-
-@cache
-def fits() -> Fits:
-    start = model({"gear.spring.k1": 1.2e6})
-    found = fit_model("m", start.joint, start.parameters, clean_records()[:1], FitOptions())
-    return Fits({"m": found, "n": replace(found, name="n")}, "m")
-
-
 def recordings() -> Recordings:
     return Recordings(clean_records(), ())
-
-
-def flex() -> FlexResult:
-    return FlexResult(clean_responses(), (), (), (), {}, ())
 
 
 def texts(figure: Figure) -> str:
@@ -62,6 +38,7 @@ def texts(figure: Figure) -> str:
     ("content", "expected"),
     [
         (recordings, ["small (estimate)", "large (validate)", "motor torque [Nm]", "time [s]"]),
+        (excitation, ["small", "reference speed [rad/s]"]),
         (flex, ["small, measured", "Motor torque to motor acceleration", "magnitude [rad/s2/Nm]", "frequency [Hz]"]),
         (fits, ["value over that of m", "iteration", "n"]),
         (
@@ -69,6 +46,8 @@ def texts(figure: Figure) -> str:
             ["large, measured", "m0, linearised", "m, linearised (0.0 dB off)", "small (fitted): fit 100.00 %",
              "large (held out)", "residual\n[rad/s]", "lag [samples]", "magnitude [rad/s/Nm]"],
         ),
+        (diagnosis, ["motor speed: orders 92 %", "gear twist [rad]", "missing torque [Nm]", "What m lacks"]),
+        (extension, ["records of the fit", "held-out records", "large (held out): fit 95.00 → 99.20 %", "after it"]),
     ],
 )  # fmt: skip
 def test_what_a_figure_says(content, expected) -> None:
@@ -121,6 +100,8 @@ def test_a_validation_without_responses_or_records() -> None:
 def test_what_cannot_be_drawn_is_said() -> None:
     with pytest.raises(ConfigError, match="there is no figure of a dict"):
         draw({})
+    with pytest.raises(ConfigError, match="nothing is left to explain"):
+        draw(CLEAN)
     with pytest.raises(ConfigError, match="a rigid axis has no flexibility"):
         draw(FlexResult((), (), (), (), {}, ("a rigid axis has no flexibility",)))
 

@@ -1,0 +1,135 @@
+"""`robotid report`: a page of whatever has run, and figures as files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from html_document import Document
+
+from robotid.cli.app import main
+from robotid.stages.pipeline import STAGES
+
+TEXT = """\
+robot: {name: axis, model: {motor: [inertia, viscous, coulomb]}}
+records:
+  - name: slow
+    excite: {kind: triangle, amplitude: 20, period: 2, sampling_time: 0.005}
+  - name: check
+    role: validate
+    excite: {kind: triangle, amplitude: 15, period: 1.5, sampling_time: 0.005}
+plant:
+  parameters: {motor.inertia.J: 0.01, motor.viscous.Fv: 0.02, motor.coulomb.Fc: 0.5}
+  controller: {kind: speed, kp: 0.5, ki: 5}
+  noise: {speed: 0.01}
+"""
+PAGE = Path("runs/axis/report.html")
+
+
+@pytest.fixture
+def config(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "axis.yaml").write_text(TEXT)
+    return "axis.yaml"
+
+
+def test_nothing_has_run(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["report", config]) == 3
+    expected = "runs/axis: nothing to report: no stage has run; run `robotid run axis.yaml` first\n"
+    assert capsys.readouterr() == ("", expected)
+    assert not Path("runs").exists()
+
+
+def test_after_every_stage_and_after_the_last(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    shown = []
+    for stage in STAGES:
+        assert main([stage, config, "--quiet"]) == 0
+        capsys.readouterr()
+        assert main(["report", config, "--json"]) == 0
+        found = json.loads(capsys.readouterr().out)
+        shown.append(stage)
+        assert found["shows"] == shown
+        assert found["left_out"] == {}
+        text = Document(PAGE.read_text()).text.replace("\u00a0", " ")
+        assert found["summary"] in text
+        assert all(f"robotid {name} axis.yaml" in text for name in shown)
+    assert "held-out records" in found["summary"]
+    assert PAGE.stat().st_size < 1_000_000
+
+
+def test_a_page_is_made_when_what_it_shows_has_changed(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["excite", config, "--quiet"])
+    assert main(["report", config]) == 0
+    out, err = capsys.readouterr()
+    assert out.startswith("Report\nanswer   2 reference signals for axis are ready")
+    assert err.startswith("report: runs/axis/report.html written in ")
+    assert " s (not made yet)\n" in err
+    made = PAGE.read_bytes()
+    assert main(["report", config]) == 0
+    assert "report: runs/axis/report.html is fresh\n" in capsys.readouterr().err
+    assert main(["report", config, "--force"]) == 0
+    assert PAGE.read_bytes() == made
+    main(["collect", config, "--quiet"])
+    assert main(["report", config, "--dry-run"]) == 0
+    assert "what it shows has changed" in capsys.readouterr().out
+    assert PAGE.read_bytes() == made
+    PAGE.write_text("mine")
+    capsys.readouterr()
+    assert main(["report", config]) == 0
+    assert "(it is no report of ours)" in capsys.readouterr().err
+
+
+def test_what_is_stale_is_left_out_and_said(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    for stage in ("excite", "collect", "init-rigid"):
+        main([stage, config, "--quiet"])
+    change = ["--set", "init_rigid.cutoff=20"]
+    capsys.readouterr()
+    assert main(["report", config, *change, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["shows"] == ["excite", "collect"]
+    assert found["left_out"] == {"rigid.h5": "configuration changed: init_rigid"}
+    assert "Not shown here: rigid.h5 (configuration changed: init_rigid)." in Document(PAGE.read_text()).text
+    assert main(["report", config, "--set", "plant.seed=9"]) == 3
+    assert "nothing to report: excitation.h5 is stale (configuration changed: plant)" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("form", "start"), [("svg", b"<?xml"), ("pdf", b"%PDF"), ("png", b"\x89PNG")])
+def test_figures_as_files(form: str, start: bytes, config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    for stage in ("excite", "collect"):
+        main([stage, config, "--quiet"])
+    capsys.readouterr()
+    assert main(["report", config, "--figures", "paper", "--format", form, "--json", "--quiet"]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert json.loads(out)["figures"] == [f"paper/record-slow.{form}", f"paper/record-check.{form}"]
+    assert all(file.read_bytes().startswith(start) for file in Path("paper").iterdir())
+    assert len(list(Path("paper").iterdir())) == 2
+
+
+def test_a_format_that_cannot_be_drawn(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["excite", config, "--quiet"])
+    assert main(["report", config, "--figures", "paper", "--format", "doc"]) == 2
+    assert '--format: no figure can be written as "doc"; use png, svg, pdf\n' in capsys.readouterr().err
+    assert not Path("paper").exists()
+
+
+def test_quiet_is_quiet(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["excite", config, "--quiet"])
+    assert main(["report", config, "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+    assert PAGE.exists()
+
+
+def test_a_run_ends_with_the_page(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    change = ["--set", "report.title=Axis one & two"]
+    assert main(["run", config, "--json", *change]) == 0
+    out, _ = capsys.readouterr()
+    assert [entry["stage"] for entry in json.loads(out)["stages"]] == [*STAGES, "report"]
+    assert Document(PAGE.read_text()).text.startswith("Axis one & two")
+
+
+def test_a_run_below_its_threshold_is_reported_too(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    demand = ["--set", "validate.thresholds.fit_percent.slow=99.999"]
+    assert main(["run", config, "--quiet", *demand]) == 5
+    assert "below the 99.999 % asked." in Document(PAGE.read_text()).text.replace("\u00a0", " ")

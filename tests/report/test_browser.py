@@ -1,0 +1,207 @@
+"""The page in a real browser: no complaint, everything drawn, zoom and pan, phone, dark, paper."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from chromium import Page, browse, find_chromium
+from report_findings import findings
+
+from robotid.report.page import Origin, Source, page
+
+CHROMIUM = find_chromium()
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on this system")
+
+MADE = Source("fit", "model.h5", "robotid fit a.yaml", "1.0", "2025-01-01", "ab" * 32, {}, 1, {"python": "3.11"})
+ORIGIN = Origin("0123", "robot: {}\n", (MADE,), {})
+PLOT = "document.querySelector('#figure-time-small')"
+WIDE_TABLE = ("what", *(f"a rather long heading {k}" for k in range(12)))
+
+
+class Sheet:
+    title, columns, rows, note = "Wide", WIDE_TABLE, (WIDE_TABLE,), "x" * 300
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("page") / "report.html"
+    file.write_text(page(findings(), {"fit": [Sheet()]}, ORIGIN), encoding="utf-8")
+    return file
+
+
+@pytest.fixture(scope="module")
+def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    assert CHROMIUM is not None
+    with browse(CHROMIUM, tmp_path_factory.mktemp("chromium")) as tab:
+        yield tab
+
+
+@pytest.fixture
+def shown(tab: Page, file: Path) -> Page:
+    """The page at the size of a desk, its first plot in view."""
+    tab.said.clear()
+    tab.size(1200, 900)
+    tab.open(file)
+    tab.evaluate(f"{PLOT}.scrollIntoView()")
+    return tab
+
+
+def view(tab: Page) -> list[float]:
+    """First and last time [s] that the plot shows, once it is drawn."""
+    settle(tab)
+    found: list[float] = tab.evaluate(f"{PLOT}.plot.view")
+    return found
+
+
+def settle(tab: Page) -> None:
+    tab.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))")
+
+
+def at(tab: Page, share: float) -> tuple[float, float]:
+    """A point of the plot [px], at a share of its time."""
+    box = tab.evaluate(
+        f"(() => {{ const b = {PLOT}.plot.svg.getBoundingClientRect(); return [b.left, b.top, b.width, b.height]; }})()"
+    )
+    left, wide = tab.evaluate(f"[{PLOT}.plot.place({PLOT}.plot.view[0]), {PLOT}.plot.wide]")
+    return box[0] + left + share * wide, box[1] + 0.4 * box[3]
+
+
+def drag(tab: Page, start: float, end: float, **more: int) -> None:
+    x, y = at(tab, start)
+    to, _ = at(tab, end)
+    tab.mouse("mousePressed", x, y, button="left", clickCount=1, **more)
+    tab.mouse("mouseMoved", to, y, button="left", buttons=1, **more)
+    tab.mouse("mouseReleased", to, y, button="left", clickCount=1, **more)
+
+
+def test_everything_is_drawn_without_complaint(shown: Page) -> None:
+    settle(shown)
+    figures = shown.evaluate("document.querySelectorAll('figure').length")
+    full = "s.getBoundingClientRect().height > 60 && s.querySelectorAll('path').length > 3"
+    drawn = shown.evaluate(f"[...document.querySelectorAll('figure svg')].filter((s) => {full}).length")
+    assert drawn == figures > 20
+    zoomable = shown.evaluate("document.querySelectorAll('figure.over-time').length")
+    assert shown.evaluate("document.querySelectorAll('figure[data-drawn]').length") == zoomable == 6
+    curves = shown.evaluate(f"[...{PLOT}.querySelectorAll('path.curve')].map((p) => p.getAttribute('d').length)")
+    assert len(curves) == 5
+    assert min(curves) > 3000
+    assert not shown.evaluate(
+        "[...document.querySelectorAll('[d]')].some((p) => /NaN|undef/.test(p.getAttribute('d')))"
+    )
+    assert shown.said == []
+
+
+def test_drag_wheel_and_double_click(shown: Page) -> None:
+    whole = view(shown)
+    assert whole == pytest.approx([0.0, 1.4995])
+    drag(shown, 0.2, 0.4)
+    zoomed = view(shown)
+    assert zoomed == pytest.approx([0.2 * 1.4995, 0.4 * 1.4995], abs=0.01)
+    shown.evaluate(f"{PLOT}.plot.svg.focus()")
+    x, y = at(shown, 0.5)
+    shown.mouse("mouseWheel", x, y, deltaX=0, deltaY=-200)
+    closer = view(shown)
+    assert sum(closer) == pytest.approx(sum(zoomed), abs=0.01)
+    assert closer[1] - closer[0] < 0.8 * (zoomed[1] - zoomed[0])
+    drag(shown, 0.5, 0.25, modifiers=8)  # Shift
+    panned = view(shown)
+    assert panned[0] - closer[0] == pytest.approx(0.25 * (closer[1] - closer[0]), rel=0.05)
+    for count in (1, 2):
+        shown.mouse("mousePressed", x, y, button="left", clickCount=count)
+        shown.mouse("mouseReleased", x, y, button="left", clickCount=count)
+    assert view(shown) == whole
+    assert shown.said == []
+
+
+def test_the_strips_share_their_time_and_fit_what_is_seen(shown: Page) -> None:
+    ends = f"[...{PLOT}.querySelectorAll('path.curve')].map((p) => p.getAttribute('d').match(/^M([\\d.-]+)/)[1])"
+    shown.evaluate(f"{PLOT}.plot.look(0.5, 0.6)")
+    settle(shown)
+    assert len(set(shown.evaluate(ends))) == 1
+    ticks = shown.evaluate(f"[...{PLOT}.querySelectorAll('svg text')].map((t) => t.textContent)")
+    assert "0.54" in ticks
+    assert "time [s]" in ticks
+    assert "residual [rad/s]" in ticks
+
+
+def test_the_wheel_scrolls_the_page_until_the_plot_has_the_focus(shown: Page) -> None:
+    whole = view(shown)
+    x, y = at(shown, 0.5)
+    shown.mouse("mouseWheel", x, y, deltaX=0, deltaY=-200)
+    assert view(shown) == whole
+
+
+def test_keys_and_buttons(shown: Page) -> None:
+    whole = view(shown)
+    shown.evaluate(f"{PLOT}.plot.svg.focus()")
+    shown.key("+")
+    half = view(shown)
+    assert half[1] - half[0] == pytest.approx((whole[1] - whole[0]) / 2)
+    shown.key("ArrowRight")
+    assert view(shown)[0] > half[0]
+    shown.key("0")
+    assert view(shown) == whole
+    shown.evaluate(f"{PLOT}.querySelector('[data-act=in]').click()")
+    assert view(shown) == half
+    key = f"{PLOT}.querySelector('[data-key=\"after it\"]')"
+    shown.evaluate(f"{key}.click()")
+    settle(shown)
+    assert shown.evaluate(f"{PLOT}.querySelectorAll('path.curve').length") == 3
+    assert shown.evaluate(f"{key}.getAttribute('aria-pressed')") == "false"
+
+
+def test_fingers_pinch_and_pan(shown: Page) -> None:
+    whole = view(shown)
+    (a, y), (b, _), (c, _), (d, _) = (at(shown, share) for share in (0.4, 0.6, 0.2, 0.8))
+    points = [
+        [{"x": a, "y": y, "id": 0}, {"x": b, "y": y, "id": 1}],
+        [{"x": c, "y": y, "id": 0}, {"x": d, "y": y, "id": 1}],
+    ]
+    shown.ask("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
+    for kind, touches in (("touchStart", points[0]), ("touchMove", points[1]), ("touchEnd", [])):
+        shown.ask("Input.dispatchTouchEvent", type=kind, touchPoints=touches)
+    pinched = view(shown)
+    assert pinched[1] - pinched[0] == pytest.approx((whole[1] - whole[0]) / 3, rel=0.05)
+    for kind, x in (("touchStart", d), ("touchMove", (c + d) / 2), ("touchMove", c), ("touchEnd", None)):
+        shown.ask("Input.dispatchTouchEvent", type=kind, touchPoints=[] if x is None else [{"x": x, "y": y}])
+    moved = view(shown)
+    shown.ask("Emulation.setTouchEmulationEnabled", enabled=False)
+    assert moved[0] > pinched[0]
+    assert moved[1] - moved[0] == pytest.approx(pinched[1] - pinched[0])
+
+
+def test_what_the_pointer_is_at_is_told(shown: Page) -> None:
+    x, y = at(shown, 0.5)
+    shown.mouse("mouseMoved", x, y)
+    told = shown.evaluate(f"{PLOT}.querySelector('output').textContent")
+    assert told.startswith("0.7497")
+    assert "motor speed [rad/s]: measured" in told
+    assert "residual [rad/s]: before the extension" in told
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_a_phone_needs_no_scrolling_sideways(dark: bool, tab: Page, file: Path) -> None:
+    tab.size(400, 800, dark=dark)
+    tab.open(file)
+    settle(tab)
+    assert tab.evaluate("[document.documentElement.scrollWidth, innerWidth]") == [400, 400]
+    texts = "[...document.querySelectorAll('figure:not(.wide) svg text')]"
+    assert tab.evaluate(f"Math.min(...{texts}.map((t) => t.getBoundingClientRect().height))") > 7
+    background = tab.evaluate("getComputedStyle(document.body).backgroundColor")
+    assert (background == "rgb(255, 255, 255)") is not dark
+
+
+def test_it_prints_and_works_without_scripts(tab: Page, file: Path, tmp_path: Path) -> None:
+    tab.size(1200, 900, dark=True)
+    tab.open(file)
+    tab.print(tmp_path / "report.pdf")
+    assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
+    tab.ask("Emulation.setScriptExecutionDisabled", value=True)
+    try:
+        tab.open(file)
+        still = tab.evaluate("document.querySelectorAll('figure.over-time .still svg').length")
+    finally:
+        tab.ask("Emulation.setScriptExecutionDisabled", value=False)
+    assert still == 6

@@ -1,0 +1,137 @@
+"""The page: whole, well formed, self-contained, and about what has run."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from dataclasses import dataclass, fields, replace
+from functools import cache
+
+import numpy as np
+import pytest
+from html_document import Document
+from report_findings import findings
+
+from robotid.report.findings import Findings
+from robotid.report.page import MOST_SAMPLES, Origin, Source, page, stamp_of
+from robotid.report.plates import plates
+from robotid.report.summary import summary
+
+STAGES = [f.name for f in fields(Findings) if f.name not in ("robot", "linear")]
+MADE = Source("fit", "model.h5", "robotid fit a.yaml", "1.0", "2025-01-01", "ab" * 32, {"collect": "cd" * 32}, 1, {})
+ORIGIN = Origin("0123abcd", "robot:\n  name: irb\n", (MADE,), {})
+
+
+@dataclass
+class Sheet:
+    title: str = "Parameters"
+    columns: tuple[str, ...] = ("parameter", "value", "remark", "none")
+    rows: tuple[tuple[str, ...], ...] = (("motor.inertia.J", "0.0121", "a <b> & so on", ""),)
+    note: str = "sd: standard deviation"
+
+
+def up_to(stage: str) -> Findings:
+    """What there is once a stage has run."""
+    later = STAGES[STAGES.index(stage) + 1 :]
+    return replace(findings(), **dict.fromkeys(later))
+
+
+@cache
+def html(stage: str) -> str:
+    return page(up_to(stage), {"fit": [Sheet()]}, ORIGIN)
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_a_page_after_every_stage(stage: str) -> None:
+    found = up_to(stage)
+    document = Document(html(stage))
+    shown = plates(found)
+    assert shown or stage == "excitation"
+    assert {f"figure-{plate.name}" for plate in shown} <= set(document.values("id"))
+    assert document.tags["figure"] == len(shown)
+    assert document.tags["svg"] == len(shown)
+    assert summary(found) in document.text.replace("\u00a0", " ")
+    assert [document.tags[tag] for tag in ("h1", "title", "main")] == [1, 1, 1]
+
+
+@pytest.mark.parametrize("stage", ["recordings", "extension"])
+def test_it_needs_nothing_but_itself(stage: str) -> None:
+    source = html(stage)
+    document = Document(source)
+    assert not re.search(r"https?:|//\w|url\((?!#)|@import", re.sub(r'content="[^"]*"|//.*', "", source))
+    assert document.values("src") == []
+    assert document.tags["link"] == 0
+    identifiers = document.values("id")
+    assert len(identifiers) == len(set(identifiers))
+    referred = [value for value in document.values("href") if value.startswith("#")]
+    assert {value[1:] for value in referred} <= set(identifiers)
+    assert document.values("href") == referred
+
+
+def test_tables_and_pictures_can_be_read_aloud() -> None:
+    document = Document(html("extension"))
+    labelled = [value for tag, name, value in document.attributes if name == "aria-label" and tag == "div"]
+    assert len(labelled) >= document.tags["figure"]
+    assert all(labelled)
+    assert document.tags["th"] == document.values("scope").count("row") + document.values("scope").count("col") > 0
+    assert document.values("lang") == ["en"]
+
+
+def test_a_table_is_shown_without_its_empty_columns() -> None:
+    document = Document(html("excitation"))
+    assert "Parameters parameter value remark motor.inertia.J 0.0121 a <b> & so on sd:" in document.text
+
+
+def test_numbers_reach_the_page_as_they_are() -> None:
+    record = findings().recordings.records[0]
+    plot = next(
+        json.loads(text) for text in re.findall(r'<script type="application/json">(.*?)</script>', html("recordings"))
+    )
+    torque, speed = plot["strips"]
+    assert torque["label"] == "motor torque [Nm]"
+    assert [series["name"] for series in speed["series"]] == ["reference", "measured"]
+    np.testing.assert_array_equal(unpacked(torque["series"][0]["values"]), record.tau_m.astype("<f4"))
+    time = plot["times"][torque["series"][0]["time"]]
+    np.testing.assert_allclose(time["start"] + time["step"] * unpacked(time["samples"]), record.t, atol=1e-12)
+
+
+def test_a_long_record_is_thinned_without_losing_its_peaks() -> None:
+    recordings = findings().recordings
+    tau_m = np.zeros(400_000)
+    tau_m[[123_457, 300_001]] = 7.5, -9.25
+    long = replace(recordings.records[0], tau_m=tau_m, phi_m=tau_m, dphi_m=tau_m, ref=None)
+    source = page(Findings("irb", recordings=replace(recordings, records=(long,))), {}, ORIGIN)
+    plot = json.loads(re.findall(r'<script type="application/json">(.*?)</script>', source)[0])
+    drawn, at = plot["strips"][0]["series"][0], plot["times"][0]
+    values, samples = unpacked(drawn["values"]), unpacked(at["samples"])
+    assert len(values) <= MOST_SAMPLES
+    assert (values.max(), values.min()) == (7.5, -9.25)
+    t = at["start"] + at["step"] * samples
+    assert t[np.argmax(values)] == pytest.approx(long.t[123_457])
+    assert len(source) < 2_500_000
+
+
+def test_provenance_and_what_is_left_out() -> None:
+    stale = replace(ORIGIN, left_out={"diagnosis.h5": "model.h5 is stale"})
+    text = Document(page(up_to("fits"), {}, stale)).text
+    assert "robotid fit a.yaml" in text
+    assert "abababababab" in text
+    assert "Not shown here: diagnosis.h5 (model.h5 is stale)." in text
+    assert "name: irb" in text
+    assert "Not shown here" not in Document(html("extension")).text
+
+
+def test_the_stamp_of_a_page() -> None:
+    assert stamp_of(html("excitation")) == "0123abcd"
+    assert stamp_of("<html></html>") is None
+
+
+def test_a_title_of_ones_own_and_names_that_look_like_html() -> None:
+    document = Document(page(replace(up_to("rigid"), robot="<script>x"), {}, ORIGIN, title="A & <B>"))
+    assert document.text.count("A & <B>") == 2
+    assert "As a rigid joint <script>x has" in document.text
+
+
+def unpacked(text: str) -> np.ndarray:
+    return np.frombuffer(base64.b64decode(text), "<f4").astype(float)

@@ -1,0 +1,116 @@
+"""The answer in one paragraph, whatever has run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from diagnosed import CLEAN, UNKNOWN
+from report_findings import findings
+
+from robotid.report.findings import Findings
+from robotid.report.summary import summary
+
+
+def told(**changes: object) -> str:
+    return summary(replace(findings(), **changes))
+
+
+STAGES = ("excitation", "recordings", "rigid", "flex", "fits", "validation", "diagnosis", "extension")
+
+
+def before(stage: str) -> dict[str, None]:
+    """Nothing of a stage and those after it."""
+    return dict.fromkeys(STAGES[STAGES.index(stage) :])
+
+
+@pytest.mark.parametrize(
+    ("missing", "expected"),
+    [
+        (
+            before("recordings"),
+            "2 reference signals for irb are ready; nothing has been recorded yet.",
+        ),
+        (before("rigid"), "2 records of irb, 3 s in all, are ready. No model has been fitted yet."),
+        (
+            before("flex"),
+            "As a rigid joint irb has joint.inertia.J = 0.0346 kg m2; the torque is met to 3.5 %."
+            " No model has been fitted by simulation yet.",
+        ),
+        (
+            before("fits"),
+            "2 frequency responses of irb were measured, with a notch at 5.71 Hz. They give gear.spring.k1 ="
+            " 1.46e+06 Nm/rad; no model has been fitted by simulation yet.",
+        ),
+        (
+            before("validation"),
+            "Model m of irb was fitted to small and simulates the motor speed there with a fit of 100.00 %. It has not"
+            " been validated yet.",
+        ),
+        (
+            before("diagnosis"),
+            "Model m of irb simulates the motor speed with a fit of 100.00 % (small) on the records it was fitted to"
+            " and 100.00 % (large) on held-out records.",
+        ),
+    ],
+)
+def test_as_far_as_the_stages_have_come(missing: dict[str, None], expected: str) -> None:
+    assert told(**missing) == expected
+
+
+def test_the_whole_story() -> None:
+    text = told()
+    for sentence in (
+        "Beyond noise of 0.01 rad/s it is wrong by 0.13 rad/s RMS, ordered best by motor speed.",
+        "The causes are motor.stribeck (torque missing at small speed only; explains 97 %) and arm.inertia.J (differs"
+        " in large by 12 kg m2; explains 2 %).",
+        "These data cannot tell motor.stribeck from motor.presliding; an experiment that would is given below.",
+        "Together they leave 0.011 rad/s.",
+        "With motor.stribeck added, the fit of held-out record large goes from 95.00 to 99.20 % (its RMS error falls by"
+        " 95 %).",
+        "Dropped in the final fit, for it no longer earned its place: motor.cogging.",
+    ):
+        assert sentence in text
+    assert text.count("Model m of irb") == 1
+
+
+def test_clean_and_unknown_are_answers() -> None:
+    clean = told(diagnosis=CLEAN, extension=replace(findings().extension, added=()))
+    assert clean.endswith("What it leaves is noise of 0.01 rad/s RMS: there is nothing else to explain.")
+    unknown = told(diagnosis=UNKNOWN, extension=None)
+    assert "No effect of the catalogue explains it, so the cause is unknown;" in unknown
+    assert unknown.endswith("what is missing follows the motor angle best.")
+
+
+def test_nothing_held_out_is_said() -> None:
+    f = findings()
+    best = f.validation.models["m"]
+    only = replace(f.validation, models={"m": replace(best, records={"small": best.records["small"]})})
+    e = f.extension
+    fitted = replace(e, before={"small": e.before["small"]}, after={"small": e.after["small"]})
+    text = told(validation=only, extension=fitted)
+    assert "No record was held out, so this does not tell how well it does on motions it has not seen." in text
+    assert text.count("No record was held out") == 2
+    assert "the fit of small goes from 96.10 to 99.80 %" in text
+
+
+def test_many_records_are_told_as_a_range() -> None:
+    f = findings()
+    best = f.validation.models["m"]
+    record = best.records["small"]
+    many = {f"r{k}": replace(record, fit_percent=90.0 + k) for k in range(5)}
+    text = told(validation=replace(f.validation, models={"m": replace(best, records=many)}))
+    assert "a fit of 90.00 to 94.00 % on the records it was fitted to." in text
+
+
+def test_what_the_configuration_demands_and_a_model_that_diverges() -> None:
+    f = findings()
+    failed = replace(f.validation, failed=("m fits large to 80.00 %, below the 98 % asked",))
+    assert "M fits large to 80.00 %, below the 98 % asked." in told(validation=failed)
+    nowhere = replace(f.validation, models={"m": replace(f.validation.models["m"], records={})})
+    assert "nothing: it diverges on every record" in told(validation=nowhere)
+
+
+def test_a_sliding_axis_has_its_own_units() -> None:
+    assert "1.46e+06 N/m" in told(linear=True, **before("fits"))
+    assert summary(Findings("irb")) == ""
