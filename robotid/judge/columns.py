@@ -81,8 +81,7 @@ def _forces(trajectory: Trajectory, record: Record, missing: Sequence[Candidate]
     joint, n = trajectory.joint, len(record)
     first = np.cumsum([0, *(len(c.scored) for c in missing)])
     terms = [(k, c) for k, c in enumerate(missing) if isinstance(c.effect, Term)]
-    at_nodes = _term_forces(trajectory, [c for _, c in terms])
-    means = (at_nodes + np.concatenate([at_nodes[:, :, 1:], at_nodes[:, :, -1:]], axis=2)) / 2
+    means = _term_forces(trajectory, [c for _, c in terms])
     rows = [int(first[k]) + i for k, c in terms for i in range(len(c.scored))]
     torques = []
     for k, c in enumerate(missing):
@@ -96,7 +95,8 @@ def _forces(trajectory: Trajectory, record: Record, missing: Sequence[Candidate]
 
 
 def _term_forces(trajectory: Trajectory, missing: Sequence[Candidate]) -> Array:
-    """Generalised forces at the samples, (nv, q, n), of the parameters that are scored."""
+    """Mean generalised forces in the intervals, (nv, q, n), of the parameters that are scored; zero after the last
+    sample."""
     base = trajectory.joint
     placed = [(Port(str(c.place)), c.effect) for c in missing if isinstance(c.effect, Term)]
     terms = [(place.port, place.term) for place in base.placed]
@@ -110,13 +110,13 @@ def _term_forces(trajectory: Trajectory, missing: Sequence[Candidate]) -> Array:
     n, h = len(trajectory.u), trajectory.sampling_time
     t = trajectory.begin + np.arange(n, dtype=np.float64) * h
     memory = _memory(joint, trajectory, missing, theta, t)
-    forces = np.empty((joint.masses, len(wanted), n))
+    forces = np.zeros((joint.masses, len(wanted), n))
     problem = Problem(base, trajectory.theta, trajectory.u, h, trajectory.x, begin=trajectory.begin)
-    for start in range(0, n, BLOCK):
-        at = slice(start, min(n, start + BLOCK))
+    for start in range(0, n - 1, BLOCK):
+        at = slice(start, min(n, start + BLOCK + 1))
         x = np.concatenate([trajectory.x[:, at], memory[:, at]])
         s = modes(problem.motive(start, at.stop), trajectory.x[:, at]).s
-        forces[:, :, at] = joint.candidate_forces(x, s, t[at], theta)[:, wanted]
+        forces[:, :, start : at.stop - 1] = joint.candidate_forces(x, s, t[at], theta)[:, wanted]
     return forces
 
 

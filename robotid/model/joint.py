@@ -386,18 +386,35 @@ class Joint:
         return [felt.m for felt in felts[len(self.placed) :]]
 
     def candidate_forces(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
-        """Generalised forces that the candidates' parameters add, each per unit, (nv, k, n).
+        """Generalised forces that the candidates' parameters add, each per unit, mean over the intervals between the
+        samples, (nv, k, n - 1).
 
         x : (nx + their memory, n) states; s : (nv, n) directions; t : (n,); theta : (p + k,), each candidate at its
-        null.
+        null. A bent speed may jump where the bent position does not: there it counts by the change of the position.
         """
-        places = (*self.placed, *self.candidates)
-        first = len(self.names)
+        places, first = (*self.placed, *self.candidates), len(self.names)
+        felts = self._feel(x, s, t, theta, places)
         forces = np.zeros((self.masses, len(theta) - first, x.shape[1]))
         where = {self.nx + c: c - first for c in range(first, len(theta))}
-        for place, felt in zip(places, self._feel(x, s, t, theta, places), strict=True):
-            self._add_torque(place, felt, theta, None, forces, where)
-        return forces
+        follow = [place.at for place in self.candidates if getattr(place.term, "follows", False)]
+        jumping = [c for at in follow for c in range(at.start, at.stop)]
+        for place, felt in zip(places, felts, strict=True):
+            steady = {key: value for key, value in felt.v.items() if key - self.nx not in jumping}
+            self._add_torque(place, replace(felt, v=steady), theta, None, forces, where)
+        means = np.asarray((forces[:, :, 1:] + forces[:, :, :-1]) / 2)
+        means[:, [c - first for c in jumping]] += np.diff(self._momenta(felts, theta, jumping), axis=2) / np.diff(t)
+        return means
+
+    def _momenta(self, felts: Sequence[Felt], theta: Array, columns: Sequence[int]) -> Array:
+        """Generalised momenta of what dampers feel of changes of position with theta[columns], (nv, k, n)."""
+        momenta = np.zeros((self.masses, len(columns), felts[0].m.v.size))
+        for place, felt in zip(self.placed, felts, strict=False):
+            slope = place.term.partials(felt.m, _of(theta, place)).v
+            for k, c in enumerate(columns):
+                moved = felt.x.get(self.nx + c, 0.0)
+                for lever in () if absent(slope) or absent(moved) else felt.levers:
+                    momenta[lever.j, k] -= lever.c * slope * moved
+        return momenta
 
     def _add_torque(
         self,

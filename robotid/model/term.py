@@ -128,10 +128,12 @@ class Bend(Term):
 
     Position, speed and direction may be bent. watches : another port, whose motion enters as xw and vw and whose speed
     enters the bent speed linearly, as that of a mechanism does: by virtual work the torques felt at the bent port then
-    act back on the watched one. At its null a bend changes nothing.
+    act back on the watched one. follows : the bent speed is the rate of the bent position. At its null a bend changes
+    nothing.
     """
 
     watches: ClassVar[Port | None] = None
+    follows: ClassVar[bool] = False
 
     @abstractmethod
     def bend(self, m: Motion, p: Sequence[float]) -> tuple[Array | float, Array | float, Array | float]:

@@ -38,7 +38,7 @@ class Steps:
 
     def put(self, where: Index, other: Steps) -> None:
         """Replace the steps at these indices."""
-        self.G[:, :, where], self.c[:, where] = other.G, other.c
+        self.G[:, :, where], self.c[:, where], self.end[:, where] = other.G, other.c, other.end
         if self.S is not None and other.S is not None:
             self.S[:, :, where] = other.S
 

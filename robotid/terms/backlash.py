@@ -26,6 +26,7 @@ class Backlash(Bend):
     source = "Nordin & Gutman 2002, Automatica 38(10), dead zone model"
     signature = "free motion inside the gap, with impacts where the torque of the gear reverses"
     edges = ("upper", "lower")
+    follows = True
 
     def distance(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array]:
         return m.x - p[0], m.x + p[0]

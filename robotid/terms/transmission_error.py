@@ -38,6 +38,7 @@ class TransmissionError(Bend):
     source = "Tuttle & Seering 1996, IEEE Trans. Robotics and Automation 12(3) (kinematic error of harmonic drives)"
     signature = "misfit periodic in the motor angle that grows with the stiffness and excites the resonance"
     watches = Port.MOTOR
+    follows = True
 
     def bend(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array, Array]:
         offset, slope, _ = _error(m, p)

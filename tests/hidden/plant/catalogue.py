@@ -87,7 +87,7 @@ EFFECTS: dict[str, Effect] = {
     "torque.torque_delay": Effect(signals.torque_delay, 1.3e-3, ("Td",)),
     "torque.torque_lag": Effect(signals.torque_lag, 1e-3, ("T",)),
     "torque.torque_gain": Effect(signals.torque_gain, 0.1, ("g",), signed=True),
-    "torque.torque_saturation": Effect(signals.torque_saturation, 0.03, ()),
+    "torque.torque_saturation": Effect(signals.torque_saturation, 0.03, (), others=lambda inverse: {"c": inverse**2}),
     "angle.encoder_ripple": Effect(signals.encoder_ripple, 0.005, ("A", "B"), {"n": (1.0, 4.0)}, ("n",)),
     "speed.sensor_delay": Effect(signals.sensor_delay, 1.5e-3, ("Td",)),
     f"record_change.{CHANGED}.arm.inertia.J": Effect(signals.payload, 85.0, ("change",)),
