@@ -38,6 +38,7 @@ IMITATES = 0.7  # of what a free curve explains: causes that do not reach it onl
 IMITATES_NOISE = 0.97  # the same where a model could reach the noise
 TRUSTED = 2  # causes that are added before the question is asked whether they only imitate
 MOST_ALIKE = 0.1  # of the energy explained, however much chance there is
+RIVAL = 0.9  # of the best score: candidates below it are not tried against one that explains nearly all
 HOPEFUL = 0.5  # of the best score: candidates below it are not refitted
 COLLINEAR = 0.999  # cosine at which columns are the same
 
@@ -338,12 +339,18 @@ def _accept(
 
 
 def _refit(now: Trial, hopeful: Sequence[Score], bench: Bench, log: Log) -> Iterator[tuple[Score, Trial]]:
+    """Refits in the order of the scores; once one explains nearly all, only what scores nearly as well is tried."""
+    reached = False
     for one in hopeful:
+        if reached and one.energy < RIVAL * hopeful[0].energy:
+            continue
         log(f"refitting with {one.candidate.name}")
         try:
-            yield one, refit(now, one, bench)
+            after = refit(now, one, bench)
         except NumericsError:
             continue
+        reached = reached or now.energy - after.energy > IMITATES_NOISE * (now.energy - bench.samples)
+        yield one, after
 
 
 def _criterion(trial: Trial, bench: Bench) -> float:
