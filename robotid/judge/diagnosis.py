@@ -74,9 +74,9 @@ class Diagnosis:
     """The verdict on one fitted model.
 
     noise_floor, misfit, remaining : RMS over the records of the fit, in the unit of the output; remaining is the misfit
-    that the causes leave. records : by name. missing : the missing torque of each record, before any extension: its
-    measured part is what the residual asks for, its simulated part what the causes supply. curves : where the missing
-    torque sits, best ordered first. shape : the curve of what no cause explains, its order the share of the misfit.
+    that the causes leave. records : by name. missing : the missing torque [Nm] of each record: its measured part is
+    what the residual asks for, its simulated part what the causes supply. curves : where the missing torque sits, best
+    ordered first. shape : the curve of what no cause explains, its order the share of the misfit.
     """
 
     verdict: Verdict

@@ -37,6 +37,8 @@ NOTHING = 0.1  # of the misfit: a curve that explains less of it is no news
 IMITATES = 0.7  # of what a free curve explains: causes that do not reach it only imitate something else
 IMITATES_NOISE = 0.97  # the same where a model could reach the noise
 TRUSTED = 2  # causes that are added before the question is asked whether they only imitate
+MOST_ALIKE = 0.1  # of the energy explained, however much chance there is
+RIVAL = 0.9  # of the best score: candidates below it are not tried against one that explains nearly all
 HOPEFUL = 0.5  # of the best score: candidates below it are not refitted
 COLLINEAR = 0.999  # cosine at which columns are the same
 
@@ -59,7 +61,8 @@ class Terms:
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
     """A cause that was accepted. explained : share of the first model's misfit that it removes from the fitted records;
-    gain : of held-out fit in % points; twins : effects, itself first; before, after : the trials."""
+    gain : of held-out fit in % points; twins : effects, itself first; before, after : the trials; rival : of the first
+    twin."""
 
     effect: str
     explained: float
@@ -68,6 +71,7 @@ class Found:
     twins: tuple[str, ...]
     before: Trial
     after: Trial
+    rival: Trial | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -335,12 +339,18 @@ def _accept(
 
 
 def _refit(now: Trial, hopeful: Sequence[Score], bench: Bench, log: Log) -> Iterator[tuple[Score, Trial]]:
+    """Refits in the order of the scores; once one explains nearly all, only what scores nearly as well is tried."""
+    reached = False
     for one in hopeful:
+        if reached and one.energy < RIVAL * hopeful[0].energy:
+            continue
         log(f"refitting with {one.candidate.name}")
         try:
-            yield one, refit(now, one, bench)
+            after = refit(now, one, bench)
         except NumericsError:
             continue
+        reached = reached or now.energy - after.energy > IMITATES_NOISE * (now.energy - bench.samples)
+        yield one, after
 
 
 def _criterion(trial: Trial, bench: Bench) -> float:
@@ -384,8 +394,10 @@ def _found(
     first: Trial, now: Trial, tried: Sequence[tuple[Score, Trial]], best: Score, after: Trial, seen: Round, bench: Bench
 ) -> Found:
     explained = now.energy - after.energy
-    slack = max(SAME * explained, SAME_FLOOR * seen.inflation)
-    twins = [one.candidate.name for one, other in tried if other.energy - after.energy <= slack]
+    slack = max(SAME * explained, min(SAME_FLOOR * seen.inflation, MOST_ALIKE * explained))
+    alike = [(one.candidate.name, other) for one, other in tried if other.energy - after.energy <= slack]
+    rivals = [other for name, other in alike if name != best.candidate.name]
+    twins = [name for name, _ in alike]
     twins += [name for name in _collinear(best, seen) if name not in {one.candidate.name for one, _ in tried}]
     return Found(
         best.candidate.name,
@@ -395,6 +407,7 @@ def _found(
         tuple(dict.fromkeys([best.candidate.name, *twins])),
         now,
         after,
+        rivals[0] if rivals else None,
     )
 
 

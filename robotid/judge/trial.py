@@ -54,7 +54,7 @@ class Trial:
     """A structure refitted on a bench.
 
     energy, held_energy : of the whitened residuals on fitted and held-out records, in noise variances; trajectories,
-    residuals (n,) : on the fitted records, held_residuals on the others; fit_percent : of the held-out records.
+    residuals (n,) : on the fitted records, held_* on the others; fit_percent : of the held-out records.
     """
 
     structure: Structure
@@ -65,6 +65,7 @@ class Trial:
     held_energy: float
     trajectories: tuple[Trajectory, ...]
     residuals: tuple[Array, ...]
+    held_trajectories: tuple[Trajectory, ...]
     held_residuals: tuple[Array, ...]
     held_fit: Array
 
@@ -126,6 +127,7 @@ def try_model(structure: Structure, start: Parameters, bench: Bench, states: Seq
         2.0 * sum(e.cost for e in held),
         trajectories,
         residuals,
+        tuple(e.trajectories[0] for e in held),
         _residuals([e.trajectories[0] for e in held], bench.held, bench.output),
         np.array(
             [

@@ -15,6 +15,7 @@ from robotid.judge.growth import Found, Growth, best_of_each
 from robotid.judge.simulated import Model, Simulated, measured, simulate_record
 from robotid.judge.trial import Trial
 from robotid.judge.validation import Trace
+from robotid.judge.where import Case, cases_of, look_where
 from robotid.model.array import Array
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
@@ -27,11 +28,12 @@ LEAST = 1e-12  # of the output: where even the noise is nothing
 
 def verdict(model: Model, records: Sequence[Record], growth: Growth, horizon: float | None) -> Diagnosis:
     """The diagnosis of a model on records, from the search for what it lacks."""
-    floors = _floors(growth)
     runs = {record.name: simulate_record(model, record, horizon) for record in records}
+    cases = [case for run in runs.values() for case in cases_of(run, model.output)]
+    where = look_where(cases, _cases_after(growth) if growth.causes else (), model.output)
     residuals = {name: run.measured(model.output) - run.signal(model.output) for name, run in runs.items()}
     after = _after(growth)
-    misfits = {r.name: _misfit(model, r, residuals[r.name], floors, after.get(r.name)) for r in records}
+    misfits = {r.name: _misfit(model, r, residuals[r.name], where.floors, after.get(r.name)) for r in records}
     fitted = [misfits[name] for name in dict.fromkeys(r.name for r in growth.bench.fitted)]
     floor = _rms([m.noise_floor for m in fitted])
     remaining = _beyond(_rms([root_mean_square(after[r.name]) for r in growth.bench.fitted]), floor)
@@ -46,18 +48,18 @@ def verdict(model: Model, records: Sequence[Record], growth: Growth, horizon: fl
         records=misfits,
         causes=(*map(_cause, growth.causes), *map(_changed, growth.changes)),
         rejected=tuple(_rejected(growth)),
-        curves=(),
-        missing={},
+        curves=where.curves,
+        missing=where.missing,
         residuals={name: trace(runs[name], model) for name in runs},
         shape=None if growth.shape is None else replace(growth.shape.curve, order=growth.share),
     )
 
 
-def _floors(growth: Growth) -> dict[str, float]:
-    """Noise of each record, that of the held-out ones the typical one."""
-    bench = growth.bench
-    pairs = [*zip(bench.fitted, bench.whiten, strict=True), *zip(bench.held, bench.whiten_held, strict=True)]
-    return {record.name: float(np.sqrt(whiten.output)) for record, whiten in pairs}
+def _cases_after(growth: Growth) -> list[Case]:
+    """The records once the causes are there."""
+    bench, last = growth.bench, growth.last
+    fitted = zip(last.trajectories, bench.fitted, last.residuals, strict=True)
+    return [*fitted, *zip(last.held_trajectories, bench.held, last.held_residuals, strict=True)]
 
 
 def _after(growth: Growth) -> dict[str, Array]:

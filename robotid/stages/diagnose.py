@@ -10,6 +10,7 @@ from robotid.judge.simulated import fitted_model
 from robotid.judge.verdict import verdict
 from robotid.signals.quality import Recordings
 from robotid.stages.progress import Log, Progress
+from robotid.stages.separating import separated
 
 
 def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | None = None) -> Diagnosis:
@@ -28,4 +29,6 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
     fitted = [r for r in recordings.records if r.name in model.records]
     held = [r for r in recordings.records if r.name not in model.records]
     growth = search(model, fitted, held, settings.fit.horizon, terms, say)
-    return verdict(model, recordings.records, growth, settings.fit.horizon)
+    say("measuring where the misfit sits")
+    diagnosis = verdict(model, recordings.records, growth, settings.fit.horizon)
+    return separated(settings, diagnosis, growth)

@@ -79,7 +79,7 @@ DIAGNOSE = Stage(
     "robotid.stages.diagnose:diagnose",
     "robotid.judge.diagnosis:Diagnosis",
     inputs=("collect", "fit"),
-    sections=("robot", "fit", "diagnose"),
+    sections=("robot", "plant", "controller", "fit", "diagnose"),
     logs=True,
 )
 

@@ -1,0 +1,70 @@
+"""Which experiment tells two causes apart: both models simulated on each, and compared in noise standard deviations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from robotid.errors import NumericsError
+from robotid.estimate.least_squares import solve
+from robotid.estimate.residual import OutputError
+from robotid.judge.diagnosis import Separation
+from robotid.judge.trial import MOST_ITERATIONS_HELD, PATIENCE, TOLERANCE_HELD, Trial
+from robotid.model.array import Array
+from robotid.signals.record import Record
+from robotid.signals.reference import Reference
+from robotid.simulate.assemble import assemble
+from robotid.simulate.controller import Controller
+from robotid.simulate.plant import follow
+
+BANDWIDTH = 2 * np.pi * 5.0  # rad/s of the speed loop where none is known
+
+
+def separate(
+    one: Trial, other: Trial, effect: str, references: Mapping[str, Reference], controller: Controller, noise: float
+) -> Separation | None:
+    """The experiment on which two models differ most. references : by the text of their excite block; noise : standard
+    deviation of the output. None where the models cannot be run on any.
+    """
+    found = []
+    for block, reference in references.items():
+        ratio = _difference(one, other, reference, controller, noise)
+        if ratio is not None:
+            found.append(Separation(effect, block, ratio))
+    return max(found, key=lambda s: s.ratio, default=None)
+
+
+def usual_controller(trial: Trial) -> Controller:
+    """A speed loop for a joint whose own is not known."""
+    joint = trial.problem.joint
+    _, mass = joint.slopes(np.zeros((joint.nx, 1)), np.ones((joint.masses, 1)), np.zeros(1), trial.parameters.values)
+    along = np.array([1.0, joint.ratio, joint.ratio])[: joint.masses]
+    kp = BANDWIDTH * float(along @ mass[:, :, 0] @ along)
+    return Controller("speed", kp, kp * BANDWIDTH / 4)
+
+
+def _difference(one: Trial, other: Trial, reference: Reference, controller: Controller, noise: float) -> float | None:
+    """RMS error of the second model on what the first one does under the controller, over the noise."""
+    try:
+        return _error(other, _played(one, reference, controller)) / noise
+    except NumericsError:
+        return None
+
+
+def _played(trial: Trial, reference: Reference, controller: Controller) -> Record:
+    """The record that a model would make of an experiment, without noise."""
+    joint = assemble(trial.structure, angle=True)
+    x, torque = follow(joint, trial.parameters.values, controller, reference)
+    start = joint.speeds.start
+    return Record(reference.name, "validate", "both", reference.sampling_time, torque, x[start - 1], x[start])
+
+
+def _error(trial: Trial, record: Record) -> float:
+    held = replace(trial.parameters, free=np.zeros(len(trial.parameters.names), dtype=bool))
+    old = trial.problem
+    problem = OutputError(old.joint, held, (record,), old.output, np.ones(1), patience=PATIENCE)
+    found = solve(problem, problem.start(), most=MOST_ITERATIONS_HELD, tolerance=TOLERANCE_HELD)
+    residual: Array = found.evaluation.residuals[0]
+    return float(np.sqrt(np.mean(residual**2)))

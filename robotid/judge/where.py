@@ -1,0 +1,90 @@
+"""Where a fitted model is wrong: the missing torque of every record, and what orders it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotid.errors import NumericsError
+from robotid.judge.examine import LONGEST_TRACE
+from robotid.judge.location import Curve, locate
+from robotid.judge.missing_torque import MissingTorque, missing_torque
+from robotid.judge.noise_floor import Noise, noise_levels
+from robotid.judge.simulated import Simulated
+from robotid.judge.validation import Trace
+from robotid.model.array import Array
+from robotid.signals.record import Quantity, Record
+from robotid.simulate.simulate import Trajectory
+
+Case = tuple[Trajectory, Record, Array]
+
+
+MOST = 1.5  # of the quietest record's floor: more is misfit that passes for noise
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Where:
+    """floors : noise floor by record; missing : the missing torque by record, thinned, and what causes supply of it;
+    curves : along everything, what orders it best first."""
+
+    floors: dict[str, float]
+    missing: dict[str, Trace]
+    curves: tuple[Curve, ...]
+
+
+def look_where(before: Sequence[Case], after: Sequence[Case], output: Quantity) -> Where:
+    """The misfit of simulated records in noise, torque, and along the variables of the motion.
+
+    after : the same records, or some of them, once the causes are there.
+    """
+    noises = noise_levels(before, output)
+    floors: dict[str, list[float]] = {}
+    for (_, record, _), noise in zip(before, noises, strict=True):
+        floors.setdefault(record.name, []).append(noise.floor)
+    levels = {name: float(np.sqrt(np.mean(np.square(found)))) for name, found in floors.items()}
+    found = list(_missing(before, noises, output))
+    left = _torques(_missing(after, noise_levels(after, output), output)) if after else {}
+    return Where(
+        floors={name: min(level, MOST * min(levels.values())) for name, level in levels.items()},
+        missing={name: _trace(name, found, left) for name in _torques(found)},
+        curves=locate(found) if found else (),
+    )
+
+
+def cases_of(run: Simulated, output: Quantity) -> Iterator[Case]:
+    """A simulated record, piece by piece, with its residuals."""
+    first, simulated, whole = 0, run.signal(output), run.measured(output)
+    for trajectory, piece in zip(run.trajectories, run.pieces, strict=True):
+        last = first + len(piece)
+        yield trajectory, piece, np.asarray(whole[first:last] - simulated[first:last])
+        first = last
+
+
+def _missing(
+    cases: Sequence[Case], noises: Sequence[Noise], output: Quantity
+) -> Iterator[tuple[Trajectory, Record, MissingTorque]]:
+    """Those records in which some torque makes the model follow the measurement."""
+    for (trajectory, record, residual), noise in zip(cases, noises, strict=True):
+        try:
+            found = missing_torque(trajectory, record, residual, output, noise.output, noise.torque)
+        except NumericsError:
+            continue
+        yield trajectory, record, found
+
+
+def _torques(found: Iterable[tuple[Trajectory, Record, MissingTorque]]) -> dict[str, Array]:
+    """Missing torque by record, (n,)."""
+    parts: dict[str, list[Array]] = {}
+    for _, record, missing in found:
+        parts.setdefault(record.name, []).append(missing.torque)
+    return {name: np.concatenate(torques) for name, torques in parts.items()}
+
+
+def _trace(name: str, found: Sequence[tuple[Trajectory, Record, MissingTorque]], left: dict[str, Array]) -> Trace:
+    t = np.concatenate([record.t for _, record, _ in found if record.name == name])
+    torque = _torques(found)[name]
+    supplied = torque - left[name] if name in left and len(left[name]) == len(torque) else np.zeros(len(torque))
+    step = -(-len(t) // LONGEST_TRACE)
+    return Trace(t[::step], torque[::step], supplied[::step])

@@ -1,0 +1,64 @@
+"""Experiments that could tell the causes of a diagnosis apart, as blocks that a record of the configuration takes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from pydantic import TypeAdapter
+
+from robotid.config.excitation import ExcitationSettings, ExperimentSettings
+from robotid.config.schema import Config
+from robotid.judge.diagnosis import Cause, Diagnosis
+from robotid.judge.growth import Found, Growth
+from robotid.judge.separation import separate, usual_controller
+from robotid.signals.reference import Reference
+from robotid.simulate.controller import Controller
+from robotid.stages.excite import realise
+from robotid.stages.virtual import controller_of
+
+BLOCKS: TypeAdapter[ExperimentSettings] = TypeAdapter(ExcitationSettings)
+LARGE, SMALL = 1.0, 0.15  # of the largest speed on record
+LONG, SHORT = 5.0, 1.0  # periods [s]
+
+
+def separated(settings: Config, diagnosis: Diagnosis, growth: Growth) -> Diagnosis:
+    """The diagnosis with an experiment for every cause that has a twin."""
+    found = {f.effect: f for f in growth.causes if f.rival is not None}
+    causes = tuple(
+        _separated(settings, c, found[c.effect], growth) if c.effect in found else c for c in diagnosis.causes
+    )
+    return replace(diagnosis, causes=causes)
+
+
+def _separated(settings: Config, cause: Cause, found: Found, growth: Growth) -> Cause:
+    assert found.rival is not None
+    loop = settings.loop
+    known = loop is not None and loop.kind == "speed"
+    controller: Controller = controller_of(loop) if loop is not None and known else usual_controller(found.after)
+    noise = float(np.sqrt(np.mean([w.output for w in growth.bench.whiten])))
+    references = dict(_references(growth))
+    return replace(cause, separation=separate(found.after, found.rival, found.twins[1], references, controller, noise))
+
+
+def _references(growth: Growth) -> Iterator[tuple[str, Reference]]:
+    """References of speed by their blocks: slow and fast, small and large, in time and over frequency."""
+    records = growth.bench.fitted
+    h = records[0].sampling_time
+    top = max(float(np.abs(r.dphi_m).max()) for r in records)
+    for block in _blocks(top, h):
+        yield json.dumps(block), realise(["separating"], BLOCKS.validate_json(json.dumps(block)))[0]
+
+
+def _blocks(top: float, h: float) -> Iterator[dict[str, Any]]:
+    long, short = (h * round(period / h) for period in (LONG, SHORT))
+    for share in (SMALL, LARGE):
+        amplitude = float(f"{share * top:.2g}")
+        yield {"kind": "triangle", "amplitude": amplitude, "period": long, "duration": long, "sampling_time": h}
+        yield {"kind": "triangle", "amplitude": amplitude, "period": short, "duration": long, "sampling_time": h}
+        band = [1.0, min(40.0, round(0.2 / h, 1))]
+        wave = {"kind": "multisine", "band": band, "period": long, "peak": amplitude / 2, "crest_factor": None}
+        yield wave | {"sampling_time": h}
