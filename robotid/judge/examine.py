@@ -15,16 +15,15 @@ from robotid.judge.identifiability import Identifiability, correlations, identif
 from robotid.judge.inverse_dynamics import torque_error
 from robotid.judge.perturbation import NOT_PERTURBED, perturb
 from robotid.judge.simulated import Model, Simulated, simulate_record
+from robotid.judge.thinning import thinned
 from robotid.judge.torque_share import torque_shares
-from robotid.judge.validation import ModelValidation, RecordValidation, Trace
+from robotid.judge.validation import ModelValidation, RecordValidation
 from robotid.judge.whiteness import residual_test
-from robotid.model.array import Array
 from robotid.signals.frf import Frf
 from robotid.signals.metrics import fit_percent, rmse
 from robotid.signals.record import Record
 from robotid.simulate.controller import Controller
 
-LONGEST_TRACE = 6000  # samples kept for figures
 NOTABLE = 0.5  # of the RMS error: a first state moved further than this flatters the model
 
 
@@ -92,7 +91,7 @@ def examine_record(model: Model, simulated: Simulated, options: Options) -> Reco
         closed_loop=closed_loop,
         residual=residual_test(measured - output, record.tau_m),
         perturbation=NOT_PERTURBED if options.perturbation is None else perturb(model, simulated, options.perturbation),
-        trace=_trace(record, measured, output),
+        trace=thinned(record.t, measured, output),
         remarks=(*remarks, *_moved(simulated, errors)),
     )
 
@@ -125,8 +124,3 @@ def _torque_error(model: Model, simulated: Simulated, options: Options) -> float
     return torque_error(
         model.joint, model.theta, simulated.record, first_state, options.cutoff, options.order, options.min_speed
     )
-
-
-def _trace(record: Record, measured: Array, simulated: Array) -> Trace:
-    step = -(-len(record) // LONGEST_TRACE)
-    return Trace(record.t[::step], measured[::step], np.asarray(simulated[::step]))

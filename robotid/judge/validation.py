@@ -17,7 +17,7 @@ from robotid.signals.record import Quantity, Role
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trace:
-    """Measured and simulated output for figures, (n,), of a long record every so many samples."""
+    """Measured and simulated output for figures, (n,), of a long record the extremes of every stretch."""
 
     t: Array = field(metadata={"unit": "s"})
     measured: Array = field(metadata={"unit": "rad/s or rad"})

@@ -10,9 +10,9 @@ import numpy as np
 from robotid.estimate.result import Estimate
 from robotid.judge.changes import Change
 from robotid.judge.diagnosis import Cause, Diagnosis, Misfit, Rejected
-from robotid.judge.examine import LONGEST_TRACE
 from robotid.judge.growth import Found, Growth, best_of_each
 from robotid.judge.simulated import Model, Simulated, measured, simulate_record
+from robotid.judge.thinning import thinned
 from robotid.judge.trial import Trial
 from robotid.judge.validation import Trace
 from robotid.judge.where import Case, cases_of, look_where
@@ -102,8 +102,7 @@ def _beyond(rmse: float, floor: float) -> float:
 
 def trace(run: Simulated, model: Model) -> Trace:
     """Measured and simulated output of a record, thinned for figures."""
-    step = -(-len(run.record) // LONGEST_TRACE)
-    return Trace(run.record.t[::step], run.measured(model.output)[::step], run.signal(model.output)[::step])
+    return thinned(run.record.t, run.measured(model.output), run.signal(model.output))
 
 
 def _cause(found: Found) -> Cause:

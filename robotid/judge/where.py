@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotid.errors import NumericsError
-from robotid.judge.examine import LONGEST_TRACE
 from robotid.judge.location import Curve, locate
 from robotid.judge.missing_torque import MissingTorque, missing_torque
 from robotid.judge.noise_floor import Noise, noise_levels
 from robotid.judge.simulated import Simulated
+from robotid.judge.thinning import thinned
 from robotid.judge.validation import Trace
 from robotid.model.array import Array
 from robotid.signals.record import Quantity, Record
@@ -86,5 +86,4 @@ def _trace(name: str, found: Sequence[tuple[Trajectory, Record, MissingTorque]],
     t = np.concatenate([record.t for _, record, _ in found if record.name == name])
     torque = _torques(found)[name]
     supplied = torque - left[name] if name in left and len(left[name]) == len(torque) else np.zeros(len(torque))
-    step = -(-len(t) // LONGEST_TRACE)
-    return Trace(t[::step], torque[::step], supplied[::step])
+    return thinned(t, torque, supplied)

@@ -100,19 +100,22 @@ def page(findings: Findings, tables: Mapping[str, Sequence[Sheet]], origin: Orig
 @dataclass(frozen=True, slots=True)
 class _Shown:
     """A plate as the template takes it: svg, the figure itself, and data, what the script draws in its place, None of a
-    figure that cannot be zoomed."""
+    figure that cannot be zoomed. thinned : that not all samples are drawn, where that is so."""
 
     plate: Plate
     svg: Markup
-    data: Markup | None
+    data: Markup | None = None
+    thinned: str = ""
 
 
 def _shown(plate: Plate, most: int) -> _Shown:
     if plate.plot is None:
-        return _Shown(plate, Markup(inline(plate.draw(), plate.name)), None)
+        return _Shown(plate, Markup(inline(plate.draw(), plate.name)))
     still = inline(time_figure(_thinned(plate.plot, STATIC)), plate.name)
-    document = json.dumps(_document(_thinned(plate.plot, most)))
-    return _Shown(plate, Markup(still), Markup(document.replace("<", "\\u003c")))
+    plot = _thinned(plate.plot, most)
+    drawn = max(len(series.t) for strip in plot.strips for series in strip.series)
+    said = f"{drawn} of {plate.samples} samples, the extremes of every stretch among them." * (drawn < plate.samples)
+    return _Shown(plate, Markup(still), Markup(json.dumps(_document(plot)).replace("<", "\\u003c")), said)
 
 
 def _thinned(plot: TimePlot, most: int) -> TimePlot:

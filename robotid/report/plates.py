@@ -40,15 +40,14 @@ from robotid.signals.frf import Frf
 WIDTH, HEIGHT = 4.6, 3.1  # [inch] of a figure that a phone can show
 TIME_WIDTH = 7.0  # of signals over time
 MARGINS, LABEL = (0.85, 0.1, 0.5, 0.35), -0.52  # [inch] left, right, bottom, top of strips; where they are labelled
-LOST = " Drawn are {drawn} of {all} samples."
 
 
 @dataclass(frozen=True, slots=True)
 class Plate:
     """One figure. name : of its file, without ending. section : what it is about. alt : what is to be seen, in words.
 
-    draw : makes the figure for print, of `most` points a curve at most where it is given. plot : what the page draws
-    by itself, so that it can be zoomed. wide : takes the whole width of a page.
+    draw : makes the figure. plot : signals over time, which the page draws by itself so that they can be zoomed, and
+    samples : how many the record has. wide : takes the whole width of a page.
     """
 
     name: str
@@ -57,6 +56,7 @@ class Plate:
     alt: str
     draw: Callable[[], Figure]
     plot: TimePlot | None = None
+    samples: int = 0
     wide: bool = False
 
 
@@ -79,7 +79,7 @@ def _traces(f: Findings) -> Iterator[Plate]:
     """Measured against simulated, by record: before and after where the model was extended."""
     section = "Measured against simulated"
     for name, plot, alt in _compared(f):
-        yield _over_time(f"time-{name}", section, plot, f"{alt}{_thinned(f, name, plot)}")
+        yield _over_time(f"time-{name}", section, plot, alt, _length(f, name))
 
 
 def _compared(f: Findings) -> Iterator[tuple[str, TimePlot, str]]:
@@ -101,12 +101,9 @@ def _compared(f: Findings) -> Iterator[tuple[str, TimePlot, str]]:
             yield name, plot, f"{said.format(best.output, name, fixed(record.fit_percent))}."
 
 
-def _thinned(f: Findings, name: str, plot: TimePlot) -> str:
-    """That not every sample is drawn, where that is so."""
-    recordings = () if f.recordings is None else f.recordings.records
-    samples = next((len(r) for r in recordings if r.name == name), 0)
-    drawn = max(len(s.t) for strip in plot.strips for s in strip.series)
-    return LOST.format(drawn=drawn, all=samples) if 0 < drawn < samples else ""
+def _length(f: Findings, name: str) -> int:
+    """Samples of a record, 0 where it is not known."""
+    return next((len(r) for r in f.recordings.records if r.name == name), 0) if f.recordings is not None else 0
 
 
 def _responses(f: Findings) -> Iterator[Plate]:
@@ -185,7 +182,7 @@ def _places(f: Findings) -> Iterator[Plate]:
     for name, missing in f.diagnosis.missing.items():
         plot = missing_plot(name, missing, f.units)
         alt = f"Missing torque of {name} over time: what the residual asks for, and what the causes supply."
-        yield _over_time(f"missing-{name}", section, plot, alt)
+        yield _over_time(f"missing-{name}", section, plot, alt, _length(f, name))
 
 
 def _ordered(curve: Curve) -> str:
@@ -225,15 +222,15 @@ def _records(f: Findings) -> Iterator[Plate]:
     if f.recordings is not None:
         for record in f.recordings.records:
             alt = f"Motor torque and motor speed of {record.name} over time."
-            yield _over_time(f"record-{record.name}", "Records", record_plot(record, f.units), alt)
+            yield _over_time(f"record-{record.name}", "Records", record_plot(record, f.units), alt, len(record))
     elif f.excitation is not None:
         for reference in f.excitation.references:
             alt = f"Reference of {reference.name} over time."
             yield _over_time(f"reference-{reference.name}", "References", reference_plot(reference, f.units), alt)
 
 
-def _over_time(name: str, section: str, plot: TimePlot, alt: str) -> Plate:
-    return Plate(name, section, plot.title, alt, partial(time_figure, plot), plot, wide=True)
+def _over_time(name: str, section: str, plot: TimePlot, alt: str, samples: int = 0) -> Plate:
+    return Plate(name, section, plot.title, alt, partial(time_figure, plot), plot, samples, wide=True)
 
 
 def time_figure(plot: TimePlot) -> Figure:

@@ -110,6 +110,8 @@ def test_a_long_record_is_thinned_without_losing_its_peaks() -> None:
     t = at["start"] + at["step"] * samples
     assert t[np.argmax(values)] == pytest.approx(long.t[123_457])
     assert len(source) < 2_500_000
+    assert f"{len(values)} of 400000 samples, the extremes of every stretch among them." in source
+    assert "the extremes" not in html("extension")
 
 
 def test_provenance_and_what_is_left_out() -> None:

@@ -156,17 +156,3 @@ def test_what_is_unknown_has_a_shape() -> None:
     found = {plate.name: plate for plate in plates(Findings("irb", diagnosis=UNKNOWN))}
     assert found["unknown"].draw().axes[0].get_xlabel() == "motor angle [rad]"
     assert not [name for name in (p.name for p in plates(Findings("irb", diagnosis=CLEAN))) if name != "causes"]
-
-
-def test_a_thinned_trace_says_so() -> None:
-    f = findings()
-    assert "samples" not in by_name()["time-small"].alt
-    score = f.extension.after["small"]
-    short = {**f.extension.after, "small": replace(score, trace=_every(score.trace, 3))}
-    before = {**f.extension.before, "small": replace(score, trace=_every(score.trace, 3))}
-    thin = replace(f, extension=replace(f.extension, after=short, before=before))
-    assert plates(thin)[0].alt.endswith("Drawn are 1000 of 3000 samples.")
-
-
-def _every(trace: object, step: int) -> object:
-    return replace(trace, **{name: getattr(trace, name)[::step] for name in ("t", "measured", "simulated")})
