@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from robotid.model.array import Array
 from robotid.model.port import Port
 from robotid.model.term import Bend, Motion, Partials, Term
@@ -98,7 +100,6 @@ def bent(place: Placed, felt: Felt, m: Motion, watched: Felt | None, p: Sequence
     assert isinstance(bend, Bend)
     if watched is not None:
         m = replace(m, xw=watched.m.x, vw=watched.m.v)
-    x, v, s = bend.bend(m, p)
     dx, dv, ds = bend.bend_partials(m, p)
 
     def tangent(d: Partials) -> Tangent:
@@ -108,16 +109,16 @@ def bent(place: Placed, felt: Felt, m: Motion, watched: Felt | None, p: Sequence
     levers = felt.levers
     if watched is not None:
         # The bent speed is linear in the watched one: at v = 0, vw = 1 its value is the lever, its slope the lever's.
-        unit = bend.bend_partials(replace(m, v=0.0 * m.x, vw=1.0 + 0.0 * m.x), p)[1]
+        unit = bend.bend_partials(replace(m, v=np.zeros_like(m.v), vw=np.ones_like(m.v)), p)[1]
         turns = combine([(unit.xw, watched.x), (1.0, own_tangent(place, unit, nx))])
         levers += tuple(
             Lever(lever.j, lever.c * dv.vw, {key: lever.c * value for key, value in turns.items()})
             for lever in watched.levers
         )
-    after = replace(felt.m, x=x + 0.0 * felt.m.x, v=v + 0.0 * felt.m.v, s=s + 0.0 * felt.m.s)
     if not place.acts:
         return _glimpsed(felt, (tangent(dx), tangent(dv), tangent(ds)), levers, nx + place.at.start)
-    return Felt(after, tangent(dx), tangent(dv), tangent(ds), felt.tau, levers)
+    x, v, s = bend.bend(m, p)
+    return Felt(replace(felt.m, x=x, v=v, s=s), tangent(dx), tangent(dv), tangent(ds), felt.tau, levers)
 
 
 def _glimpsed(felt: Felt, tangents: tuple[Tangent, Tangent, Tangent], levers: tuple[Lever, ...], first: int) -> Felt:

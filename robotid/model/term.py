@@ -136,7 +136,7 @@ class Bend(Term):
     follows: ClassVar[bool] = False
 
     @abstractmethod
-    def bend(self, m: Motion, p: Sequence[float]) -> tuple[Array | float, Array | float, Array | float]:
+    def bend(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array, Array]:
         """The position, speed and direction (x, v, s) that the other terms feel, (n,) each."""
 
     @abstractmethod

@@ -6,10 +6,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import solve_banded
 
 from robotid.model.array import Array
+from robotid.model.linear_algebra import solve
 from robotid.model.term import Motion, Partials, Term
+from robotid.simulate.solver import carry
+from robotid.simulate.steps import Steps
 
 MOST_ITERATIONS = 12
 TOLERANCE = 1e-6
@@ -25,13 +27,13 @@ def driven(term: Term, m: Motion, p: Sequence[float], sampling_time: float) -> A
     z = np.stack([np.broadcast_to(np.asarray(value, dtype=np.float64), (n,)) for value in term.settled(m, p)])
     for _ in range(MOST_ITERATIONS):
         here = replace(m, z=z)
-        rate = np.stack([np.broadcast_to(r, (n,)) for r in term.rate(here, p)])
-        slope = _slopes(term.rate_partials(here, p), n)
-        late = _weight(sampling_time * np.stack([slope[i, i] for i in range(len(z))]))
-        change = _newton_step(z, rate, slope, late, sampling_time)
-        z = z + change
-        if np.abs(change).max() <= TOLERANCE * max(float(np.abs(z).max()), 1e-300):
+        rate = sampling_time * np.stack([np.broadcast_to(r, (n,)) for r in term.rate(here, p)])
+        slope = sampling_time * _slopes(term.rate_partials(here, p), n)
+        late = _weight(np.stack([slope[i, i] for i in range(len(z))]))
+        defect = z[:, :-1] - z[:, 1:] + (1.0 - late) * rate[:, :-1] + late * rate[:, 1:]
+        if np.abs(defect).max() <= TOLERANCE * np.abs(z).max():
             break
+        z = z + _newton_step(defect, slope, late)
     return z
 
 
@@ -46,16 +48,11 @@ def _weight(stiffness: Array) -> Array:
     return np.asarray(1.0 / -np.expm1(-q) - 1.0 / q)
 
 
-def _newton_step(z: Array, rate: Array, slope: Array, late: Array, h: float) -> Array:
-    """Change of z (k, n) that solves the linearised rule; the first sample stays."""
-    k, n = z.shape
-    defect = np.zeros_like(z)
-    defect[:, 1:] = z[:, :-1] - z[:, 1:] + h * ((1.0 - late) * rate[:, :-1] + late * rate[:, 1:])
-    band = np.zeros((3 * k - 1, k * n))
-    for i in range(k):
-        for j in range(k):
-            band[k - 1 + i - j, j] = float(i == j)
-            band[k - 1 + i - j, k + j :: k] = float(i == j) - h * late[i] * slope[i, j, 1:]
-            band[2 * k - 1 + i - j, j : k * (n - 1) : k] = -float(i == j) - h * (1.0 - late[i]) * slope[i, j, :-1]
-    solved = solve_banded((2 * k - 1, k - 1), band, defect.T.reshape(-1), overwrite_ab=True, check_finite=False)
-    return np.asarray(solved.reshape(n, k).T)
+def _newton_step(defect: Array, slope: Array, late: Array) -> Array:
+    """Change of the states, (k, n), that solves the linearised rule; those at the first sample stay."""
+    eye = np.eye(len(defect))[:, :, None]
+    right, left = eye - late[:, None] * slope[:, :, 1:], eye + (1.0 - late)[:, None] * slope[:, :, :-1]
+    solved = solve(right, np.concatenate([left, defect[:, None]], axis=1))
+    columns = np.zeros((len(defect), 1, defect.shape[1] + 1))
+    columns[:, 0, 1:] = solved[:, -1]
+    return np.asarray(carry(Steps(solved[:, :-1], solved[:, -1], None, defect), columns)[:, 0])

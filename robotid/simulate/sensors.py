@@ -41,7 +41,7 @@ def shown_columns(trajectory: Trajectory, columns: Sequence[int], to_phi: Array,
             dphi = channel.apply(dphi, h, p)
             continue
         analytic: Any = channel  # though typed for real signals only
-        turned = np.imag(analytic.push(dphi, phi + 1j * STEP * to_phi, h, p)) / STEP
+        turned = np.imag(analytic.push(dphi, phi + 1j * STEP * to_phi, h, p)) / STEP if to_phi.any() else 0.0
         moving = np.imag(analytic.partials(phi + 1j * STEP * dphi, h, p)) / STEP
         to_dphi = _with(channel.push(to_dphi, phi, h, p) + turned, moving, wanted)
         to_phi = _with(channel.push(to_phi, phi, h, p), channel.partials(phi, h, p), wanted)
