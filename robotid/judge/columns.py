@@ -58,6 +58,7 @@ def columns(
     last = forces.shape[1] - (0 if more is None else more.shape[1])
     every[rows] = outer[given : given + last]
     _add_sensors(every, trajectory, output, missing)
+    every[~np.isfinite(every).all(axis=1)] = 0.0  # memory that runs away on this motion: there is nothing to score
     return Columns(outer[:given], every, outer[given + last :])
 
 

@@ -12,28 +12,37 @@ from hidden.plant.rig import RATIO
 from hidden.study.case import Hidden
 from robotid.judge.location import Curve
 
-LEAST_SAMPLES = 5  # of a bin that counts
-
 
 def correlation(curve: Curve, hidden: Hidden, records: Mapping[str, Recording]) -> float:
-    """Of the reported curve with the true torque, binned likewise; nan along what is no variable of the motion.
+    """Of the torque that the reported curve makes of the true motion with the true torque; nan along what is no
+    variable of the motion.
 
-    records : those of the fit. What a base model can imitate of the torque (a part along acceleration, speed and
-    direction of motion) does not count: the fit has taken it. The tool signs torques as applied, the plant as absorbed.
+    records : those of the fit. What a base model can imitate of either torque (a part along acceleration, speed,
+    direction of motion, and a constant) does not count: the fit may have taken it. The tool signs torques as applied,
+    the plant as absorbed.
     """
-    along = [_variables(r).get(curve.along) for r in records.values()]
-    if len(curve.x) < 3 or any(values is None for values in along):
+    name, _, counted = curve.along.partition(", ")
+    if len(curve.x) < 3 or any(name not in _variables(r) for r in records.values()):
         return float("nan")
-    torque = np.concatenate([_torque(hidden, r) for r in records.values()])
     imitated = np.concatenate([_imitated(r) for r in records.values()])
-    left = torque - imitated @ np.linalg.lstsq(imitated, torque, rcond=None)[0]
-    variable = np.concatenate([values for values in along if values is not None])
-    edges = 0.5 * (curve.x[1:] + curve.x[:-1])
-    bins = np.searchsorted(edges, variable)
-    count = np.bincount(bins, minlength=len(curve.x))
-    mean = np.bincount(bins, left, minlength=len(curve.x)) / np.maximum(count, 1)
-    full = count >= LEAST_SAMPLES
-    return float(-np.corrcoef(curve.missing_torque[full], mean[full])[0, 1])
+    told = np.concatenate([_followed(curve, _variables(r)[name], counted, r) for r in records.values()])
+    torque = np.concatenate([_torque(hidden, r) for r in records.values()])
+    left = [signal - imitated @ np.linalg.lstsq(imitated, signal, rcond=None)[0] for signal in (told, torque)]
+    return float(-np.corrcoef(*left)[0, 1])
+
+
+def _followed(curve: Curve, variable: Array, counted: str, recording: Recording) -> Array:
+    """The torque of a curve along a record, (n,); a knot that is there twice is one on either side of a jump."""
+    v = np.array([y.dphi_m for y in recording.states])
+    side = np.interp(variable, curve.x, curve.missing_torque)
+    twice = np.flatnonzero(np.diff(curve.x) == 0.0)
+    if twice.size:
+        k = int(twice[0]) + 1
+        lower, upper = (
+            np.interp(variable, curve.x[part], curve.missing_torque[part]) for part in (slice(k), slice(k, None))
+        )
+        side = np.where(variable < 0, lower, upper)
+    return side * {"": np.ones_like(v), "by direction": np.sign(v), "by speed": v / curve.at}[counted]
 
 
 def _torque(hidden: Hidden, recording: Recording) -> Array:
@@ -43,9 +52,9 @@ def _torque(hidden: Hidden, recording: Recording) -> Array:
 
 
 def _imitated(recording: Recording) -> Array:
-    """What torques of a base model are made of, (n, 3)."""
+    """What torques of a base model are made of, (n, 4)."""
     v = np.array([y.dphi_m for y in recording.states])
-    return np.column_stack([np.gradient(v, recording.sampling_time), v, np.sign(v)])
+    return np.column_stack([np.gradient(v, recording.sampling_time), v, np.sign(v), np.ones_like(v)])
 
 
 def _variables(recording: Recording) -> dict[str, Array]:
