@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from math import ceil, floor, inf, lcm
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag, TypeAdapter, model_validator
 
 from robotid.config.section import NonNegative, Positive, Section
 
@@ -212,3 +212,9 @@ class SumSettings(ExperimentSettings):
 ExcitationSettings = Annotated[
     TriangleSettings | SquareSettings | MultisineSettings | SumSettings, Field(discriminator="kind")
 ]
+
+
+def excitation(block: dict[str, Any]) -> ExperimentSettings:
+    """The settings that an `excite` block means."""
+    adapter: TypeAdapter[ExperimentSettings] = TypeAdapter(ExcitationSettings)
+    return adapter.validate_python(block)

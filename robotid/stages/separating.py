@@ -8,9 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from pydantic import TypeAdapter
 
-from robotid.config.excitation import ExcitationSettings, ExperimentSettings
+from robotid.config.excitation import excitation
 from robotid.config.schema import Config
 from robotid.judge.diagnosis import Cause, Diagnosis
 from robotid.judge.growth import Found, Growth
@@ -20,7 +19,6 @@ from robotid.simulate.controller import Controller
 from robotid.stages.excite import realise
 from robotid.stages.virtual import controller_of
 
-BLOCKS: TypeAdapter[ExperimentSettings] = TypeAdapter(ExcitationSettings)
 LARGE, SMALL = 1.0, 0.15  # of the largest speed on record
 LONG, SHORT = 5.0, 1.0  # periods [s]
 
@@ -50,7 +48,7 @@ def _references(growth: Growth) -> Iterator[tuple[str, Reference]]:
     h = records[0].sampling_time
     top = max(float(np.abs(r.dphi_m).max()) for r in records)
     for block in _blocks(top, h):
-        yield json.dumps(block), realise(["separating"], BLOCKS.validate_json(json.dumps(block)))[0]
+        yield json.dumps(block), realise(["separating"], excitation(block))[0]
 
 
 def _blocks(top: float, h: float) -> Iterator[dict[str, Any]]:
