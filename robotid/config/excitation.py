@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from math import ceil, floor, inf, lcm
 from typing import Annotated, Any, Literal, Self
 
@@ -217,4 +218,4 @@ ExcitationSettings = Annotated[
 def excitation(block: dict[str, Any]) -> ExperimentSettings:
     """The settings that an `excite` block means."""
     adapter: TypeAdapter[ExperimentSettings] = TypeAdapter(ExcitationSettings)
-    return adapter.validate_python(block)
+    return adapter.validate_json(json.dumps(block))  # where lists may be tuples, as in a file
