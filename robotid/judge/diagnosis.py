@@ -77,6 +77,7 @@ class Diagnosis:
     that the causes leave. records : by name. missing : the missing torque [Nm] of each record: its measured part is
     what the residual asks for, its simulated part what the causes supply. curves : where the missing torque sits, best
     ordered first. shape : the curve of what no cause explains, its order the share of the misfit.
+    refitted : all parameters of the model with its causes, by name, to start from.
     """
 
     verdict: Verdict
@@ -94,6 +95,7 @@ class Diagnosis:
     residuals: dict[str, Trace]
     shape: Curve | None
     remarks: tuple[str, ...] = ()
+    refitted: dict[str, float] = field(default_factory=dict, metadata={"unit": "SI"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)

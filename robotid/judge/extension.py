@@ -8,23 +8,26 @@ import numpy as np
 
 from robotid.errors import NumericsError
 from robotid.estimate.grey_box import FitOptions, fit_model
+from robotid.estimate.residual import OutputError
 from robotid.estimate.result import FitResult
 from robotid.judge.diagnosis import Extension, Rejected, Score
 from robotid.judge.simulated import Model, fitted_model, simulate_record
 from robotid.judge.trial import carried
 from robotid.judge.verdict import root_mean_square, trace
+from robotid.model.joint import Joint
+from robotid.model.parameters import Parameters
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
 from robotid.simulate.assemble import assemble
 
 Starts = Mapping[str, float]
-"""Values of parameters to start from, by dotted name."""
+"""Values of parameters to start from, by dotted name; the others start as they were."""
 
 
 def extend(
     before: FitResult,
     effects: Sequence[str],
-    starts: Starts,
+    starts: Sequence[Starts],
     records: Sequence[Record],
     options: FitOptions,
     horizon: float | None,
@@ -32,8 +35,8 @@ def extend(
 ) -> Extension:
     """Fit a model with further effects on the records of its fit, and score it on all.
 
-    Effects without which it does at least as well on the records held out are dropped. Raises NumericsError where the
-    extended model does not converge.
+    starts : to choose the best of. Effects without which it does at least as well on the records held out are dropped.
+    Raises NumericsError where the extended model does not converge.
     """
     old = fitted_model(before, estimate_states=options.estimate_states)
     say("measuring the model as it is")
@@ -71,7 +74,7 @@ def _fit(
     before: FitResult,
     old: Model,
     effects: Sequence[str],
-    starts: Starts,
+    starts: Sequence[Starts],
     records: Sequence[Record],
     options: FitOptions,
     horizon: float | None,
@@ -83,8 +86,23 @@ def _fit(
     joint = assemble(structure, angle=before.output == "position")
     used = [r for r in records if r.name in before.records]
     say(f"fitting with {', '.join(effects)}" if effects else "fitting")
-    fit = fit_model(before.name, joint, carried(old.parameters, structure, starts), used, options)
+    start = _best([carried(old.parameters, structure, values) for values in starts], joint, used, old)
+    fit = fit_model(before.name, joint, start, used, options)
     return fit, _scores(fitted_model(fit, estimate_states=options.estimate_states), records, horizon)
+
+
+def _best(starts: Sequence[Parameters], joint: Joint, records: Sequence[Record], old: Model) -> Parameters:
+    """The start from which the records are simulated best."""
+
+    def cost(start: Parameters) -> float:
+        weights = np.ones(len(records))
+        problem = OutputError(joint, start, tuple(records), old.output, weights, old.estimate_states)
+        try:
+            return problem.evaluate(problem.start()).cost
+        except NumericsError:
+            return np.inf
+
+    return starts[0] if len(starts) == 1 else min(starts, key=cost)
 
 
 def _scores(model: Model, records: Sequence[Record], horizon: float | None) -> dict[str, Score]:

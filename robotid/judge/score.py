@@ -42,11 +42,14 @@ class Scan:
 @dataclass(frozen=True, slots=True, eq=False)
 class Projected:
     """All records together, whitened and projected. missing (d, q) and residual (d,) keep every inner product;
-    whole (e, q) : the columns before projection."""
+    whole (e, q) : the columns before projection; fitted (k, k) and shaped (k, q + 1) : a factor of the fitted
+    parameters' columns, and the part of the others, last of the residual, that lies along them."""
 
     missing: Array
     residual: Array
     whole: Array
+    fitted: Array
+    shaped: Array
 
     @property
     def length(self) -> Array:
@@ -61,12 +64,14 @@ class Projected:
 @dataclass(frozen=True, slots=True)
 class Score:
     """What a candidate explains: energy of the whitened residual, in noise variances; amplitude of each of its
-    parameters. directions : its columns, orthonormal, in the space of `Projected`."""
+    parameters. directions : its columns, orthonormal, in the space of `Projected`; moved (k,) : how far the fitted
+    parameters go with it."""
 
     candidate: Candidate
     energy: float
     amplitude: tuple[float, ...]
     directions: Array
+    moved: Array
 
 
 def scan(
@@ -104,7 +109,7 @@ def project(scans: Sequence[Scan], whitenings: Sequence[Whitening]) -> Projected
         own = np.asarray(np.linalg.qr(whiten(one.signals).T, mode="r"))[one.states :, one.states :]
         factor = np.asarray(own if not factor.size else np.linalg.qr(np.vstack([factor, own]), mode="r"))
     k = scans[0].fitted
-    return Projected(factor[k:, k:-1], factor[k:, -1], factor[:, k:-1])
+    return Projected(factor[k:, k:-1], factor[k:, -1], factor[:, k:-1], factor[:k, :k], factor[:k, k:])
 
 
 def score(projected: Projected, missing: Sequence[Candidate]) -> list[Score]:
@@ -119,7 +124,7 @@ def score(projected: Projected, missing: Sequence[Candidate]) -> list[Score]:
 
 def _score(projected: Projected, candidate: Candidate, at: slice) -> Score:
     own, length = projected.missing[:, at], np.linalg.norm(projected.whole[:, at], axis=0)
-    nothing = Score(candidate, 0.0, (0.0,) * own.shape[1], np.zeros((len(own), 0)))
+    nothing = Score(candidate, 0.0, (0.0,) * own.shape[1], np.zeros((len(own), 0)), np.zeros(len(projected.fitted)))
     left = np.linalg.norm(own, axis=0)
     if not np.all(left > DEPENDENT * length) or not length.all():
         return nothing
@@ -128,7 +133,9 @@ def _score(projected: Projected, candidate: Candidate, at: slice) -> Score:
     amplitude = np.linalg.lstsq(r, along, rcond=None)[0] / left
     if not _possible(candidate, amplitude):
         return nothing
-    return Score(candidate, float(along @ along), tuple(amplitude.tolist()), q)
+    goal = projected.shaped[:, -1] - projected.shaped[:, at] @ amplitude
+    moved = np.linalg.lstsq(projected.fitted, goal, rcond=DEPENDENT)[0]
+    return Score(candidate, float(along @ along), tuple(amplitude.tolist()), q, moved)
 
 
 def _possible(candidate: Candidate, amplitude: Array) -> bool:

@@ -7,11 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robotid.errors import NumericsError
 from robotid.estimate.least_squares import Solution, solve
 from robotid.estimate.residual import Evaluation, OutputError, observed
 from robotid.judge.simulated import measured
 from robotid.judge.whitening import Whitening
 from robotid.model.array import Array
+from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
 from robotid.signals.metrics import fit_percent
@@ -93,27 +95,18 @@ def first_state(trajectory: Trajectory) -> FirstState:
     return dict(zip(trajectory.joint.state_names, trajectory.x[:, 0].tolist(), strict=True))
 
 
-def try_model(structure: Structure, start: Parameters, bench: Bench, states: Sequence[FirstState] = ()) -> Trial:
-    """Refit all free parameters from `start`. states : guesses of the first state of each fitted record.
+def try_model(
+    structure: Structure, starts: Sequence[Parameters], bench: Bench, states: Sequence[FirstState] = ()
+) -> Trial:
+    """Refit all free parameters from the best of `starts`, the boldest first. states : guesses of the first state of
+    each fitted record.
 
     Raises NumericsError where the model cannot be simulated.
     """
     joint = assemble(structure, angle=bench.output == "position")
-    problem = OutputError(
-        joint,
-        start,
-        bench.fitted,
-        bench.output,
-        np.ones(len(bench.fitted)),
-        bench.estimate_states,
-        bench.whiten,
-        PATIENCE,
-    )
-    unknowns = problem.start()
-    for k, known in enumerate(states):
-        for i, row in enumerate(problem.free_states, start=len(problem.columns) + k * len(problem.free_states)):
-            unknowns[i] = known.get(joint.state_names[row], unknowns[i])
-    solution = solve(problem, unknowns, most=MOST_ITERATIONS, tolerance=TOLERANCE)
+    problem = _problem(joint, starts, bench, states)
+    solution = solve(problem, _unknowns(problem, states), most=MOST_ITERATIONS, tolerance=TOLERANCE)
+    start = problem.parameters
     parameters = start.with_values(problem.theta(solution.evaluation.unknowns))
     trajectories = solution.evaluation.trajectories
     residuals = _residuals(trajectories, bench.fitted, bench.output)
@@ -136,6 +129,38 @@ def try_model(structure: Structure, start: Parameters, bench: Bench, states: Seq
             ]
         ),
     )
+
+
+def _problem(joint: Joint, starts: Sequence[Parameters], bench: Bench, states: Sequence[FirstState]) -> OutputError:
+    """The problem from the start of least cost. Raises NumericsError where none can be simulated."""
+    weights, last = np.ones(len(bench.fitted)), len(starts) - 1
+    best: tuple[float, OutputError] | None = None
+    for k, start in enumerate(starts):
+        one = OutputError(
+            joint, start, bench.fitted, bench.output, weights, bench.estimate_states, bench.whiten, PATIENCE
+        )
+        if not last:
+            return one
+        try:
+            cost = one.evaluate(_unknowns(one, states)).cost
+        except NumericsError:
+            if k == last and best is None:
+                raise
+            continue
+        if best is not None and cost >= best[0]:
+            break
+        best = cost, one
+    assert best is not None
+    return best[1]
+
+
+def _unknowns(problem: OutputError, states: Sequence[FirstState]) -> Array:
+    """Where the iteration starts: the problem's parameters, and first states as far as they are known."""
+    unknowns = problem.start()
+    for k, known in enumerate(states):
+        for i, row in enumerate(problem.free_states, start=len(problem.columns) + k * len(problem.free_states)):
+            unknowns[i] = known.get(problem.joint.state_names[row], unknowns[i])
+    return unknowns
 
 
 def _residuals(trajectories: Sequence[Trajectory], records: Sequence[Record], output: Quantity) -> tuple[Array, ...]:
@@ -161,6 +186,12 @@ def extended(trial: Trial, effect: str, values: Mapping[str, float]) -> tuple[St
     """The structure with one effect more, and where its refit starts: the trial's values, the effect's as given."""
     structure = trial.structure.extended(effect)
     return structure, carried(trial.parameters, structure, values)
+
+
+def reduced(trial: Trial, effect: str) -> tuple[Structure, Parameters]:
+    """The structure with one effect less, and where its refit starts."""
+    structure = trial.structure.without(effect)
+    return structure, carried(trial.parameters, structure, {})
 
 
 def carried(old: Parameters, structure: Structure, values: Mapping[str, float]) -> Parameters:

@@ -10,7 +10,8 @@ import numpy as np
 from robotid.estimate.result import Estimate
 from robotid.judge.changes import Change
 from robotid.judge.diagnosis import Cause, Diagnosis, Misfit, Rejected
-from robotid.judge.growth import Found, Growth, best_of_each
+from robotid.judge.growth import Found, Growth
+from robotid.judge.ranking import best_of_each
 from robotid.judge.simulated import Model, Simulated, measured, simulate_record
 from robotid.judge.thinning import thinned
 from robotid.judge.trial import Trial
@@ -52,6 +53,7 @@ def verdict(model: Model, records: Sequence[Record], growth: Growth, horizon: fl
         missing=where.missing,
         residuals={name: trace(runs[name], model) for name in runs},
         shape=None if growth.shape is None else replace(growth.shape.curve, order=growth.share),
+        refitted=dict(zip(growth.last.parameters.names, growth.last.parameters.values.tolist(), strict=True)),
     )
 
 

@@ -20,9 +20,9 @@ def rows_of(diagnosis: Diagnosis) -> int:
     return len(diagnosis.causes) + min(MOST_REJECTED, len(diagnosis.rejected))
 
 
-def draw_causes(axes: Axes, diagnosis: Diagnosis) -> None:
+def draw_causes(axes: Axes, diagnosis: Diagnosis, most_rejected: int = MOST_REJECTED) -> None:
     """A bar an effect, causes first in their order, then the best of the rejected; what is said of each at its end."""
-    rejected = sorted(diagnosis.rejected, key=lambda r: -r.explained)[:MOST_REJECTED]
+    rejected = sorted(diagnosis.rejected, key=lambda r: -r.explained)[:most_rejected]
     for k, cause in enumerate(diagnosis.causes):
         _bar(axes, k, " or ".join((cause.effect, *_others(cause))), cause.explained, BLUE, _said(cause))
     for k, one in enumerate(rejected, start=len(diagnosis.causes)):

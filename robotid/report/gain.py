@@ -25,11 +25,11 @@ def gains(extension: Extension, *, used: bool) -> dict[str, tuple[float, float]]
     }
 
 
-def draw_gain(panels: Sequence[Axes], extension: Extension) -> None:
+def draw_gain(panels: Sequence[Axes], extension: Extension, groups: Sequence[str] = tuple(GROUPS)) -> None:
     """Slope charts on a common scale, one for the records of the fit and one for those held out, as far as there are
-    any: a panel each."""
-    groups = {title: gains(extension, used=used) for title, used in GROUPS.items()}
-    shown = {title: group for title, group in groups.items() if group}
+    any: a panel each. groups : of these alone."""
+    found = {title: gains(extension, used=GROUPS[title]) for title in groups}
+    shown = {title: group for title, group in found.items() if group}
     values = [value for group in shown.values() for pair in group.values() for value in pair]
     low, high = min(values, default=0.0), max(values, default=100.0)
     room = 0.1 * (high - low) or 0.5

@@ -13,10 +13,11 @@ from robotid.model.joint import Joint
 from robotid.model.port import Signal
 from robotid.signals.record import Record
 from robotid.simulate.fallback import lsoda
-from robotid.simulate.solver import Problem, carry, march
+from robotid.simulate.solver import LEAST_SCALE, Problem, carry, march
 from robotid.simulate.steps import Steps, linearise, modes
 
 BLOCK = 2000  # intervals whose derivatives are in memory at once
+WILD = 100.0  # times the motion itself: a guess so large that what counts as small beside it is not
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,17 +65,21 @@ def simulate(
 
     theta : (p,) in the order of joint.names, its changes those of records by their names; x0 : (nx,) first state, by
     default `initial_state`; guess : (nx, n) a trajectory nearby, by default the measured motion. Raises NumericsError
-    where even LSODA diverges, or has to help more often than patience allows.
+    where even LSODA diverges, or has to help more often than patience allows, and where x0 is not finite.
     """
     theta = joint.in_record(theta, record.name)
     x0 = initial_state(joint, theta, record) if x0 is None else x0
     u = effective_torque(joint, theta, record)
-    cold = guess is None
-    guess = measured_guess(joint, theta, record) if guess is None else guess
-    problem = Problem(joint, theta, u[:-1], record.sampling_time, guess, begin=record.begin)
-    if cold:
+    if not np.isfinite(x0).all():
+        raise NumericsError("the first state is not finite", hint="check the parameters' guesses and bounds")
+    near = guess if guess is not None and np.isfinite(guess).all() else measured_guess(joint, theta, record)
+    problem = Problem(joint, theta, u[:-1], record.sampling_time, near, begin=record.begin)
+    if near is not guess:
         problem = replace(problem, guess=follow_motor(problem, x0))
-    return _finish(problem, u, record, *_march(problem, x0, patience))
+    x, rescued = _march(problem, x0, patience)
+    if np.any(problem.scale > WILD * np.maximum(np.abs(x).max(axis=1), LEAST_SCALE)):
+        x, rescued = _march(replace(problem, guess=x), x0, patience)
+    return _finish(problem, u, record, x, rescued)
 
 
 def _march(problem: Problem, x0: Array, patience: int | None) -> tuple[Array, tuple[tuple[int, int], ...]]:

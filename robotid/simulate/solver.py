@@ -27,6 +27,7 @@ SHORT_WINDOW = 500
 SMALLEST_WINDOW = 8
 FEW_ITERATIONS = 5
 RUNAWAY = 1e9  # rad, rad/s: no machine gets there
+LEAST_SCALE = 1e-12
 TOLERANCE = 1e-5  # of the last Newton step, relative; the error left is of the order of its square
 
 
@@ -48,7 +49,7 @@ class Problem:
     scale: Array = field(init=False)
 
     def __post_init__(self) -> None:
-        self.scale = np.maximum(np.abs(self.guess).max(axis=1), 1e-12)
+        self.scale = np.maximum(np.abs(self.guess).max(axis=1), LEAST_SCALE)
 
     def linearise(self, first: int, last: int, x: Array) -> Steps:
         """Intervals first .. last - 1 linearised at their nodes x (nx, last - first + 1)."""

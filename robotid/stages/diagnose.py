@@ -5,8 +5,9 @@ from __future__ import annotations
 from robotid.config.schema import Config
 from robotid.estimate.result import Fits
 from robotid.judge.diagnosis import Diagnosis
-from robotid.judge.growth import Terms, search
+from robotid.judge.search import search
 from robotid.judge.simulated import fitted_model
+from robotid.judge.terms import Terms
 from robotid.judge.verdict import verdict
 from robotid.signals.quality import Recordings
 from robotid.stages.progress import Log, Progress

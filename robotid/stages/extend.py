@@ -31,7 +31,7 @@ def extend(
     used = fits.models[diagnosis.model].records
     named = tuple(cause.effect for cause in diagnosis.causes if _can_be_fitted(cause.effect, used))
     effects = named if settings.extend.effects is None else settings.extend.effects
-    starts = {p.name: p.value for cause in diagnosis.causes for p in cause.parameters}
+    starts = [diagnosis.refitted, {p.name: p.value for cause in diagnosis.causes for p in cause.parameters}]
     before, horizon = fits.models[diagnosis.model], settings.fit.horizon
     return extend_model(before, effects, starts, recordings.records, fit_options(settings), horizon, say)
 

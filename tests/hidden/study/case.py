@@ -92,8 +92,9 @@ class Case:
         fixed: dict[str, dict[str, Any]] = {}
         if KNOWN_INERTIA in self.names:
             fixed["motor.inertia.J"] = {"guess": self.draw.base.motor_inertia, "fixed": True}
-        truth: dict[str, Any] = {}
+        truth: dict[str, Any] = {name: {"guess": value} for name, value in self.draw.base.named().items()}
         for hidden in self.hidden:
             truth |= {name: {"guess": value} for name, value in hidden.truth().items()}
+        truth = {name: value for name, value in truth.items() if name.rpartition(".")[0] in self.structure(true=True)}
         write_config(folder / "base.yaml", self.draw, self.structure(), fixed)
-        write_config(folder / "oracle.yaml", self.draw, self.structure(true=True), fixed | truth)
+        write_config(folder / "oracle.yaml", self.draw, self.structure(true=True), truth | fixed)

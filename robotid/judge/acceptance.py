@@ -1,0 +1,168 @@
+"""Accepting a cause: the most promising candidates refitted, and the best that carries over to records held out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from robotid.errors import NumericsError
+from robotid.judge.candidates import Difference
+from robotid.judge.growth import Found, Log, Turned, share_removed
+from robotid.judge.ranking import Round, best_of_each, p_value
+from robotid.judge.score import Score
+from robotid.judge.terms import Terms
+from robotid.judge.trial import Bench, Trial, extended, reduced, try_model
+from robotid.model.parameters import Parameters
+from robotid.model.structure import Structure
+
+SAME = 0.02  # of the energy explained: causes closer than that are not told apart
+SAME_FLOOR = 12.0  # of noise variances, inflated: as far apart as chance sets two equal models
+MOST_ALIKE = 0.1  # of the energy explained, however much chance there is
+REACHED = 0.97  # of the misfit: a cause that explains so much explains it
+RIVAL = 0.9  # of the best score: candidates below it are not tried against one that explains nearly all
+HOPEFUL = 0.5  # of the best score: candidates below it are not refitted
+WAYS = (1.0, 0.5, 0.1)  # of the way to what a score promises, where refits start
+COLLINEAR = 0.999  # cosine at which columns are the same
+
+
+def accept(
+    first: Trial, now: Trial, seen: Round, bench: Bench, terms: Terms, turned: list[Turned], log: Log
+) -> Found | None:
+    """The best cause of a round that stands all tests, or None."""
+    hopeful = [s for s in best_of_each(seen.scores) if p_value(s, seen, bench) < terms.level]
+    hopeful = [s for s in hopeful if s.energy > max(HOPEFUL * hopeful[0].energy, terms.worth**2 * bench.samples)]
+    tried = _in_order(list(_refit(now, hopeful[: terms.refits], bench, log)), bench, terms)
+    while tried:
+        best, after = tried[0]
+        why = objection(now, after, bench, terms)
+        if why is None:
+            return _found(first, now, tried, best, after, seen, bench)
+        turned.append(
+            Turned(
+                best.candidate.name,
+                share_removed(first, now, after, bench),
+                after.held_fit_percent - now.held_fit_percent,
+                why,
+            )
+        )
+        tried = tried[1:]
+    return None
+
+
+def _refit(now: Trial, hopeful: Sequence[Score], bench: Bench, log: Log) -> Iterator[tuple[Score, Trial]]:
+    """Refits in the order of the scores; once one explains nearly all, only what scores nearly as well is tried."""
+    reached = False
+    for one in hopeful:
+        if reached and one.energy < RIVAL * hopeful[0].energy:
+            continue
+        log(f"refitting with {one.candidate.name}")
+        try:
+            after = refit(now, one, bench)
+        except NumericsError:
+            continue
+        reached = reached or now.energy - after.energy > REACHED * (now.energy - bench.samples)
+        yield one, after
+
+
+def _in_order(tried: Sequence[tuple[Score, Trial]], bench: Bench, terms: Terms) -> list[tuple[Score, Trial]]:
+    """By the criterion; but what has fewer parameters goes before the best where the difference is not worth a word."""
+    ordered = sorted(tried, key=lambda pair: _criterion(pair[1], bench))
+    least = ordered[0][1].energy + terms.worth**2 * bench.samples if ordered else 0.0
+    return sorted(ordered, key=lambda pair: len(pair[1].problem.columns) if pair[1].energy <= least else np.inf)
+
+
+def _criterion(trial: Trial, bench: Bench) -> float:
+    """Bayesian information criterion, up to a constant, of a residual whose variance is unknown."""
+    return bench.samples * float(np.log(trial.energy)) + len(trial.problem.columns) * float(np.log(bench.samples))
+
+
+def refit(now: Trial, one: Score, bench: Bench) -> Trial:
+    """The model with a candidate, from where its score promises the end; from part of the way where that is too far."""
+    starts = [_start(now, one, way) for way in WAYS]
+    structure = starts[0][0]
+    return try_model(structure, [parameters for _, parameters in starts], bench, now.first_states)
+
+
+def _start(now: Trial, one: Score, way: float) -> tuple[Structure, Parameters]:
+    """The extended structure, and its parameters a part of the way from the null to what the score promises."""
+    c, columns = one.candidate, now.problem.columns
+    amplitude = [way * a for a in one.amplitude]
+    values = dict(zip((p.symbol for p in c.effect.parameters), c.values, strict=True))
+    values |= dict(zip((c.effect.parameters[k].symbol for k in c.scored), amplitude, strict=True))
+    named = (
+        {c.name: amplitude[0]} if isinstance(c.effect, Difference) else {f"{c.name}.{s}": v for s, v in values.items()}
+    )
+    moved = {
+        now.parameters.names[k]: now.parameters.values[k] + way * d for k, d in zip(columns, one.moved, strict=True)
+    }
+    return extended(now, c.name, moved | named)
+
+
+def objection(now: Trial, after: Trial, bench: Bench, terms: Terms) -> str | None:
+    """Why a refitted cause is none, in words; None where it stands."""
+    if bench.held:
+        gained = now.held_energy - after.held_energy
+        samples = sum(map(len, bench.held))
+        if gained <= 0:
+            return "does not carry over: the held-out records are simulated worse with it"
+        if after.held_fit_percent <= now.held_fit_percent:
+            return "does not carry over: the fit of the held-out records falls with it"
+    else:
+        gained, samples = now.energy - after.energy, bench.samples
+    if gained < terms.worth**2 * samples:
+        return f"is not worth it: removes {np.sqrt(max(0.0, gained) / samples):.2g} noise standard deviations"
+    return None
+
+
+def _without(now: Trial, effect: str, bench: Bench) -> Trial:
+    structure, parameters = reduced(now, effect)
+    return try_model(structure, [parameters], bench, now.first_states)
+
+
+def drop(first: Trial, causes: Sequence[Found], now: Trial, bench: Bench, terms: Terms) -> tuple[list[Found], Trial]:
+    """The causes but for the earlier ones that the last has made worthless, and the model without them."""
+    kept = list(causes)
+    for one in causes[:-1]:
+        try:
+            lean = _without(now, one.effect, bench)
+        except NumericsError:
+            continue
+        if objection(lean, now, bench, terms) is not None:
+            kept.remove(one)
+            kept[-1] = replace(kept[-1], explained=share_removed(first, kept[-1].before, lean, bench) + one.explained)
+            now = lean
+    return kept, now
+
+
+def _found(
+    first: Trial, now: Trial, tried: Sequence[tuple[Score, Trial]], best: Score, after: Trial, seen: Round, bench: Bench
+) -> Found:
+    explained = now.energy - after.energy
+    slack = max(SAME * explained, min(SAME_FLOOR * seen.inflation, MOST_ALIKE * explained))
+    alike = [(one.candidate.name, other) for one, other in tried if other.energy - after.energy <= slack]
+    rivals = [other for name, other in alike if name != best.candidate.name]
+    twins = [name for name, _ in alike]
+    twins += [name for name in _collinear(best, seen) if name not in {one.candidate.name for one, _ in tried}]
+    return Found(
+        best.candidate.name,
+        share_removed(first, now, after, bench),
+        after.held_fit_percent - now.held_fit_percent,
+        p_value(best, seen, bench),
+        tuple(dict.fromkeys([best.candidate.name, *twins])),
+        now,
+        after,
+        rivals[0] if rivals else None,
+    )
+
+
+def _collinear(best: Score, seen: Round) -> list[str]:
+    """Effects whose columns span what those of the best do."""
+    found = []
+    for one in best_of_each(seen.scores):
+        if one.directions.size and best.directions.size:
+            cosines = np.linalg.svd(one.directions.T @ best.directions, compute_uv=False)
+            if cosines.min() > COLLINEAR and one.directions.shape[1] == best.directions.shape[1]:
+                found.append(one.candidate.name)
+    return found

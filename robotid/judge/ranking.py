@@ -1,0 +1,84 @@
+"""Ranking what a model could lack: every candidate's columns, and the misfit that each would explain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robotid.judge.candidates import Candidate, Difference, candidates, differences
+from robotid.judge.score import DEPENDENT, Projected, Scan, Score, project, scan, score, significance
+from robotid.judge.terms import Terms
+from robotid.judge.trial import Bench, Trial
+from robotid.model.structure import RECORD_CHANGE
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Round:
+    """One look at a model. inflation : energy of the residual per direction that no single candidate explains."""
+
+    scans: tuple[Scan, ...]
+    projected: Projected
+    scores: tuple[Score, ...]
+    inflation: float
+
+
+def look(trial: Trial, bench: Bench, terms: Terms) -> tuple[Scan, ...]:
+    """Every record of the fit with all columns of all candidates."""
+    missing = candidates(trial.structure, bench.output, terms.skip)
+    p = trial.problem
+    return tuple(
+        scan(t, record, residual, bench.output, p.columns, p.free_states, missing)
+        for t, record, residual in zip(trial.trajectories, bench.fitted, trial.residuals, strict=True)
+    )
+
+
+def rank(trial: Trial, scans: Sequence[Scan], bench: Bench, terms: Terms) -> Round:
+    """All candidates by what they would explain, and every parameter as different in each record."""
+    names = list(dict.fromkeys(record.name for record in bench.fitted))
+    wanted = len(names) > 1 and RECORD_CHANGE not in terms.skip
+    other = differences(trial.problem.joint, trial.problem.columns, names) if wanted else ()
+    missing = (*candidates(trial.structure, bench.output, terms.skip), *other)
+    columns = trial.problem.columns
+    projected = project([_with_differences(one, other, columns) for one in scans], bench.whiten)
+    scores = score(projected, missing)
+    best = best_of_each(scores)
+    return Round(tuple(scans), projected, tuple(scores), _inflation(projected, best))
+
+
+def _with_differences(one: Scan, other: Sequence[Candidate], columns: Sequence[int]) -> Scan:
+    """A record with the columns of parameters that differ in it, or do not."""
+    if not other:
+        return one
+    more = np.zeros((len(other), len(one.record)))
+    for i, candidate in enumerate(other):
+        difference = candidate.effect
+        if isinstance(difference, Difference) and difference.record == one.record.name:
+            more[i] = one.signals[one.states + list(columns).index(difference.column)]
+    return replace(one, signals=np.concatenate([one.signals[:-1], more, one.signals[-1:]]))
+
+
+def _inflation(projected: Projected, best: Sequence[Score]) -> float:
+    """Mean energy of the residual along the directions that candidates reach and the best of them does not."""
+    u, values, _ = np.linalg.svd(projected.missing / np.where(projected.length > 0, projected.length, 1.0))
+    reached = u[:, : int(np.sum(values > DEPENDENT * values[0]))].T @ projected.residual
+    taken, k = (best[0].energy, len(best[0].amplitude)) if best else (0.0, 0)
+    return max(1.0, (float(reached @ reached) - taken) / max(1, len(reached) - k))
+
+
+def best_of_each(scores: Sequence[Score]) -> list[Score]:
+    """The best point of each effect's grid, best first."""
+    found: dict[str, Score] = {}
+    for one in scores:
+        if one.energy > 0:
+            found.setdefault(one.candidate.name, one)
+    return list(found.values())
+
+
+def p_value(one: Score, seen: Round, bench: Bench) -> float:
+    """Of the best of all candidates; the residual that other candidates could explain counts as its noise."""
+    tries, k = len(seen.scores), len(one.amplitude)
+    white = significance(one.energy, k, seen.projected.energy, bench.samples, tries)
+    coloured = significance(one.energy, k, one.energy + seen.inflation * len(seen.scores), len(seen.scores), tries)
+    return max(white, coloured)

@@ -1,0 +1,116 @@
+"""The search for what a model lacks: score, refit the best few, keep what pays on records held out, and repeat."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from robotid.judge.acceptance import accept, drop
+from robotid.judge.changes import changes
+from robotid.judge.growth import Found, Growth, Log, Turned, misfit_energy
+from robotid.judge.ranking import Round, look, rank
+from robotid.judge.score import significance
+from robotid.judge.set_up import renew, set_up
+from robotid.judge.simulated import Model
+from robotid.judge.terms import Terms
+from robotid.judge.trial import Bench, Trial
+from robotid.judge.unknown import Shape, shapes
+from robotid.model.structure import RECORD_CHANGE
+from robotid.signals.record import Record
+
+NOTHING = 0.1  # of the misfit: a curve that explains less of it is no news
+IMITATES = 0.7  # of what a free curve explains: causes that do not reach it only imitate something else
+IMITATES_NOISE = 0.97  # the same where a model could reach the noise
+TRUSTED = 2  # causes that are added before the question is asked whether they only imitate
+
+
+def search(
+    model: Model, fitted: Sequence[Record], held: Sequence[Record], horizon: float | None, terms: Terms, log: Log
+) -> Growth:
+    """What a model lacks, by the noise of the sensors; and where that is out of reach and names nothing, as it is on
+    most machines, by that of torque errors besides."""
+    log("measuring the noise")
+    bench, first = set_up(model, fitted, held, horizon, terms)
+    growth = grow(first, bench, terms, log)
+    if growth.causes or bench.reached:
+        return growth
+    log("allowing for errors of the torque")
+    bench, first = set_up(model, fitted, held, horizon, terms, errors=True)
+    blunt = grow(first, bench, terms, log)
+    return blunt if blunt.causes or growth.shape is None else growth
+
+
+def grow(first: Trial, bench: Bench, terms: Terms, log: Log) -> Growth:
+    """Extend a model cause by cause."""
+    now, causes, turned, rounds = first, list[Found](), list[Turned](), list[Round]()
+    while len(causes) < terms.causes and len(rounds) < 2 * terms.causes:
+        log(f"scoring the catalogue for cause {len(causes) + 1}")
+        seen = rank(now, look(now, bench, terms), bench, terms)
+        rounds.append(seen)
+        found = accept(first, now, seen, bench, terms, turned, log)
+        if found is None:
+            break
+        causes, now = _without_worthless(first, [*causes, found], bench, terms, turned, log)
+        bench, now = renew(now, bench, terms)
+        if len(causes) == TRUSTED and _imitated(first, now, bench) is not None:
+            break
+    log("looking for what no effect explains")
+    growth = Growth(bench, first, now, tuple(causes), tuple(turned), tuple(rounds))
+    imitated = _imitated(first, now, bench) if causes else None
+    growth = _with_unknown(growth, terms) if imitated is None else _as_unknown(growth, imitated)
+    if RECORD_CHANGE in terms.skip:
+        return growth
+    log("comparing the records held out")
+    return replace(growth, changes=changes(growth.last, bench))
+
+
+def _without_worthless(
+    first: Trial, causes: list[Found], bench: Bench, terms: Terms, turned: list[Turned], log: Log
+) -> tuple[list[Found], Trial]:
+    """The causes that keep their worth once the last is there, and the model with them."""
+    last = causes[-1]
+    if len(causes) > 1:
+        log("trying without the earlier causes")
+    kept, now = drop(first, causes, last.after, bench, terms)
+    for one in causes:
+        if one.effect not in {k.effect for k in kept}:
+            turned.append(Turned(one.effect, one.explained, one.gain, f"lost its worth once {last.effect} was there"))
+    return kept, now
+
+
+def _with_unknown(growth: Growth, terms: Terms) -> Growth:
+    """The search with the curve that explains most of what it leaves, where that is worth a word."""
+    bench, whole = growth.bench, misfit_energy(growth.first, growth.bench)
+    if growth.last.energy - bench.samples < terms.worth**2 * bench.samples or whole <= 0.0:
+        return growth
+    left = shapes(growth.last, bench)
+    if not left or not _curve_stands(left[0], growth, terms) or left[0].energy < NOTHING * whole:
+        return growth
+    return replace(growth, shape=left[0], share=min(1.0, left[0].energy / whole))
+
+
+def _imitated(first: Trial, last: Trial, bench: Bench) -> Shape | None:
+    """The free curve that explains clearly more of the first model's misfit than all causes do, or None."""
+    least = IMITATES_NOISE if bench.reached else IMITATES
+    whole = misfit_energy(first, bench)
+    explained = whole - (last.energy - bench.samples)
+    if explained > least * whole:
+        return None
+    free = next(iter(shapes(first, bench)), None)
+    return None if free is None or explained > least * free.energy else free
+
+
+def _as_unknown(growth: Growth, shape: Shape) -> Growth:
+    """The search with its causes turned down for a curve."""
+    share = min(1.0, shape.energy / max(misfit_energy(growth.first, growth.bench), 1e-9))
+    why = f"only imitates: a free curve along {shape.curve.along} explains {100 * share:.0f} % of the misfit"
+    imitations = [Turned(c.effect, c.explained, c.gain, why) for c in growth.causes]
+    turned = (*imitations, *growth.turned)
+    return replace(growth, last=growth.first, causes=(), turned=turned, shape=shape, share=share)
+
+
+def _curve_stands(shape: Shape, growth: Growth, terms: Terms) -> bool:
+    bench = growth.bench
+    tries = len(growth.rounds[-1].scores)
+    p = significance(shape.energy, shape.knots, growth.last.energy, bench.samples, tries)
+    return p < terms.level and shape.energy > terms.worth**2 * bench.samples
