@@ -11,7 +11,7 @@ from robotid.model.parameters import Parameter
 from robotid.model.port import Port
 from robotid.model.term import Motion, Partials, Term
 
-SLOWEST = 1e-3  # rad/s, below which the law is a straight line: a power below one has no slope at rest
+SLOWEST = 1e-2  # rad/s, below which the law is a straight line: a power below one has no slope at rest
 
 
 class PowerFriction(Term):
