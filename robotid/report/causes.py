@@ -27,7 +27,7 @@ def draw_causes(axes: Axes, diagnosis: Diagnosis, most_rejected: int = MOST_REJE
         _bar(axes, k, " or ".join((cause.effect, *_others(cause))), cause.explained, BLUE, _said(cause))
     for k, one in enumerate(rejected, start=len(diagnosis.causes)):
         _bar(axes, k, one.effect, one.explained, FAINT, "rejected")
-    axes.invert_yaxis()
+    axes.set_ylim(len(diagnosis.causes) + len(rejected) - 0.5, -0.55)
     axes.set_yticks([])
     axes.set_xlim(0, 100 + ROOM)
     axes.set_xticks(range(0, 101, 20))
