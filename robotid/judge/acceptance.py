@@ -23,6 +23,7 @@ MOST_ALIKE = 0.1  # of the energy explained, however much chance there is
 REACHED = 0.97  # of the misfit: a cause that explains so much explains it
 RIVAL = 0.9  # of the best score: candidates below it are not tried against one that explains nearly all
 HOPEFUL = 0.5  # of the best score: candidates below it are not refitted
+LEAST = 1e-3  # of the first model's misfit energy: a cause that removes less is one of the simulation's own errors
 WAYS = (1.0, 0.5, 0.1)  # of the way to what a score promises, where refits start
 COLLINEAR = 0.999  # cosine at which columns are the same
 
@@ -36,7 +37,7 @@ def accept(
     tried = _in_order(list(_refit(now, hopeful[: terms.refits], bench, log)), bench, terms)
     while tried:
         best, after = tried[0]
-        why = objection(now, after, bench, terms)
+        why = objection(first, now, after, bench, terms)
         if why is None:
             return _found(first, now, tried, best, after, seen, bench)
         turned.append(
@@ -100,7 +101,7 @@ def _start(now: Trial, one: Score, way: float) -> tuple[Structure, Parameters]:
     return extended(now, c.name, moved | named)
 
 
-def objection(now: Trial, after: Trial, bench: Bench, terms: Terms) -> str | None:
+def objection(first: Trial, now: Trial, after: Trial, bench: Bench, terms: Terms) -> str | None:
     """Why a refitted cause is none, in words; None where it stands."""
     if bench.held:
         gained = now.held_energy - after.held_energy
@@ -111,6 +112,9 @@ def objection(now: Trial, after: Trial, bench: Bench, terms: Terms) -> str | Non
             return "does not carry over: the fit of the held-out records falls with it"
     else:
         gained, samples = now.energy - after.energy, bench.samples
+    share = share_removed(first, now, after, bench)
+    if share < LEAST:
+        return f"is not worth it: explains {100 * share:.2g} % of the misfit"
     if gained < terms.worth**2 * samples:
         return f"is not worth it: removes {np.sqrt(max(0.0, gained) / samples):.2g} noise standard deviations"
     return None
@@ -129,7 +133,7 @@ def drop(first: Trial, causes: Sequence[Found], now: Trial, bench: Bench, terms:
             lean = _without(now, one.effect, bench)
         except NumericsError:
             continue
-        if objection(lean, now, bench, terms) is not None:
+        if objection(first, lean, now, bench, terms) is not None:
             kept.remove(one)
             kept[-1] = replace(kept[-1], explained=share_removed(first, kept[-1].before, lean, bench) + one.explained)
             now = lean

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robotid.judge.candidates import Candidate, Difference, candidates, differences
+from robotid.judge.periods import periods
 from robotid.judge.score import DEPENDENT, Projected, Scan, Score, project, scan, score, significance
 from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Trial
@@ -26,7 +27,10 @@ class Round:
 
 def look(trial: Trial, bench: Bench, terms: Terms) -> tuple[Scan, ...]:
     """Every record of the fit with all columns of all candidates."""
-    missing = candidates(trial.structure, bench.output, terms.skip)
+    return _scans(trial, bench, candidates(trial.structure, bench.output, terms.skip))
+
+
+def _scans(trial: Trial, bench: Bench, missing: Sequence[Candidate]) -> tuple[Scan, ...]:
     p = trial.problem
     return tuple(
         scan(t, record, residual, bench.output, p.columns, p.free_states, missing)
@@ -39,12 +43,21 @@ def rank(trial: Trial, scans: Sequence[Scan], bench: Bench, terms: Terms) -> Rou
     names = list(dict.fromkeys(record.name for record in bench.fitted))
     wanted = len(names) > 1 and RECORD_CHANGE not in terms.skip
     other = differences(trial.problem.joint, trial.problem.columns, names) if wanted else ()
-    missing = (*candidates(trial.structure, bench.output, terms.skip), *other)
+    known = candidates(trial.structure, bench.output, terms.skip)
+    more = periods(known, trial, scans, bench)
     columns = trial.problem.columns
+    if more:
+        scans = [_with_more(one, new) for one, new in zip(scans, _scans(trial, bench, more), strict=True)]
+    missing = (*known, *more, *other)
     projected = project([_with_differences(one, other, columns) for one in scans], bench.whiten)
     scores = score(projected, missing)
     best = best_of_each(scores)
     return Round(tuple(scans), projected, tuple(scores), _inflation(projected, best))
+
+
+def _with_more(one: Scan, new: Scan) -> Scan:
+    """A record with the columns of further candidates."""
+    return replace(one, signals=np.concatenate([one.signals[:-1], new.signals[new.states + new.fitted :]]))
 
 
 def _with_differences(one: Scan, other: Sequence[Candidate], columns: Sequence[int]) -> Scan:

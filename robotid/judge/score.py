@@ -7,7 +7,7 @@ is left of the residual is explained by a candidate as far as its columns reach 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import f as fisher
@@ -110,6 +110,23 @@ def project(scans: Sequence[Scan], whitenings: Sequence[Whitening]) -> Projected
         factor = np.asarray(own if not factor.size else np.linalg.qr(np.vstack([factor, own]), mode="r"))
     k = scans[0].fitted
     return Projected(factor[k:, k:-1], factor[k:, -1], factor[:, k:-1], factor[:k, :k], factor[:k, k:])
+
+
+def left_over(scans: Sequence[Scan], whitenings: Sequence[Whitening]) -> list[Array]:
+    """The whitened residual of each record, (n,), less what first states and fitted parameters could still take."""
+    bare = [
+        replace(one, signals=np.concatenate([one.signals[: one.states + one.fitted], one.residual[None]]))
+        for one in scans
+    ]
+    whole = project(bare, whitenings)
+    moved = np.linalg.lstsq(whole.fitted, whole.shaped[:, -1], rcond=DEPENDENT)[0]
+    found = []
+    for one, whiten in zip(bare, whitenings, strict=True):
+        signals = whiten(one.signals)
+        left = signals[-1] - moved @ signals[one.states : -1]
+        basis = np.linalg.qr(signals[: one.states].T)[0]
+        found.append(np.asarray(left - basis @ (basis.T @ left)))
+    return found
 
 
 def score(projected: Projected, missing: Sequence[Candidate]) -> list[Score]:

@@ -30,6 +30,10 @@ class Whitening:
         """Signals (..., n), whitened."""
         return np.asarray(lfilter(self.numerator, self.denominator, signals, axis=-1))
 
+    def transposed(self, signals: Array) -> Array:
+        """The adjoint of the filter: from the last sample to the first."""
+        return np.asarray(self(signals[..., ::-1])[..., ::-1])
+
 
 def whitening(joint: Joint, theta: Array, row: int, sampling_time: float, levels: tuple[float, float]) -> Whitening:
     """The filter for output noise and torque noise of these variances, at state `row` as the output."""

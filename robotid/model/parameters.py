@@ -17,6 +17,7 @@ class Parameter:
 
     null is the value at which the effect vanishes (None where it never does). A parameter with a grid is a
     *shape* parameter: unidentifiable while the effect is absent, so the missing effect is scored over the grid.
+    turns : it counts periods of an angle, so that records of many turns ask for points between those of any grid.
     """
 
     symbol: str
@@ -26,6 +27,7 @@ class Parameter:
     bounds: tuple[float, float] = (-inf, inf)
     null: float | None = None
     grid: tuple[float, ...] = ()
+    turns: bool = False
 
     @property
     def is_shape(self) -> bool:

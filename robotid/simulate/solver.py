@@ -69,15 +69,18 @@ class Problem:
         )
 
 
-def carry(steps: Steps, columns: Array) -> Array:
-    """Solve z[n+1] = G[n] z[n] + columns[n+1] with z[0] = columns[0]. columns (nx, q, n + 1) -> the same shape."""
+def carry(steps: Steps, columns: Array, *, back: bool = False) -> Array:
+    """Solve z[n+1] = G[n] z[n] + columns[n+1] with z[0] = columns[0]. columns (nx, q, n + 1) -> the same shape.
+
+    back : the adjoint, z[n] = G[n]' z[n+1] + columns[n], from the last.
+    """
     d, q, nodes = columns.shape
     band = np.zeros((2 * d, d * nodes))
     for i in range(d):
         for j in range(d):
             band[d + i - j, j : d * (nodes - 1) : d] = -steps.G[i, j]
     rhs = columns.transpose(1, 2, 0).reshape(q, d * nodes).T
-    solved, _ = dtbtrs(band, rhs, uplo="L", diag="U", overwrite_b=True)
+    solved, _ = dtbtrs(band, rhs, uplo="L", trans="T" if back else "N", diag="U", overwrite_b=True)
     return np.asarray(solved.T.reshape(q, nodes, d).transpose(2, 0, 1))
 
 

@@ -32,6 +32,7 @@ class Cogging(Term):
             guess=6.0,
             bounds=(0.1, 1e4),
             grid=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 18.0, 20.0, 24.0, 30.0, 36.0, 48.0, 60.0, 72.0),
+            turns=True,
         ),
     )
     formula = "A sin(n x) + B cos(n x)"

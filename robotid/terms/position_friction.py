@@ -25,7 +25,13 @@ class PositionFriction(Term):
         Parameter("A", "Nm", "amplitude of the sine", guess=0.01, bounds=(-1e5, 1e5), null=0.0),
         Parameter("B", "Nm", "amplitude of the cosine", guess=0.01, bounds=(-1e5, 1e5), null=0.0),
         Parameter(
-            "n", "1", "periods a turn", guess=1.0, bounds=(1e-3, 1e4), grid=(0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0)
+            "n",
+            "1",
+            "periods a turn",
+            guess=1.0,
+            bounds=(1e-3, 1e4),
+            grid=(0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0),
+            turns=True,
         ),
     )
     formula = "(A sin(n x) + B cos(n x)) sgn(v)"

@@ -1,0 +1,100 @@
+"""Periods in the misfit: how often a turn an effect that goes round with an angle would have to repeat itself.
+
+A grid cannot hold them: a record of many turns tells numbers of periods apart that lie closer than any grid. What the
+residual gains from a torque at each sample, found by one adjoint solve, is summed over the angle to a spectrum, and the
+spectrum's peaks are scored beside the grid.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.ndimage import median_filter
+from scipy.signal import find_peaks
+
+from robotid.judge.candidates import Candidate
+from robotid.judge.columns import with_angle
+from robotid.judge.score import Scan, left_over
+from robotid.judge.trial import Bench, Trial
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.model.port import Port
+from robotid.model.term import Bend, Term
+from robotid.simulate.adjoint import force_gradient
+from robotid.simulate.simulate import Trajectory
+
+COORDINATES = {Port.MOTOR: 0, Port.ARM: 1}
+PEAKS = 3  # that are tried, of the highest and of the most prominent
+FINE, PADDED = 16, 4  # bins in the shortest period; points of the spectrum in its resolution
+MOST_BINS = 2**21
+SURROUNDINGS = 101  # points of the spectrum that a peak must stand out from
+
+
+def periods(missing: Sequence[Candidate], trial: Trial, scans: Sequence[Scan], bench: Bench) -> tuple[Candidate, ...]:
+    """More points for the candidates that go round with an angle, at the peaks of the misfit's spectrum."""
+    round_ = {c.name: c for c in missing if _counted(c) is not None}
+    if not round_:
+        return ()
+    row, gradients = trial.problem.row, []
+    residuals = left_over(scans, bench.whiten)
+    for t, record, whiten, residual in zip(trial.trajectories, bench.fitted, bench.whiten, residuals, strict=True):
+        gradients.append(force_gradient(t, record, row, whiten.transposed(residual)))
+    return tuple(new for c in round_.values() for new in _at_peaks(c, trial, gradients))
+
+
+def _counted(candidate: Candidate) -> int | None:
+    """The parameter that counts periods, of a plain torque on one coordinate."""
+    effect = candidate.effect
+    if candidate.place not in COORDINATES or not isinstance(effect, Term) or isinstance(effect, Bend) or effect.states:
+        return None
+    return next((k for k, p in enumerate(effect.parameters) if p.turns), None)
+
+
+def _at_peaks(candidate: Candidate, trial: Trial, gradients: Sequence[Array]) -> Iterator[Candidate]:
+    k = _counted(candidate)
+    assert k is not None
+    angles, weights = [], []
+    for trajectory, gradient in zip(trial.trajectories, gradients, strict=True):
+        angle, factor = _wave(candidate, k, with_angle(trajectory))
+        angles.append(angle)
+        weights.append(factor * gradient[COORDINATES[Port(str(candidate.place))]])
+    known = candidate.effect.parameters[k]
+    for n in _peaks(np.concatenate(angles), np.concatenate(weights), known.grid):
+        yield replace(candidate, values=(*candidate.values[:k], n, *candidate.values[k + 1 :]))
+
+
+def _wave(candidate: Candidate, k: int, trajectory: Trajectory) -> tuple[Array, Array]:
+    """The angle that the effect goes round with, and the factor of its wave, (n,) each: a wave of no periods is one."""
+    base = trajectory.joint
+    assert isinstance(candidate.effect, Term)
+    place = (Port(str(candidate.place)), candidate.effect)
+    joint = Joint(
+        base.structure, [(p.port, p.term) for p in base.placed], base.channels, angle=True, candidates=[place]
+    )
+    flat = (*candidate.values[:k], 0.0, *candidate.values[k + 1 :])
+    theta = np.concatenate([trajectory.theta, flat])
+    t = trajectory.begin + np.arange(len(trajectory.u), dtype=np.float64) * trajectory.sampling_time
+    m = joint.candidate_motions(trajectory.x, np.sign(trajectory.x[joint.speeds]), t, theta)[0]
+    partials = candidate.effect.partials(m, flat).theta
+    factor = sum((np.asarray(partials[i]) for i in candidate.scored), np.zeros(len(t)))
+    return m.x, factor
+
+
+def _peaks(angle: Array, weight: Array, grid: Sequence[float]) -> Iterator[float]:
+    """Numbers of periods a turn, within the grid's range, at which the sum of weight exp(i n angle) peaks."""
+    low, span = float(angle.min()), float(np.ptp(angle))
+    if span <= 0.0:
+        return
+    bins = 2 ** int(np.ceil(np.log2(max(2.0, FINE * max(grid) * span / (2 * np.pi)))))
+    if bins * PADDED > MOST_BINS:
+        return
+    at = np.minimum(((angle - low) * (bins / span)).astype(int), bins - 1)
+    power = np.abs(np.fft.rfft(np.bincount(at, weight, bins), PADDED * bins)) ** 2
+    n = 2 * np.pi * np.arange(len(power)) / (PADDED * span)
+    inside = (n >= max(min(grid), np.pi / span)) & (n <= max(grid))
+    standing = power / np.maximum(median_filter(power, SURROUNDINGS), 1e-300)
+    found, _ = find_peaks(np.where(inside, power, 0.0))
+    chosen = {int(i) for value in (power, standing) for i in sorted(found, key=lambda i: -value[i])[:PEAKS]}
+    yield from (float(n[i]) for i in sorted(chosen))
