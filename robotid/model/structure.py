@@ -36,10 +36,11 @@ class Structure:
         return replace(self, terms=(*self.terms, effect))
 
     def without(self, effect: str) -> Structure:
-        """The same joint with one effect less."""
+        """The same joint with one effect less, and without changes of its parameters."""
         terms, channels, changes = (
             tuple(e for e in effects if e != effect) for effects in (self.terms, self.channels, self.changes)
         )
+        changes = tuple(c for c in changes if not changed(c)[1].startswith(f"{effect}."))
         return replace(self, terms=terms, channels=channels, changes=changes)
 
 

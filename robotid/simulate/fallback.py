@@ -51,6 +51,7 @@ def smooth_rate(joint: Joint, x: Array, u: float, t: float, theta: Array) -> Arr
     return joint.evaluate(x[:, None], np.array([u]), s, np.array([t]), theta).f[:, 0]
 
 
+@np.errstate(all="ignore")  # what runs away is told below
 def _integrate(problem: Problem, first: int, stop: int, start: Array) -> Array:
     h, x = problem.sampling_time, [start]
     for k in range(first, stop):

@@ -12,7 +12,9 @@ from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.structure import Structure
 from robotid.simulate.assemble import assemble
+from robotid.simulate.fallback import lsoda
 from robotid.simulate.simulate import Trajectory, simulate
+from robotid.simulate.solver import Problem
 
 RECORD = open_loop(800)
 UNDAMPED = STRUCTURE.without("gear.cubic_spring").without("gear.damper")
@@ -45,3 +47,12 @@ def test_a_first_state_that_is_no_number_is_told(wrong: float) -> None:
     start[0] = wrong
     with pytest.raises(NumericsError, match="first state is not finite"):
         simulate(joint, theta, RECORD, start, known.x)
+
+
+def test_a_motion_that_runs_away_is_told_in_one_line_without_warnings() -> None:
+    """Friction that drives with the square of the speed reaches any speed in finite time."""
+    joint = assemble(Structure(("motor.inertia", "motor.quadratic_friction")))
+    theta = joint.parameters().with_values({"motor.inertia.J": 0.01, "motor.quadratic_friction.Fq": -1.0}).values
+    problem = Problem(joint, theta, np.zeros(100), RECORD.sampling_time, np.ones((1, 101)))
+    with pytest.raises(NumericsError, match=r"the simulation diverges at t = 0\.0[01]"):
+        lsoda(problem, 0, 100, np.array([1.0]))
