@@ -5,11 +5,18 @@ from __future__ import annotations
 import shlex
 import sys
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from shutil import get_terminal_size
 from textwrap import fill
+from typing import Any
 
+from robotid.artifacts.store import load
 from robotid.cli.views import view
-from robotid.stages.pipeline import STAGES, Outcome, Run, State, status
+from robotid.stages.pipeline import DIAGNOSE, EXTEND, VALIDATE, Outcome, Run, State, status
+from robotid.stages.report import is_current
+from robotid.stages.stage import Stage
+
+EXTENDED = Path("extended.yaml")
 
 
 def closing(run: Run, stage: str | None, done: Sequence[Outcome]) -> tuple[str, ...]:
@@ -32,8 +39,23 @@ def _reached(done: Sequence[Outcome]) -> Iterator[str]:
 
 
 def next_command(run: Run, stage: str | None = None) -> str:
-    """After one stage the first that is not fresh, else all of them; of a finished run, a way to look at it."""
+    """After one stage the first that is due, else all of them; then the report; then the extended model, where there
+    is one; else a way to look."""
     due = next((s.stage for s in status(run) if s.state is not State.FRESH), None)
-    if due is not None:
+    if due is not None and not (due == EXTEND.name and stage is not None and _is_clean(run)):
         return run.command(due if stage else "run")
-    return shlex.join(["robotid", "show", str(run.file(list(STAGES.values())[-1]))])
+    if not is_current(run):
+        return run.command("report")
+    if due is None and _content(run, EXTEND).added:
+        again = f"{run.out}-{EXTENDED.stem}"
+        return shlex.join(["robotid", "run", str(run.out / EXTENDED), "--out", again])
+    return shlex.join(["robotid", "show", str(run.file(VALIDATE if due is None else DIAGNOSE))])
+
+
+def _is_clean(run: Run) -> bool:
+    """Whether the diagnosis names nothing to extend by."""
+    return not _content(run, DIAGNOSE).causes
+
+
+def _content(run: Run, stage: Stage) -> Any:
+    return load(run.file(stage), stage.type()).content

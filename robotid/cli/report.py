@@ -8,7 +8,7 @@ from pathlib import Path
 
 from robotid.artifacts.store import Label, write_text
 from robotid.cli.views import view
-from robotid.report.page import Origin, Source, page, stamp_of
+from robotid.report.page import Origin, Source, page
 from robotid.report.plates import plates
 from robotid.report.save import check_format, save_figure
 from robotid.report.summary import summary
@@ -46,7 +46,7 @@ def make_report(
     """
     check_format(form, "--format")
     material, file, begin = gather(run), page_file(run), time.perf_counter()
-    why = why_made(material, _stamp(file)) or (FORCED if force else "")
+    why = why_made(material) or (FORCED if force else "")
     if dry_run:
         return Outcome(STAGE, file, False, why or FRESH)
     if log is not None:
@@ -91,7 +91,3 @@ def _write_figures(material: Material, folder: Path, form: str, log: Log | None)
             log(Progress(plate.name, k, len(every)))
         save_figure(plate.draw(), file)
     return files
-
-
-def _stamp(file: Path) -> str | None:
-    return stamp_of(file.read_text(encoding="utf-8", errors="replace")) if file.is_file() else None

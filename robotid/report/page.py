@@ -203,9 +203,3 @@ def _template() -> Template:
     )
     environment.filters["slug"] = lambda text: re.sub(r"\W+", "-", text.lower())
     return environment.get_template("page.html")
-
-
-def stamp_of(text: str) -> str | None:
-    """The stamp of a page, None of any other text."""
-    found = re.search(r'<meta name="robotid-stamp" content="([0-9a-f]+)">', text)
-    return found.group(1) if found else None

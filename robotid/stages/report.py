@@ -4,7 +4,7 @@ so it may be made after any stage and shows whatever there is."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from robotid.artifacts.provenance import digest
 from robotid.artifacts.store import Label, load
 from robotid.errors import InputError
 from robotid.report.findings import Findings
+from robotid.report.stamp import stamp_of
 from robotid.stages.freshness import StageStatus, State
 from robotid.stages.pipeline import STAGES, status
 from robotid.stages.stage import Run
@@ -56,12 +57,18 @@ class Material:
 def gather(run: Run) -> Material:
     """The artifacts of a run that are fresh. Raises InputError where there is none, or one is damaged."""
     found = status(run)
-    fresh = {s.stage: s.label for s in found if s.state is State.FRESH and s.label is not None}
-    if not fresh:
+    material = _labels(run, found)
+    if not material.fresh:
         hint = f"run `{run.command('run')}` first"
         raise InputError(f"nothing to report: {_nothing(found)}", where=str(run.out), hint=hint)
-    contents = {name: load(run.file(STAGES[name]), STAGES[name].type()).content for name in fresh}
-    return Material(run, fresh, contents, {s.file.name: s.why for s in found if s.state is State.STALE})
+    contents = {name: load(run.file(STAGES[name]), STAGES[name].type()).content for name in material.fresh}
+    return replace(material, contents=contents)
+
+
+def _labels(run: Run, found: tuple[StageStatus, ...]) -> Material:
+    """What a page would be made of, without the contents."""
+    fresh = {s.stage: s.label for s in found if s.state is State.FRESH and s.label is not None}
+    return Material(run, fresh, {}, {s.file.name: s.why for s in found if s.state is State.STALE})
 
 
 def _nothing(found: tuple[StageStatus, ...]) -> str:
@@ -74,8 +81,17 @@ def page_file(run: Run) -> Path:
     return run.out / PAGE
 
 
-def why_made(material: Material, stamp: str | None) -> str:
-    """Why a page has to be made, empty where the one there is shows just this. stamp : of the one there is."""
+def why_made(material: Material) -> str:
+    """Why a page has to be made, empty where the one there is shows just this."""
+    file = page_file(material.run)
+    if not file.is_file():
+        return "not made yet"
+    stamp = stamp_of(file.read_text(encoding="utf-8", errors="replace"))
     if stamp is None:
-        return "it is no report of ours" if page_file(material.run).exists() else "not made yet"
+        return "it is no report of ours"
     return "" if stamp == material.stamp else "what it shows has changed"
+
+
+def is_current(run: Run) -> bool:
+    """Whether the page there is shows what there is."""
+    return not why_made(_labels(run, status(run)))

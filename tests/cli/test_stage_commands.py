@@ -77,10 +77,10 @@ def test_a_run_closes_with_what_it_reached_and_what_to_type_next(
     config: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["run", config]) == 0
-    *_, reached, _, _, following = capsys.readouterr().err.splitlines()
+    *_, reached, _, _, page, following = capsys.readouterr().err.splitlines()
     assert reached.startswith("m1 simulates slow to 9")
-    last = list(STAGES.values())[-1].output
-    assert following == f"next: robotid show runs/axis/{last}"
+    assert page == "to look at: runs/axis/report.html"
+    assert following == "next: robotid show runs/axis/validation.h5"
     assert main(["status", config]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == following
     assert main(["status", config, "--set", "fit.max_iterations=7"]) == 0

@@ -14,8 +14,9 @@ from html_document import Document
 from report_findings import findings
 
 from robotid.report.findings import Findings
-from robotid.report.page import MOST_SAMPLES, Origin, Source, page, stamp_of
+from robotid.report.page import MOST_SAMPLES, Origin, Source, page
 from robotid.report.plates import plates
+from robotid.report.stamp import stamp_of
 from robotid.report.summary import summary
 
 STAGES = [f.name for f in fields(Findings) if f.name not in ("robot", "linear")]

@@ -27,3 +27,8 @@ def document(report: Report) -> Json:
         "left_out": report.left_out,
         "figures": [str(file) for file in report.figures],
     }
+
+
+def sentence(report: Report) -> str:
+    """Where to look."""
+    return f"to look at: {report.file}"
