@@ -60,6 +60,11 @@ class Projected:
     def energy(self) -> float:
         return float(self.residual @ self.residual)
 
+    def moved(self, amplitude: Array, at: slice) -> Array:
+        """How far the fitted parameters go, (k,), with these amplitudes of the columns `at`."""
+        goal = self.shaped[:, -1] - self.shaped[:, at] @ amplitude
+        return np.asarray(np.linalg.lstsq(self.fitted, goal, rcond=DEPENDENT)[0])
+
 
 @dataclass(frozen=True, slots=True)
 class Score:
@@ -119,7 +124,7 @@ def left_over(scans: Sequence[Scan], whitenings: Sequence[Whitening]) -> list[Ar
         for one in scans
     ]
     whole = project(bare, whitenings)
-    moved = np.linalg.lstsq(whole.fitted, whole.shaped[:, -1], rcond=DEPENDENT)[0]
+    moved = whole.moved(np.zeros(0), slice(0, 0))
     found = []
     for one, whiten in zip(bare, whitenings, strict=True):
         signals = whiten(one.signals)
@@ -150,9 +155,7 @@ def _score(projected: Projected, candidate: Candidate, at: slice) -> Score:
     amplitude = np.linalg.lstsq(r, along, rcond=None)[0] / left
     if not _possible(candidate, amplitude):
         return nothing
-    goal = projected.shaped[:, -1] - projected.shaped[:, at] @ amplitude
-    moved = np.linalg.lstsq(projected.fitted, goal, rcond=DEPENDENT)[0]
-    return Score(candidate, float(along @ along), tuple(amplitude.tolist()), q, moved)
+    return Score(candidate, float(along @ along), tuple(amplitude.tolist()), q, projected.moved(amplitude, at))
 
 
 def _possible(candidate: Candidate, amplitude: Array) -> bool:

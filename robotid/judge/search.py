@@ -112,5 +112,7 @@ def _as_unknown(growth: Growth, shape: Shape) -> Growth:
 def _curve_stands(shape: Shape, growth: Growth, terms: Terms) -> bool:
     bench = growth.bench
     tries = len(growth.rounds[-1].scores)
-    p = significance(shape.energy, shape.knots, growth.last.energy, bench.samples, tries)
+    if bench.held and shape.held_energy < terms.worth**2 * sum(map(len, bench.held)):
+        return False
+    p = significance(shape.energy, len(shape.values), growth.last.energy, bench.samples, tries)
     return p < terms.level and shape.energy > terms.worth**2 * bench.samples

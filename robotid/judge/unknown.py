@@ -7,7 +7,7 @@ multiply the direction of motion or the speed, as friction that depends on a pla
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import eigh
@@ -15,7 +15,7 @@ from scipy.optimize import linprog
 
 from robotid.judge.columns import with_angle
 from robotid.judge.location import BY_DIRECTION, BY_SPEED, Curve
-from robotid.judge.score import project, scan
+from robotid.judge.score import Projected, project, scan
 from robotid.judge.trial import Bench, Trial
 from robotid.model.array import Array
 from robotid.simulate.simulate import Trajectory
@@ -68,12 +68,21 @@ class Basis:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shape:
-    """A free curve that was fitted. energy : of the whitened residual that it explains; knots (k,) used."""
+    """A free curve that was fitted. energy, held_energy : of the whitened residuals that it explains on the fitted
+    records and on those held out; values (k,) : at the knots, as fitted; moved : how far the fitted parameters go
+    with it."""
 
-    variable: Variable
+    basis: Basis
     curve: Curve
     energy: float
-    knots: int
+    values: Array
+    moved: Array
+    held_energy: float = np.nan
+
+    @property
+    def variable(self) -> Variable:
+        """Along which it lies."""
+        return self.basis.variable
 
 
 def shapes(trial: Trial, bench: Bench) -> list[Shape]:
@@ -81,7 +90,30 @@ def shapes(trial: Trial, bench: Bench) -> list[Shape]:
     kept = tuple(with_angle(t) for t in trial.trajectories)
     coarse = _fit(trial, bench, [_basis(kept, v, COARSE) for v in _variables(kept[0])])
     fine = [_fit(trial, bench, [_basis(kept, one.variable, KNOTS)])[0] for one in coarse[:FINALISTS]]
-    return sorted(fine, key=lambda s: -s.energy)
+    return [_held_out(one, trial, bench) for one in sorted(fine, key=lambda s: -s.energy)]
+
+
+def _held_out(shape: Shape, trial: Trial, bench: Bench) -> Shape:
+    """The curve with what it explains on the records held out, their first states free."""
+    explained, p = 0.0, trial.problem
+    held = zip(trial.held_trajectories, bench.held, trial.held_residuals, bench.whiten_held, strict=True)
+    for t, record, residual, whiten in held:
+        kept = with_angle(t)
+        x, factor = _signals(kept, shape.variable)
+        force = np.einsum(
+            "ikn,k->in", _on_joint(kept, _hats(x, shape.basis.knots) * factor, shape.variable), shape.values
+        )
+        one = scan(t, record, residual, bench.output, p.columns, p.free_states, (), force[:, None])
+        signals = whiten(one.signals)
+        first, known, answer, left = signals[: one.states], signals[one.states : -2], signals[-2], signals[-1]
+        less = left - answer - shape.moved @ known
+        basis = np.linalg.qr(first.T)[0]
+        explained += _energy(left - basis @ (basis.T @ left)) - _energy(less - basis @ (basis.T @ less))
+    return replace(shape, held_energy=explained)
+
+
+def _energy(signal: Array) -> float:
+    return float(signal @ signal)
 
 
 def free_forces(trajectory: Trajectory) -> Array:
@@ -119,8 +151,15 @@ def _fit(trial: Trial, bench: Bench, bases: Sequence[Basis]) -> list[Shape]:
     edges = np.cumsum([0, *(len(basis.knots) for basis in bases)]).tolist()
     parts = zip(bases, edges[:-1], edges[1:], strict=True)
     columns, whole = projected.missing, projected.whole
-    found = [_shape(columns[:, i:j], whole[:, i:j], projected.residual, basis, torque) for basis, i, j in parts]
+    found = [
+        _with_moved(_shape(columns[:, i:j], whole[:, i:j], projected.residual, basis, torque), projected, slice(i, j))
+        for basis, i, j in parts
+    ]
     return sorted(found, key=lambda s: -s.energy)
+
+
+def _with_moved(shape: Shape, projected: Projected, at: slice) -> Shape:
+    return replace(shape, moved=projected.moved(shape.values, at))
 
 
 def _shape(columns: Array, whole: Array, residual: Array, basis: Basis, torque: float) -> Shape:
@@ -141,7 +180,7 @@ def _shape(columns: Array, whole: Array, residual: Array, basis: Basis, torque: 
         at=at,
     )
     energy = float(residual @ residual - np.sum((residual - columns @ values) ** 2))
-    return Shape(variable, curve, energy, len(knots))
+    return Shape(basis, curve, energy, values, np.zeros(0))
 
 
 def _signals(t: Trajectory, variable: Variable) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from robotid.estimate.result import Estimate
 from robotid.judge.changes import Change
-from robotid.judge.diagnosis import Cause, Diagnosis, Misfit, Rejected
+from robotid.judge.diagnosis import Cause, Diagnosis, Misfit, Rejected, Verdict
 from robotid.judge.growth import Found, Growth
 from robotid.judge.ranking import best_of_each
 from robotid.judge.simulated import Model, Simulated, measured, simulate_record
@@ -22,8 +22,8 @@ from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
 
 MOST_REJECTED = 12  # effects that are listed as scored in vain
-
-
+FAR = 2.0  # noise floors: a misfit that large is something
+SHAPELESS = "the misfit is far above the noise, yet no curve along one variable explains much of it"
 LEAST = 1e-12  # of the output: where even the noise is nothing
 
 
@@ -37,24 +37,35 @@ def verdict(model: Model, records: Sequence[Record], growth: Growth, horizon: fl
     misfits = {r.name: _misfit(model, r, residuals[r.name], where.floors, after.get(r.name)) for r in records}
     fitted = [misfits[name] for name in dict.fromkeys(r.name for r in growth.bench.fitted)]
     floor = _rms([m.noise_floor for m in fitted])
+    misfit = _beyond(_rms([m.rmse for m in fitted]), floor)
+    believed = growth.changes if growth.causes or growth.shape is None else ()
+    word = _word(growth, misfit, floor)
     remaining = _beyond(_rms([root_mean_square(after[r.name]) for r in growth.bench.fitted]), floor)
     return Diagnosis(
-        verdict="named" if growth.causes or growth.changes else "clean" if growth.shape is None else "unknown",
+        verdict=word,
         model=model.name,
         output=model.output,
         unit="rad/s" if model.output == "speed" else "rad",
         noise_floor=floor,
-        misfit=_beyond(_rms([m.rmse for m in fitted]), floor),
+        misfit=misfit,
         remaining=remaining,
         records=misfits,
-        causes=(*map(_cause, growth.causes), *map(_changed, growth.changes)),
-        rejected=tuple(_rejected(growth)),
+        causes=(*map(_cause, growth.causes), *map(_changed, believed)),
+        rejected=tuple(_rejected(growth, word)),
         curves=where.curves,
         missing=where.missing,
         residuals={name: trace(runs[name], model) for name in runs},
         shape=None if growth.shape is None else replace(growth.shape.curve, order=growth.share),
         refitted=dict(zip(growth.last.parameters.names, growth.last.parameters.values.tolist(), strict=True)),
+        remarks=(SHAPELESS,) if word == "unknown" and growth.shape is None else (),
     )
+
+
+def _word(growth: Growth, misfit: float, floor: float) -> Verdict:
+    """A misfit far above the noise is never clean, even where it has neither a name nor a shape."""
+    if growth.causes or (growth.changes and growth.shape is None):
+        return "named"
+    return "clean" if growth.shape is None and misfit <= FAR * floor else "unknown"
 
 
 def _cases_after(growth: Growth) -> list[Case]:
@@ -133,23 +144,29 @@ def _estimates(trial: Trial, effect: str) -> tuple[Estimate, ...]:
     return tuple(found)
 
 
-def _rejected(growth: Growth) -> Iterator[Rejected]:
-    """What was refitted in vain, and then what the score alone turned down in the first round."""
+def _rejected(growth: Growth, word: Verdict) -> Iterator[Rejected]:
+    """What was refitted in vain, and then what the score alone turned down in the first round.
+
+    Where something unknown is wrong with the model everywhere, a difference on one record only imitates it.
+    """
     told = {c.effect for c in growth.causes} | {t for c in growth.causes for t in c.twins}
     for turned in growth.turned:
         if turned.effect not in told:
             told.add(turned.effect)
             yield Rejected(turned.effect, turned.explained, turned.gain, turned.why)
+    if growth.shape is not None and not growth.causes:
+        why = f"only imitates what no effect explains along {growth.shape.curve.along}"
+        yield from (Rejected(c.effect, c.explained, c.gain, why) for c in growth.changes)
     first = growth.rounds[0]
     whole = max(first.projected.energy - growth.bench.samples, LEAST)
     for one in best_of_each(first.scores)[:MOST_REJECTED]:
         if one.candidate.name not in told:
             share = float(np.clip(one.energy / whole, 0.0, 1.0))
-            yield Rejected(one.candidate.name, share, float("nan"), _why(share, growth))
+            yield Rejected(one.candidate.name, share, float("nan"), _why(share, growth, word))
 
 
-def _why(share: float, growth: Growth) -> str:
-    if not growth.causes and growth.shape is None:
+def _why(share: float, growth: Growth, word: Verdict) -> str:
+    if word == "clean":
         return "there is nothing to explain"
     best = growth.causes[0] if growth.causes else None
     if best is not None and share < best.explained:
