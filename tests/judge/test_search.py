@@ -1,0 +1,148 @@
+"""What a search finds on a small axis: effects that were hidden there, one question a test."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from small_bench import SPEED_NOISE, fitted, records, searched
+
+from robotid.judge.diagnosis import Diagnosis
+from robotid.judge.growth import Growth
+from robotid.judge.simulated import fitted_model
+from robotid.judge.terms import Terms
+from robotid.judge.verdict import verdict
+from robotid.signals.record import Record
+
+STRIBECK = {"motor.stribeck.dFs": 0.15, "motor.stribeck.vs": 1.0}
+COGGING = {"motor.cogging.A": 0.04, "motor.cogging.B": 0.03, "motor.cogging.n": 6.0}
+QUICK = Terms(skip=("power_friction",))
+"""Without the slowest refit, where it decides nothing."""
+
+
+def told(made: list[Record], growth: Growth) -> Diagnosis:
+    return verdict(fitted_model(fitted(made)), made, growth, None)
+
+
+def only_in_the_fit() -> list[Record]:
+    """A drift of the torque on the day of the fit, gone on the day of the check."""
+    return [*records({"motor.constant_torque.tau0": 0.01})[:2], records({})[2]]
+
+
+@cache
+def question(name: str) -> tuple[list[Record], Growth, Diagnosis]:
+    """Records, what the search finds on them, and the verdict; each asked once."""
+    made = {
+        "clean": lambda: records({}),
+        "stribeck": lambda: records(STRIBECK),
+        "pair": lambda: records(COGGING | STRIBECK),
+        "warm": lambda: records({}, changed={"motor.coulomb.Fc": 1.1}),
+        "accident": only_in_the_fit,
+    }[name]()
+    growth = searched(made, QUICK)
+    return made, growth, told(made, growth)
+
+
+def values(growth: Growth) -> dict[str, float]:
+    """Of the last model, by name."""
+    return dict(zip(growth.last.parameters.names, growth.last.parameters.values.tolist(), strict=True))
+
+
+def test_nothing_is_named_where_nothing_is_missing() -> None:
+    _, growth, d = question("clean")
+    assert (d.verdict, d.causes, d.shape) == ("clean", (), None)
+    assert growth.changes == ()
+    assert d.misfit < 0.5 * d.noise_floor
+    # the noise of the torque adds to that of the speed, and a floor is an estimate
+    assert d.noise_floor == pytest.approx(SPEED_NOISE, rel=0.3)
+
+
+@pytest.mark.parametrize("seed", [2, 3, 4])
+def test_nothing_is_named_under_other_noise(seed: int) -> None:
+    growth = searched(records({}, seed=seed), QUICK)
+    assert (growth.causes, growth.shape, growth.changes) == ((), None, ())
+
+
+def test_a_hidden_stribeck_effect_is_named_with_its_amplitude() -> None:
+    _, growth, d = question("stribeck")
+    assert (d.verdict, [c.effect for c in d.causes]) == ("named", ["motor.stribeck"])
+    (cause,) = d.causes
+    estimates = {p.name: p for p in cause.parameters}
+    for name, truth in STRIBECK.items():
+        assert abs(estimates[name].value - truth) < 4 * estimates[name].std
+        assert estimates[name].std < 0.1 * truth
+    assert cause.explained > 0.95
+    assert cause.p_value < 1e-9
+    assert d.remaining < 0.2 * d.misfit
+    assert values(growth)["motor.coulomb.Fc"] == pytest.approx(0.6, rel=0.01)
+
+
+def test_the_gain_that_a_cause_claims_is_that_of_its_held_out_record() -> None:
+    _, growth, _ = question("stribeck")
+    (found,) = growth.causes
+    assert found.gain == pytest.approx(found.after.held_fit_percent - found.before.held_fit_percent)
+    assert found.gain > 1.0
+    assert found.after.held_energy < 1.2 * sum(map(len, growth.bench.held))
+
+
+def test_both_effects_of_a_pair_are_named() -> None:
+    _, growth, d = question("pair")
+    named = {effect for cause in d.causes for effect in cause.twins}
+    assert {"motor.cogging", "motor.stribeck"} <= named
+    assert d.verdict == "named"
+    found = values(growth)
+    assert np.hypot(found["motor.cogging.A"], found["motor.cogging.B"]) == pytest.approx(0.05, rel=0.1)
+    assert found["motor.stribeck.dFs"] == pytest.approx(0.15, rel=0.1)
+
+
+def test_what_differs_in_one_fitted_record_is_named_with_its_size() -> None:
+    """Warmer in the slow record by a tenth of the friction; which of two records is the odd one, none can tell."""
+    _, growth, d = question("warm")
+    first = d.causes[0]
+    slow, wide = (f"record_change.{name}.motor.coulomb.Fc" for name in ("slow", "wide"))
+    assert first.effect in (slow, wide)
+    assert {slow, wide} <= set(first.twins)
+    (estimate,) = first.parameters
+    assert estimate.value == pytest.approx(0.06 if first.effect == slow else -0.06, rel=0.05)
+    assert (estimate.unit, d.verdict) == ("Nm", "named")
+    assert growth.causes[0].explained > 0.95
+
+
+def test_an_accident_of_the_fitted_records_does_not_carry_over() -> None:
+    _, growth, d = question("accident")
+    assert "motor.constant_torque" not in {effect for cause in d.causes for effect in cause.twins}
+    turned = {one.effect: one for one in growth.turned}
+    one = turned["motor.constant_torque"]
+    assert one.why.startswith("does not carry over")
+    assert one.gain < 0.0
+    assert one.explained > 0.5
+    assert ("motor.constant_torque", one.why) in {(r.effect, r.why) for r in d.rejected}
+
+
+def test_a_misfit_far_above_the_noise_is_not_called_clean() -> None:
+    """Nothing is named there, and no shape stands; it is a misfit all the same."""
+    made, growth, _ = question("accident")
+    bare = replace(growth, causes=(), changes=(), shape=None, last=growth.first)
+    d = told(made, bare)
+    assert d.misfit > 2 * d.noise_floor
+    assert d.verdict == "unknown"
+    assert any("far above the noise" in remark for remark in d.remarks)
+    assert not any(r.why == "there is nothing to explain" for r in d.rejected)
+
+
+def test_what_is_in_the_catalogue_is_not_asked_for_where_it_is_skipped() -> None:
+    made, _, _ = question("stribeck")
+    growth = searched(made, Terms(skip=("stribeck", "presliding", "power_friction"), causes=1))
+    assert not {"motor.stribeck", "motor.presliding"} & {c.effect for c in growth.causes}
+    assert not {"motor.stribeck", "motor.presliding"} & {s.candidate.name for r in growth.rounds for s in r.scores}
+
+
+def test_every_rejection_tells_why_and_none_is_a_cause() -> None:
+    for name in ("clean", "stribeck", "accident"):
+        _, _, d = question(name)
+        names = [r.effect for r in d.rejected]
+        assert len(names) == len(set(names))
+        assert not set(names) & {effect for cause in d.causes for effect in cause.twins}
+        assert all(r.why for r in d.rejected)
