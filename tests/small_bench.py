@@ -16,6 +16,7 @@ from robotid.judge.simulated import fitted_model
 from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Trial
 from robotid.model.array import Array
+from robotid.model.joint import Joint
 from robotid.model.structure import Structure
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
@@ -56,6 +57,16 @@ def records(
         truth = {key: value * factors.get(key, 1.0) for key, value in (TRUTH | dict(hidden)).items()}
         plant = Plant(joint, joint.parameters().with_values(truth).values, CONTROLLER, 0.0, *noise, seed)
         made.append(plant.record(Reference(name, SAMPLING_TIME, ref, "speed"), number))
+    return [*made[:2], replace(made[2], role="validate")]
+
+
+def records_of(joint: Joint, truth: Mapping[str, float], seed: int = 1) -> list[Record]:
+    """The same experiments on another joint."""
+    plant = Plant(joint, joint.parameters().with_values(truth).values, CONTROLLER, 0.0, TORQUE_NOISE, SPEED_NOISE, seed)
+    made = [
+        plant.record(Reference(name, SAMPLING_TIME, ref, "speed"), number)
+        for number, (name, ref) in enumerate(references().items())
+    ]
     return [*made[:2], replace(made[2], role="validate")]
 
 
