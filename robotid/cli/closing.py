@@ -12,6 +12,7 @@ from typing import Any
 
 from robotid.artifacts.store import load
 from robotid.cli.views import view
+from robotid.cli.views.sliding import of_axis
 from robotid.stages.pipeline import DIAGNOSE, EXTEND, VALIDATE, Outcome, Run, State, status
 from robotid.stages.report import is_current
 from robotid.stages.stage import Stage
@@ -21,7 +22,8 @@ EXTENDED = Path("extended.yaml")
 
 def closing(run: Run, stage: str | None, done: Sequence[Outcome]) -> tuple[str, ...]:
     """Sentences on what was reached, and `next: ` with a command. stage : None for all of them."""
-    return (*map(_folded, _reached(done if stage is None else done[-1:])), f"next: {next_command(run, stage)}")
+    reached = _reached(done if stage is None else done[-1:], linear=run.loaded.config.robot.linear)
+    return (*map(_folded, reached), f"next: {next_command(run, stage)}")
 
 
 def _folded(sentence: str) -> str:
@@ -31,11 +33,11 @@ def _folded(sentence: str) -> str:
     return fill(sentence, get_terminal_size().columns, break_long_words=False, break_on_hyphens=False)
 
 
-def _reached(done: Sequence[Outcome]) -> Iterator[str]:
+def _reached(done: Sequence[Outcome], *, linear: bool) -> Iterator[str]:
     for outcome in done:
         sentence = getattr(view(outcome.stage), "sentence", None)
         if sentence is not None and outcome.content is not None:
-            yield sentence(outcome.content)
+            yield sentence(of_axis(outcome.content, linear=linear))
 
 
 def next_command(run: Run, stage: str | None = None) -> str:

@@ -14,6 +14,7 @@ from robotid.cli.console import Json, Table, fixed, print_json, print_tables, sa
 from robotid.cli.progress import watching
 from robotid.cli.stages import INTERRUPTED
 from robotid.cli.views import view
+from robotid.cli.views.sliding import slid
 from robotid.config.load import load
 from robotid.errors import ThresholdError
 from robotid.stages.pipeline import FRESH, STAGES, Outcome, Run, execute, execute_all
@@ -122,7 +123,8 @@ def _print_results(stage: str | None, run: Run, done: Sequence[Outcome], manner:
         results: dict[str, Json] = {o.stage: view(o.stage).document(o.content) for o in shown}
         print_json({"out": str(run.out), "stages": [_entry(o) for o in done], **results})
     elif not manner.quiet:
-        tables: list[Table] = [table for o in shown for table in _tables(o, brief=stage is None)]
+        linear = run.loaded.config.robot.linear
+        tables = [slid(table, linear=linear) for o in shown for table in _tables(o, brief=stage is None)]
         print_tables(tables if stage is not None else [_summary(done), *tables])
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from robotid.artifacts.store import Label, write_text
 from robotid.cli.views import view
+from robotid.cli.views.sliding import slid
 from robotid.report.page import Origin, Source, page
 from robotid.report.plates import plates
 from robotid.report.save import check_format, save_figure
@@ -60,9 +61,13 @@ def make_report(
 
 
 def _page(material: Material) -> str:
-    tables = {stage: view(stage).tables(content) for stage, content in material.contents.items()}
-    sources = tuple(_source(stage, label) for stage, label in material.fresh.items())
     loaded = material.run.loaded
+    linear = loaded.config.robot.linear
+    tables = {
+        stage: [slid(table, linear=linear) for table in view(stage).tables(content)]
+        for stage, content in material.contents.items()
+    }
+    sources = tuple(_source(stage, label) for stage, label in material.fresh.items())
     origin = Origin(material.stamp, loaded.resolved_text(), sources, material.left_out)
     return page(material.findings(), tables, origin, loaded.config.report.title)
 

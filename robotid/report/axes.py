@@ -29,6 +29,11 @@ def new_figure(width: float, height: float, layout: Literal["constrained"] | Non
     return Figure(figsize=(width, height), dpi=110, layout=layout, facecolor="white")
 
 
+def worded(quantity: str, units: Units) -> str:
+    """A quantity in the words of its axis: one that slides has forces and positions."""
+    return quantity.replace("torque", "force").replace("angle", "position") if units("rad") == "m" else quantity
+
+
 def colour(k: int) -> str:
     """Colour of the k-th curve."""
     return PALETTE[k % len(PALETTE)]

@@ -16,10 +16,12 @@ from robotid.signals.reference import Excitation
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Findings:
-    """All that a report is made of, None where a stage has not run. linear : the axis slides."""
+    """All that a report is made of, None where a stage has not run. linear : the axis slides. horizon : length [s] of
+    the pieces in which a fit simulates, None: whole records."""
 
     robot: str
     linear: bool = False
+    horizon: float | None = None
     excitation: Excitation | None = None
     recordings: Recordings | None = None
     rigid: RigidResult | None = None

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from robotid.judge.bode import Bode
-from robotid.report.axes import FAINT, INK, Units, colour, dress, legend, plain
+from robotid.report.axes import FAINT, INK, Units, colour, dress, legend, plain, worded
 from robotid.signals.frf import Frf
 
 Motion = Literal["acceleration", "speed"]
@@ -31,7 +31,12 @@ def draw_responses(axes: Axes, frfs: Sequence[Frf], motion: Motion = "accelerati
         )
     plain(axes.xaxis)
     plain(axes.yaxis)
-    dress(axes, "frequency [Hz]", f"magnitude [{units(UNIT[motion])}]", f"Motor torque to motor {motion}")
+    dress(
+        axes,
+        "frequency [Hz]",
+        f"magnitude [{units(UNIT[motion])}]",
+        f"{worded('Motor torque', units)} to motor {motion}",
+    )
 
 
 def draw_bode(

@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from robotid.judge.location import BY_DIRECTION, BY_SPEED, Curve
 from robotid.model.array import Array
-from robotid.report.axes import BLUE, INK, QUIET, VERMILLION, Units, dress, plain
+from robotid.report.axes import BLUE, INK, VERMILLION, Units, dress, plain, worded
 from robotid.report.numbers import significant
 
 VARIABLES = {
@@ -29,20 +29,21 @@ VARIABLES = {
 ROOM = 1.15  # about the curves
 
 
-def variable(curve: Curve) -> str:
+def variable(curve: Curve, units: Units = str) -> str:
     """What a curve runs along, in words."""
     name = curve.along.partition(",")[0]
-    return VARIABLES.get(name, name)
+    return worded(VARIABLES.get(name, name), units)
 
 
-def counted(curve: Curve) -> str:
-    """How its torque is counted, in words after "missing torque"."""
+def counted(curve: Curve, units: Units = str) -> str:
+    """The missing torque as the curve counts it, in words."""
     _, _, how = curve.along.partition(",")
+    missing = worded("missing torque", units)
     if curve.along == "frequency":
-        return ", root mean square"
+        return f"{missing}, RMS"
     if how == BY_SPEED:
-        return f" in proportion to speed, at {significant(curve.at, 2)} rad/s"
-    return " counted along the motion" if how == BY_DIRECTION else ""
+        return f"{missing} in proportion to speed, at {significant(curve.at, 2)} {units('rad/s')}"
+    return f"{missing} along the motion" if how == BY_DIRECTION else missing
 
 
 def best_of_each(curves: Sequence[Curve]) -> tuple[Curve, ...]:
@@ -87,11 +88,9 @@ def draw_curve(
     if reach is not None and curve.along != "frequency":
         axes.set_ylim(-reach, reach)
     axes.axhline(0.0, color=INK, linewidth=0.6)
+    what, torque = variable(curve, units), counted(curve, units).replace(" in proportion", "\nin proportion")
     orders = f": orders {100 * curve.order:.0f} %" if curve.along != "frequency" else ""
-    dress(axes, f"{variable(curve)}{unit}", f"missing torque [{units('Nm')}]", f"{variable(curve)}{orders}")
-    how = counted(curve)
-    if how:
-        axes.text(0.98, 0.97, how.strip(" ,"), transform=axes.transAxes, ha="right", va="top", fontsize=8, color=QUIET)
+    dress(axes, f"{what}{unit}", f"{torque} [{units('Nm')}]", f"{what}{orders}")
 
 
 def draw_shape(axes: Axes, curve: Curve, units: Units = str, names: Sequence[str] = ()) -> None:
@@ -99,4 +98,5 @@ def draw_shape(axes: Axes, curve: Curve, units: Units = str, names: Sequence[str
     draw_curve(axes, curve, units, names)
     for line in axes.get_lines()[:1]:
         line.set_color(VERMILLION)
-    axes.set_title(f"unknown: missing torque along {variable(curve)}", fontsize=10, loc="left", color=INK)
+    title = f"unknown: {worded('missing torque', units)} along {variable(curve, units)}"
+    axes.set_title(title, fontsize=10, loc="left", color=INK)

@@ -5,11 +5,24 @@ from __future__ import annotations
 from math import isfinite
 
 NONE = "–"
+SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+MOST_ZEROS = 5  # powers of ten up to here are written out
 
 
 def significant(value: float, digits: int = 3) -> str:
     """So many significant digits, powers of ten only where they spare zeros."""
-    return f"{value:.{digits}g}" if isfinite(value) else NONE
+    if not isfinite(value):
+        return NONE
+    text = f"{value:.{digits}g}"
+    mantissa, _, power = text.partition("e")
+    if not power:
+        return text
+    return f"{float(text):.0f}" if 0 <= int(power) <= MOST_ZEROS else f"{mantissa}·{ten_to(int(power))}"
+
+
+def ten_to(power: int) -> str:
+    """A power of ten as people write it."""
+    return f"10{str(power).translate(SUPERSCRIPT)}"
 
 
 def fixed(value: float, decimals: int = 2) -> str:

@@ -13,12 +13,13 @@
     return values;
   }
 
-  function ticks(low, high, most) {
+  // Round numbers between two, about so many of them, and not fewer than `least`.
+  function ticks(low, high, most, least = 1) {
     const rough = (high - low) / Math.max(1, most), power = 10 ** Math.floor(Math.log10(rough));
     const step = power * [1, 2, 5, 10].find((m) => m * power >= rough * 0.999);
     const found = [];
     for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step);
-    return { step, found };
+    return found.length < least && most < 12 ? ticks(low, high, most * 1.3, least) : { step, found };
   }
 
   function label(value, step) {
@@ -162,7 +163,7 @@
     }
 
     axes(low, high, strip, top, tall, last) {
-      const across = ticks(this.view[0], this.view[1], this.wide / 80), up = ticks(low, high, Math.max(2.5, tall / 32));
+      const across = ticks(this.view[0], this.view[1], this.wide / 80), up = ticks(low, high, Math.max(2.5, tall / 32), 3);
       const x = across.found.map((t) => {
         const at = this.place(t).toFixed(1);
         const said = last ? `<text x="${at}" y="${top + tall + 16}" text-anchor="middle">${label(t, across.step)}</text>` : "";

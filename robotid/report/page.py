@@ -19,7 +19,8 @@ from markupsafe import Markup
 from robotid.model.array import Array
 from robotid.report.axes import envelope
 from robotid.report.findings import Findings
-from robotid.report.plates import Plate, plates, time_figure
+from robotid.report.layout import time_figure
+from robotid.report.plates import PLACES, Plate, plates
 from robotid.report.summary import summary
 from robotid.report.svg import COLOURS, inline
 from robotid.report.time import Series, TimePlot
@@ -38,6 +39,8 @@ HEADINGS = {
     "diagnose": "Diagnosis",
     "extend": "Extension",
 }
+MINUS = re.compile(r"-(?=\d)")
+NUMBERS = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?(%|\*| / [-+]?[\d.]+)?")
 NUMBER = re.compile(r"[-+–−]?[\d.]+(e[-+]?\d+)?\s*[%*]?|-|–|")
 
 
@@ -89,12 +92,19 @@ def page(findings: Findings, tables: Mapping[str, Sequence[Sheet]], origin: Orig
         title=title or findings.robot,
         summary=summary(findings).replace(" %", "\u00a0%"),
         sections=sections,
+        notes=_notes(findings),
         tables={stage: [_grid(sheet) for sheet in tables[stage] if sheet.rows] for stage in reversed(list(tables))},
         headings=HEADINGS,
         origin=origin,
         style=Markup(_own("page.css")),
         script=Markup(_own("page.js")),
     )
+
+
+def _notes(f: Findings) -> dict[str, str]:
+    """What is said at the head of a section."""
+    clean = f.diagnosis is not None and f.diagnosis.verdict == "clean"
+    return {PLACES: "The verdict is clean: what these figures show lies within the noise."} if clean else {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +192,13 @@ def _grid(sheet: Sheet) -> _Grid:
     kept = [k for k in range(len(sheet.columns)) if not k or any(row[k] for row in sheet.rows)]
     rows = tuple(tuple(row[k] for k in kept) for row in sheet.rows)
     kinds = tuple(_kind([row[k] for row in rows]) for k in range(len(kept)))
+    rows = tuple(tuple(_signed(cell) for cell in row) for row in rows)
     return _Grid(sheet.title, tuple(sheet.columns[k] for k in kept), rows, kinds, sheet.note)
+
+
+def _signed(cell: str) -> str:
+    """A number with the sign that is as wide as a plus."""
+    return MINUS.sub("−", cell) if NUMBERS.fullmatch(cell) else cell
 
 
 def _kind(cells: Sequence[str]) -> Markup:

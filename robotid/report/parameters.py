@@ -12,10 +12,10 @@ from matplotlib.ticker import MaxNLocator
 
 from robotid.estimate.result import Estimate, FitResult, Fits
 from robotid.report.axes import INK, Units, colour, dress, legend, plain
+from robotid.report.numbers import ten_to
 
 WIDTH = 0.6  # of the room that a parameter has, shared by the models
 MARK: Final[dict[str, Any]] = {"markersize": 4.5, "capsize": 3, "linewidth": 1.4}
-SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 NARROWEST = 1e-5  # range of a strip, of its largest value
 WIDE_RANGE = 5.0  # of costs, from which a logarithmic scale serves better
 
@@ -103,6 +103,6 @@ def _scale(estimates: Iterable[Estimate]) -> float:
 
 
 def _unit(unit: str, scale: float) -> str:
-    power = "" if scale == 1.0 else f"10{f'{log10(scale):.0f}'.translate(SUPERSCRIPT)}"
+    power = "" if scale == 1.0 else ten_to(round(log10(scale)))
     said = " ".join(filter(None, (power, "" if unit == "1" else unit)))
     return f" [{said}]" if said else ""

@@ -13,6 +13,7 @@ from robotid.judge.validation import RecordValidation
 from robotid.model.channel import Channel
 from robotid.model.structure import RECORD_CHANGE, changed
 from robotid.model.term import Term
+from robotid.report.axes import worded
 from robotid.report.findings import Findings
 from robotid.report.location import best_of_each, variable
 from robotid.report.numbers import fixed, listed, significant
@@ -70,7 +71,7 @@ def _validated(f: Findings) -> Iterator[str]:
     unseen = [i.name for i in best.identifiability if i.verdict == "unseen"]
     if unseen:
         yield f"These records cannot tell {listed(unseen, 'or')}."
-    yield from (f"{failure}." for failure in f.validation.failed)
+    yield from (f"that is not enough: {failure}." for failure in f.validation.failed)
 
 
 def _fits(records: Mapping[str, RecordValidation]) -> str:
@@ -141,26 +142,24 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
     if d.verdict == "clean":
         yield f"What it leaves is noise of {noise} RMS: there is nothing else to explain."
         return
-    yield f"beyond noise of {noise} it is wrong by {significant(d.misfit, 2)} {unit} RMS{_place(d)}."
+    yield f"beyond noise of {noise} it is wrong by {significant(d.misfit, 2)} {unit} RMS{_place(f, d)}."
     if d.causes:
         lead = "The cause is" if len(d.causes) == 1 else "The causes are"
         yield f"{lead} {listed([_cause(f, c) for c in d.causes])}."
         yield from _twins(d)
     if d.verdict == "unknown":
         rest = f"the {significant(d.remaining, 2)} {unit} that remain" if d.causes else "it"
-        shape = "" if d.shape is None else f"; what is missing follows the {variable(d.shape)} best"
+        shape = "" if d.shape is None else f"; what is missing follows the {variable(d.shape, f.units)} best"
         yield f"no effect of the catalogue explains {rest}, so the cause is unknown{shape}."
-    elif d.causes:
-        yield (
-            f"Together they leave {significant(d.remaining, 2)} {unit}."
-            if len(d.causes) > 1
-            else (f"It leaves {significant(d.remaining, 2)} {unit}.")
-        )
+    elif d.causes and d.remaining < d.misfit:
+        verb = "Together they leave" if len(d.causes) > 1 else "It leaves"
+        yield f"{verb} {significant(d.remaining, 2)} {unit}."
 
 
-def _place(d: Diagnosis) -> str:
+def _place(f: Findings, d: Diagnosis) -> str:
     curves = [c for c in best_of_each(d.curves) if c.along != "frequency" and c.order > TELLING]
-    return f", ordered best by {variable(curves[0])}" if curves else ""
+    missing = worded("torque", f.units)
+    return f"; the {missing} that it lacks follows the {variable(curves[0], f.units)} best" if curves else ""
 
 
 def _cause(f: Findings, cause: Cause) -> str:
@@ -195,7 +194,8 @@ def _gained(f: Findings, e: Extension) -> Iterator[str]:
     told = [_risen(e.before[name], e.after[name], name, len(names)) for name in names[:FEW]]
     further = f", and {len(names) - FEW} more" if len(names) > FEW else ""
     kind = f"held-out {'record' if len(names) == 1 else 'records'} " if apart else ""
-    yield f"With {listed(list(e.added))} added, the fit of {kind}{listed(told)}{further}."
+    pieces = "" if f.horizon is None else f", simulated in pieces of {significant(f.horizon)} s,"
+    yield f"With {listed(list(e.added))} added{pieces or ','} the fit of {kind}{listed(told)}{further}."
     if not apart:
         yield "No record was held out, so part of this gain may be fitted noise."
     if e.dropped:

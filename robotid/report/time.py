@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from robotid.judge.diagnosis import Score
 from robotid.judge.validation import RecordValidation, Trace
 from robotid.model.array import Array
-from robotid.report.axes import BLUE, FAINT, INK, MOST_POINTS, VERMILLION, Units, dress, envelope, legend
+from robotid.report.axes import BLUE, FAINT, INK, MOST_POINTS, VERMILLION, Units, dress, envelope, legend, worded
 from robotid.report.numbers import fixed
 from robotid.signals.record import Quantity, Record
 from robotid.signals.reference import Reference
@@ -66,7 +66,7 @@ def record_plot(record: Record, units: Units = str) -> TimePlot:
     return TimePlot(
         f"{record.name} ({record.role})",
         (
-            Strip(f"motor torque [{units('Nm')}]", (torque,), 1.0),
+            Strip(f"{worded('motor torque', units)} [{units('Nm')}]", (torque,), 1.0),
             Strip(OUTPUT["speed"].format(units("rad/s")), (*asked, speed), 1.4),
         ),
     )
@@ -93,13 +93,12 @@ def extended_plot(name: str, before: Score, after: Score, output: Quantity, unit
     return _compared(title, both, output, units)
 
 
-def missing_plot(name: str, missing: Trace, units: Units = str) -> TimePlot:
-    """The torque that the residual asks for, and what the causes supply of it."""
+def missing_plot(name: str, missing: Trace, units: Units = str, *, supplied: bool = True) -> TimePlot:
+    """The torque that the residual asks for, and what the causes supply of it, where there are any."""
     asked = Series("asked for by the residual", missing.t, missing.measured, FAINT, 1.6)
-    supplied = Series("supplied by the causes", missing.t, missing.simulated, BLUE)
-    return TimePlot(
-        f"missing torque of {name}", (Strip(f"missing torque [{units('Nm')}]", (asked, supplied), 2.0, zero=True),)
-    )
+    added = (Series("supplied by the causes", missing.t, missing.simulated, BLUE),) * supplied
+    what = worded("missing torque", units)
+    return TimePlot(f"{what} of {name}", (Strip(f"{what} [{units('Nm')}]", (asked, *added), 2.0, zero=True),))
 
 
 def draw_strips(pair: Sequence[Axes], plot: TimePlot, *, most: int = MOST_POINTS, legends: bool = True) -> None:

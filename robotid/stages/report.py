@@ -50,8 +50,9 @@ class Material:
 
     def findings(self) -> Findings:
         """The contents as a report takes them."""
-        robot = self.run.loaded.config.robot
-        return Findings(robot.name, robot.linear, **{FIELDS[name]: content for name, content in self.contents.items()})
+        config = self.run.loaded.config
+        found = {FIELDS[name]: content for name, content in self.contents.items()}
+        return Findings(config.robot.name, config.robot.linear, config.fit.horizon, **found)
 
 
 def gather(run: Run) -> Material:

@@ -86,7 +86,7 @@ def test_lags_outside_the_band_are_of_another_colour() -> None:
 
 
 def test_a_sliding_axis_has_its_own_units() -> None:
-    assert "motor torque [N]" in texts(draw(recordings(), sliding))
+    assert "motor force [N]" in texts(draw(recordings(), sliding))
     assert "magnitude [m/s2/N]" in texts(draw(flex(), sliding))
 
 

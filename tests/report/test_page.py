@@ -19,7 +19,7 @@ from robotid.report.plates import plates
 from robotid.report.stamp import stamp_of
 from robotid.report.summary import summary
 
-STAGES = [f.name for f in fields(Findings) if f.name not in ("robot", "linear")]
+STAGES = [f.name for f in fields(Findings) if f.name not in ("robot", "linear", "horizon")]
 MADE = Source("fit", "model.h5", "robotid fit a.yaml", "1.0", "2025-01-01", "ab" * 32, {"collect": "cd" * 32}, 1, {})
 ORIGIN = Origin("0123abcd", "robot:\n  name: irb\n", (MADE,), {})
 
@@ -123,6 +123,24 @@ def test_provenance_and_what_is_left_out() -> None:
     assert "Not shown here: diagnosis.h5 (model.h5 is stale)." in text
     assert "name: irb" in text
     assert "Not shown here" not in Document(html("extension")).text
+
+
+def test_a_clean_verdict_is_said_where_the_misfit_would_be() -> None:
+    f = findings()
+    clean = Findings("irb", diagnosis=replace(f.diagnosis, verdict="clean", causes=()))
+    said = "The verdict is clean: what these figures show lies within the noise."
+    source = page(clean, {}, ORIGIN)
+    assert said in Document(source).text
+    assert "supplied by the causes" not in source
+    assert said not in Document(html("extension")).text
+
+
+def test_numbers_in_tables_have_signs_of_their_own() -> None:
+    sheet = Sheet("", ("what", "value", "both"), (("set-1", "-3.2e-05", "-5.57 / +6.10"),), "")
+    text = Document(page(up_to("fits"), {"fit": [sheet]}, ORIGIN)).text
+    assert "set-1" in text
+    assert "−3.2e−05" in text
+    assert "−5.57 / +6.10" in text
 
 
 def test_the_stamp_of_a_page() -> None:

@@ -97,7 +97,7 @@ def test_curves_show_mean_and_spread() -> None:
 
 def test_the_better_way_of_counting_is_shown() -> None:
     assert "misfit-dphi_m" not in NAMES
-    assert texts(drawn("misfit-dphi_m-by-direction")) == ["counted along the motion"]
+    assert "missing torque along the motion [Nm]" in labels(drawn("misfit-dphi_m-by-direction"))
 
 
 def test_causes_are_ranked_with_their_twins() -> None:
@@ -147,9 +147,10 @@ def test_parameters_have_intervals_in_handy_units() -> None:
 
 
 def test_a_sliding_axis_has_its_own_units() -> None:
-    assert "motor torque [N]" in labels(
-        next(p for p in plates(replace(findings(), linear=True)) if p.name == "record-small").draw()
-    )
+    found = {plate.name: plate for plate in plates(replace(findings(), linear=True))}
+    assert "motor force [N]" in labels(found["record-small"].draw())
+    assert labels(found["misfit-phi_m-mod-2-pi"].draw())[0] == "motor position within a turn [m]"
+    assert labels(found["misfit-phi_a-by-speed"].draw())[1].startswith("missing force\nin proportion to speed, at ")
 
 
 def test_what_is_unknown_has_a_shape() -> None:

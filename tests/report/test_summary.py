@@ -40,7 +40,7 @@ def before(stage: str) -> dict[str, None]:
         (
             before("fits"),
             "2 frequency responses of irb were measured, with a notch at 5.71 Hz. They give gear.spring.k1 ="
-            " 1.46e+06 Nm/rad; no model has been fitted by simulation yet.",
+            " 1.46·10⁶ Nm/rad; no model has been fitted by simulation yet.",
         ),
         (
             before("validation"),
@@ -61,7 +61,8 @@ def test_as_far_as_the_stages_have_come(missing: dict[str, None], expected: str)
 def test_the_whole_story() -> None:
     text = told()
     for sentence in (
-        "Beyond noise of 0.01 rad/s it is wrong by 0.13 rad/s RMS, ordered best by motor speed.",
+        "Beyond noise of 0.01 rad/s it is wrong by 0.13 rad/s RMS; the torque that it lacks follows the motor speed"
+        " best.",
         "The causes are motor.stribeck (torque missing at small speed only; explains 97 %) and arm.inertia.J (differs"
         " in large by 12 kg m2; explains 2 %).",
         "These data cannot tell motor.stribeck from motor.presliding; an experiment that would is given below.",
@@ -106,11 +107,11 @@ def test_many_records_are_told_as_a_range() -> None:
 def test_what_the_configuration_demands_and_a_model_that_diverges() -> None:
     f = findings()
     failed = replace(f.validation, failed=("m fits large to 80.00 %, below the 98 % asked",))
-    assert "M fits large to 80.00 %, below the 98 % asked." in told(validation=failed)
+    assert "That is not enough: m fits large to 80.00 %, below the 98 % asked." in told(validation=failed)
     nowhere = replace(f.validation, models={"m": replace(f.validation.models["m"], records={})})
     assert "nothing: it diverges on every record" in told(validation=nowhere)
 
 
 def test_a_sliding_axis_has_its_own_units() -> None:
-    assert "1.46e+06 N/m" in told(linear=True, **before("fits"))
+    assert "1.46·10⁶ N/m" in told(linear=True, **before("fits"))
     assert summary(Findings("irb")) == ""

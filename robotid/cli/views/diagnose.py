@@ -68,7 +68,8 @@ def sentence(diagnosis: Diagnosis) -> str:
         return f"{d.model} leaves nothing to explain beyond the noise of {number(d.noise_floor, 2)} {unit}"
     causes = ", and ".join(map(_told, d.causes))
     if d.verdict == "named":
-        return f"{d.model} lacks {causes}; {number(d.remaining, 2)} of {number(d.misfit, 2)} {unit} remain"
+        left = f"; {number(d.remaining, 2)} of {number(d.misfit, 2)} {unit} remain" * (d.remaining < d.misfit)
+        return f"{d.model} lacks {causes}{left}"
     place = "" if d.shape is None else f"; it is ordered best along {d.shape.along}"
     known = f"{d.model} lacks {causes}, and more" if causes else f"{d.model} is wrong by {number(d.misfit, 2)} {unit}"
     return f"{known} that no effect of the catalogue explains{place}"
