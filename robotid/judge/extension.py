@@ -20,6 +20,9 @@ from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
 from robotid.simulate.assemble import assemble
 
+OTHERS_DO = "the other causes do as well without it on the held-out records"
+DOES_NOT_CARRY_OVER = "does not carry over: the held-out records are simulated no better with it"
+
 Starts = Mapping[str, float]
 """Values of parameters to start from, by dotted name; the others start as they were."""
 
@@ -44,14 +47,16 @@ def extend(
     kept, dropped = list(effects), list[Rejected]()
     after, scores = _fit(before, old, kept, starts, records, options, horizon, say)
     for effect in effects:
-        if len(kept) < 2 or not any(not s.used for s in scores.values()):
+        if all(s.used for s in scores.values()):
             break
         others = [e for e in kept if e != effect]
         say(f"trying without {effect}")
-        leaner, lean = _fit(before, old, others, starts, records, options, horizon, say)
+        leaner, lean = (
+            _fit(before, old, others, starts, records, options, horizon, say) if others else (before, earlier)
+        )
         lost = _held(scores) - _held(lean)
         if lost <= 0.0:
-            why = "the other causes do as well without it on the held-out records"
+            why = OTHERS_DO if others else DOES_NOT_CARRY_OVER
             dropped.append(Rejected(effect, 0.0, lost, why))
             kept, after, scores = others, leaner, lean
     return Extension(
