@@ -66,7 +66,7 @@ def _freed(scans: Sequence[Scan], problem: OutputError) -> list[Array]:
     """What of each residual neither candidates nor free curves explain, (n,) each."""
     found = []
     for one in scans:
-        t, more = one.trajectory, free_forces(one.trajectory)
+        t, more = one.trajectory, free_forces(one.trajectory, one.record)
         curves = scan(t, one.record, one.residual, problem.output, problem.columns, problem.free_states, (), more)
         found.append(unexplained(replace(curves, signals=np.concatenate([one.signals[:-1], curves.signals]))))
     return found

@@ -18,7 +18,8 @@ from robotid.judge.location import BY_DIRECTION, BY_SPEED, Curve
 from robotid.judge.score import Projected, project, scan
 from robotid.judge.trial import Bench, Trial
 from robotid.model.array import Array
-from robotid.simulate.simulate import Trajectory
+from robotid.signals.record import Record
+from robotid.simulate.simulate import Trajectory, measured_guess
 
 KNOTS, COARSE = 24, 12
 FADED, RIDGE = 0.03, 1e-9  # energy of a curve that is left, over the whole, where the fit may have taken it
@@ -87,7 +88,7 @@ class Shape:
 
 def shapes(trial: Trial, bench: Bench) -> list[Shape]:
     """The curves that explain most of what a model leaves, best first; all variables are seen coarsely before."""
-    kept = tuple(with_angle(t) for t in trial.trajectories)
+    kept = tuple(map(_as_measured, trial.trajectories, bench.fitted))
     coarse = _fit(trial, bench, [_basis(kept, v, COARSE) for v in _variables(kept[0])])
     fine = [_fit(trial, bench, [_basis(kept, one.variable, KNOTS)])[0] for one in coarse[:FINALISTS]]
     return [_held_out(one, trial, bench) for one in sorted(fine, key=lambda s: -s.energy)]
@@ -98,7 +99,7 @@ def _held_out(shape: Shape, trial: Trial, bench: Bench) -> Shape:
     explained, p = 0.0, trial.problem
     held = zip(trial.held_trajectories, bench.held, trial.held_residuals, bench.whiten_held, strict=True)
     for t, record, residual, whiten in held:
-        kept = with_angle(t)
+        kept = _as_measured(t, record)
         x, factor = _signals(kept, shape.variable)
         force = np.einsum(
             "ikn,k->in", _on_joint(kept, _hats(x, shape.basis.knots) * factor, shape.variable), shape.values
@@ -116,11 +117,18 @@ def _energy(signal: Array) -> float:
     return float(signal @ signal)
 
 
-def free_forces(trajectory: Trajectory) -> Array:
+def free_forces(trajectory: Trajectory, record: Record) -> Array:
     """Generalised forces (nv, k, n) of coarse curves along all variables."""
-    kept = with_angle(trajectory)
+    kept = _as_measured(trajectory, record)
     bases = [_basis((kept,), variable, COARSE) for variable in _variables(kept)]
     return np.concatenate([basis.forces[0] for basis in bases], axis=1)
+
+
+def _as_measured(trajectory: Trajectory, record: Record) -> Trajectory:
+    """A trajectory with the motor's motion as it was measured: there the unknown torque acted."""
+    kept = with_angle(trajectory)
+    speed = measured_guess(kept.joint, kept.theta, record)[kept.joint.speeds.start]
+    return replace(kept, phi_m=record.phi_m, dphi_m=speed)
 
 
 def _variables(trajectory: Trajectory) -> list[Variable]:
