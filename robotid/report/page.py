@@ -90,7 +90,7 @@ def page(findings: Findings, tables: Mapping[str, Sequence[Sheet]], origin: Orig
     sections = [(name, [_shown(p, most) for p in group]) for name, group in groupby(every, lambda p: p.section)]
     return _template().render(
         title=title or findings.robot,
-        summary=summary(findings).replace(" %", "\u00a0%"),
+        summary=summary(findings),
         sections=sections,
         notes=_notes(findings),
         tables={stage: [_grid(sheet) for sheet in tables[stage] if sheet.rows] for stage in reversed(list(tables))},
@@ -218,4 +218,5 @@ def _template() -> Template:
         loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters["slug"] = lambda text: re.sub(r"\W+", "-", text.lower())
+    environment.filters["unbroken"] = lambda text: text.replace(" %", "\u00a0%")
     return environment.get_template("page.html")

@@ -21,6 +21,7 @@ from robotid.terms import TERMS
 
 EFFECTS: dict[str, Term | Channel] = {**TERMS, **CHANNELS}
 FEW = 3  # records that are told one by one
+NOTHING = 0.1  # of the noise: what is less is not told
 TELLING = 0.2  # share of the variance from which a variable is named
 
 
@@ -153,7 +154,8 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
         yield f"no effect of the catalogue explains {rest}, so the cause is unknown{shape}."
     elif d.causes and d.remaining < d.misfit:
         verb = "Together they leave" if len(d.causes) > 1 else "It leaves"
-        yield f"{verb} {significant(d.remaining, 2)} {unit}."
+        left = f"{significant(d.remaining, 2)} {unit}" if d.remaining > NOTHING * d.noise_floor else "nothing"
+        yield f"{verb} {left} beyond the noise."
 
 
 def _place(f: Findings, d: Diagnosis) -> str:

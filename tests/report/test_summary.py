@@ -66,7 +66,7 @@ def test_the_whole_story() -> None:
         "The causes are motor.stribeck (torque missing at small speed only; explains 97 %) and arm.inertia.J (differs"
         " in large by 12 kg m2; explains 2 %).",
         "These data cannot tell motor.stribeck from motor.presliding; an experiment that would is given below.",
-        "Together they leave 0.011 rad/s.",
+        "Together they leave 0.011 rad/s beyond the noise.",
         "With motor.stribeck added, the fit of held-out record large goes from 95.00 to 99.20 % (its RMS error falls by"
         " 95 %).",
         "Dropped in the final fit, for it no longer earned its place: motor.cogging.",
@@ -81,6 +81,16 @@ def test_clean_and_unknown_are_answers() -> None:
     unknown = told(diagnosis=UNKNOWN, extension=None)
     assert "No effect of the catalogue explains it, so the cause is unknown;" in unknown
     assert unknown.endswith("what is missing follows the motor angle best.")
+
+
+def test_what_the_causes_leave_is_told_where_it_is_something() -> None:
+    d = findings().diagnosis
+    assert "Together they leave nothing beyond the noise." in told(diagnosis=replace(d, remaining=0.0))
+    assert "Together they leave" not in told(diagnosis=replace(d, remaining=2 * d.misfit))
+
+
+def test_pieces_are_told_where_a_fit_simulates_them() -> None:
+    assert "With motor.stribeck added, simulated in pieces of 2.5 s, the fit of" in told(horizon=2.5)
 
 
 def test_nothing_held_out_is_said() -> None:
