@@ -13,9 +13,10 @@ from robotid.config.suggest import suggest
 from robotid.config.tree import Step
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port, Signal
-from robotid.model.structure import Structure, changed
+from robotid.model.structure import RECORD_CHANGE, Structure, changed
 from robotid.terms import TERMS
 
+PLACES = [*map(str, Port), *map(str, Signal)]
 FLEXIBLE = (Port.GEAR, Port.LINK, Port.TOOL)
 
 
@@ -41,6 +42,7 @@ def problems(config: Config) -> Iterator[Problem]:
     yield from _records(config)
     yield from _fit(config)
     yield from _thresholds(config)
+    yield from _diagnosis(config)
 
 
 def declared(structure: Structure) -> dict[str, Parameter]:
@@ -57,10 +59,9 @@ def declared(structure: Structure) -> dict[str, Parameter]:
 
 
 def _effects(model: Effects, gear_ratio: float | None, at: tuple[Step, ...]) -> Iterator[Problem]:
-    places = [*map(str, Port), *map(str, Signal)]
     for place, effects in model.items():
-        if place not in places:
-            yield Problem((*at, place), f'there is no port or signal "{place}"', suggest(place, places))
+        if place not in PLACES:
+            yield Problem((*at, place), f'there is no port or signal "{place}"', suggest(place, PLACES))
             continue
         for i, effect in enumerate(effects):
             loc = (*at, place, i)
@@ -104,14 +105,25 @@ def _masses(model: Effects, gear_ratio: float | None, at: tuple[Step, ...]) -> I
 
 def _changes(config: Config) -> Iterator[Problem]:
     """Whether the records and the parameters that differ in them exist."""
-    known, records = declared(config.structure()), [name for r in config.records for name in r.names]
     for record, names in config.robot.changes.items():
-        if record not in records:
-            yield Problem(("robot", "changes", record), f'there is no record "{record}"', suggest(record, records))
+        loc = ("robot", "changes", record)
+        yield from _known_record(config, record, loc)
         for i, name in enumerate(names):
-            if name not in known:
-                loc = ("robot", "changes", record, i)
-                yield Problem(loc, f'the model has no parameter "{name}"', suggest(name, known))
+            yield from _known_parameter(config, name, (*loc, i))
+            if name in names[:i]:
+                yield Problem((*loc, i), f"{name} is listed twice", "a parameter differs once in a record")
+
+
+def _known_record(config: Config, record: str, loc: tuple[Step, ...]) -> Iterator[Problem]:
+    records = [name for r in config.records for name in r.names]
+    if record not in records:
+        yield Problem(loc, f'there is no record "{record}"', suggest(record, records))
+
+
+def _known_parameter(config: Config, name: str, loc: tuple[Step, ...]) -> Iterator[Problem]:
+    known = declared(replace(config.structure(), changes=()))
+    if name not in known:
+        yield Problem(loc, f'the model has no parameter "{name}"', suggest(name, known))
 
 
 def _parameters(config: Config) -> Iterator[Problem]:
@@ -189,3 +201,36 @@ def _thresholds(config: Config) -> Iterator[Problem]:
         if name not in names:
             loc = ("validate", "thresholds", "fit_percent", name)
             yield Problem(loc, f'there is no record "{name}"', suggest(name, names))
+
+
+def _diagnosis(config: Config) -> Iterator[Problem]:
+    """Whether the model to diagnose, the effects to leave out, and those to extend by exist."""
+    models, model = config.fit.models or {"m1": ()}, config.diagnose.model
+    if model is not None and model not in models:
+        yield Problem(("diagnose", "model"), f'there is no model "{model}"', suggest(model, models))
+    known = [*TERMS, *CHANNELS, RECORD_CHANGE]
+    for i, effect in enumerate(config.diagnose.skip):
+        place, _, name = effect.rpartition(".")
+        if name not in known:
+            yield Problem(("diagnose", "skip", i), f'there is no effect "{name}"', suggest(name, known))
+        elif place and place not in PLACES:
+            yield Problem(("diagnose", "skip", i), f'there is no port or signal "{place}"', suggest(place, PLACES))
+    for i, effect in enumerate(config.extend.effects or ()):
+        yield from _addition(config, effect, ("extend", "effects", i))
+
+
+def _addition(config: Config, effect: str, loc: tuple[Step, ...]) -> Iterator[Problem]:
+    """Whether the model can be extended by an effect, written as port.effect or as a change."""
+    place, dot, name = effect.partition(".")
+    if place == RECORD_CHANGE:
+        record, parameter = changed(effect)
+        yield from _known_record(config, record, loc)
+        yield from _known_parameter(config, parameter, loc)
+    elif not dot:
+        yield Problem(loc, f'"{effect}" has no port', "write it as port.effect, such as motor.stribeck")
+    elif place not in PLACES:
+        yield Problem(loc, f'there is no port or signal "{place}"', suggest(place, PLACES))
+    elif effect in config.structure().effects:
+        yield Problem(loc, f"{effect} is in the model already")
+    else:
+        yield from _placed(place, name, loc)

@@ -24,6 +24,7 @@ from robotid.signals.record import Record
 MOST_REJECTED = 12  # effects that are listed as scored in vain
 FAR = 2.0  # noise floors: a misfit that large is something
 SHAPELESS = "the misfit is far above the noise, yet no curve along one variable explains much of it"
+CHANCE = 3.0  # standard deviations of the energy of noise: less is no misfit to have a share in
 LEAST = 1e-12  # of the output: where even the noise is nothing
 
 
@@ -33,14 +34,14 @@ def verdict(model: Model, records: Sequence[Record], growth: Growth, horizon: fl
     cases = [case for run in runs.values() for case in cases_of(run, model.output)]
     where = look_where(cases, _cases_after(growth) if growth.causes else (), model.output)
     residuals = {name: run.measured(model.output) - run.signal(model.output) for name, run in runs.items()}
-    after = _after(growth)
+    after = _after(growth) if growth.causes else {}
     misfits = {r.name: _misfit(model, r, residuals[r.name], where.floors, after.get(r.name)) for r in records}
     fitted = [misfits[name] for name in dict.fromkeys(r.name for r in growth.bench.fitted)]
     floor = _rms([m.noise_floor for m in fitted])
     misfit = _beyond(_rms([m.rmse for m in fitted]), floor)
     believed = growth.changes if growth.causes or growth.shape is None else ()
     word = _word(growth, misfit, floor)
-    remaining = _beyond(_rms([root_mean_square(after[r.name]) for r in growth.bench.fitted]), floor)
+    left = _beyond(_rms([root_mean_square(after[r.name]) for r in growth.bench.fitted]), floor) if after else misfit
     return Diagnosis(
         verdict=word,
         model=model.name,
@@ -48,11 +49,11 @@ def verdict(model: Model, records: Sequence[Record], growth: Growth, horizon: fl
         unit="rad/s" if model.output == "speed" else "rad",
         noise_floor=floor,
         misfit=misfit,
-        remaining=remaining,
+        remaining=left,
         records=misfits,
         causes=(*map(_cause, growth.causes), *map(_changed, believed)),
         rejected=tuple(_rejected(growth, word)),
-        curves=where.curves,
+        curves=() if word == "clean" else where.curves,
         missing=where.missing,
         residuals={name: trace(runs[name], model) for name in runs},
         shape=None if growth.shape is None else replace(growth.shape.curve, order=growth.share),
@@ -87,8 +88,8 @@ def _misfit(model: Model, record: Record, residual: Array, floors: Mapping[str, 
     rmse, floor = root_mean_square(residual), floors.get(record.name, 0.0)
     output = measured(record, model.output)
     beyond = _beyond(rmse, floor)
-    left = rmse if after is None else root_mean_square(after)
-    explained = 1.0 - _beyond(left, floor) ** 2 / max(beyond**2, LEAST)
+    left = 0.0 if after is None else _beyond(root_mean_square(after), floor)
+    explained = 0.0 if after is None else 1.0 - left**2 / max(beyond**2, LEAST)
     return Misfit(
         role=record.role,
         fit_percent=fit_percent(output, output - residual),
@@ -158,7 +159,8 @@ def _rejected(growth: Growth, word: Verdict) -> Iterator[Rejected]:
         why = f"only imitates what no effect explains along {growth.shape.curve.along}"
         yield from (Rejected(c.effect, c.explained, c.gain, why) for c in growth.changes)
     first = growth.rounds[0]
-    whole = max(first.projected.energy - growth.bench.samples, LEAST)
+    samples = growth.bench.samples
+    whole = max(first.projected.energy - samples, CHANCE * np.sqrt(2 * samples))
     for one in best_of_each(first.scores)[:MOST_REJECTED]:
         if one.candidate.name not in told:
             share = float(np.clip(one.energy / whole, 0.0, 1.0))

@@ -56,6 +56,9 @@ def test_nothing_is_named_where_nothing_is_missing() -> None:
     assert (d.verdict, d.causes, d.shape) == ("clean", (), None)
     assert growth.changes == ()
     assert d.misfit < 0.5 * d.noise_floor
+    assert d.remaining == d.misfit
+    assert {m.explained_after for m in d.records.values()} == {0.0}
+    assert all(r.explained < 0.3 for r in d.rejected)
     # the noise of the torque adds to that of the speed, and a floor is an estimate
     assert d.noise_floor == pytest.approx(SPEED_NOISE, rel=0.3)
 
