@@ -10,6 +10,7 @@ from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from robotid.config.suggest import suggest
 from robotid.config.tree import OPTION, compose, join
 from robotid.errors import ConfigError
+from robotid.model.structure import RECORD_CHANGE
 
 _NULL = "tag:yaml.org,2002:null"
 _MAP = "tag:yaml.org,2002:map"
@@ -62,7 +63,8 @@ def _key(node: MappingNode, path: str, words: list[str]) -> tuple[str, list[str]
     for length in range(len(words), 0, -1):
         if ".".join(words[:length]) in known:
             return ".".join(words[:length]), words[length:]
-    length = 3 if path in _PARAMETERS else 1
+    dotted = 5 if words[0] == RECORD_CHANGE else 3
+    length = dotted if path in _PARAMETERS else 1
     return ".".join(words[:length]), words[length:]
 
 

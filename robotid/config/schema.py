@@ -140,8 +140,9 @@ class Config(Section):
         return self.robot.structure()
 
     def plant_structure(self) -> Structure:
-        """The virtual robot's joint."""
-        return self.robot.structure(self.plant.model if self.plant else None)
+        """The virtual robot's joint, the same in every record."""
+        own = self.plant.model if self.plant else None
+        return self.robot.structure(self.robot.model if own is None else own)
 
     def names(self, role: Literal["estimate", "validate"]) -> tuple[str, ...]:
         """Names of the records of a role, further realisations included."""
