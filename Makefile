@@ -63,7 +63,7 @@ HERE := $(dir $(CONFIG))
 NAMED := $(shell sed -n 's/^[^\#]*file: *//p' $(CONFIG) 2>/dev/null | sed 's/[ ,}\#].*//' | tr -d "'\"")
 FILES := $(wildcard $(patsubst $(HERE)/%,/%,$(addprefix $(HERE),$(NAMED))))
 
-pipeline: $(RUN)/validation.h5
+pipeline: $(RUN)/report.html
 
 $(RUN)/excitation.h5: $(CONFIG) | $(STAMP)
 	$(ROBOTID) excite $(CONFIG)
@@ -77,8 +77,14 @@ $(RUN)/model.h5: $(CONFIG) $(RUN)/records.h5 $(RUN)/rigid.h5 $(RUN)/flex.h5
 	$(ROBOTID) fit $(CONFIG)
 $(RUN)/validation.h5: $(CONFIG) $(RUN)/records.h5 $(RUN)/rigid.h5 $(RUN)/flex.h5 $(RUN)/model.h5
 	$(ROBOTID) validate $(CONFIG)
+$(RUN)/diagnosis.h5: $(CONFIG) $(RUN)/records.h5 $(RUN)/model.h5
+	$(ROBOTID) diagnose $(CONFIG)
+$(RUN)/extension.h5: $(CONFIG) $(RUN)/records.h5 $(RUN)/model.h5 $(RUN)/diagnosis.h5
+	$(ROBOTID) extend $(CONFIG)
+$(RUN)/report.html: $(RUN)/validation.h5 $(RUN)/extension.h5
+	$(ROBOTID) report $(CONFIG)
 # Ctrl-C leaves the last iterate saved, and a validation below its threshold can be looked at.
-.PRECIOUS: $(RUN)/excitation.h5 $(RUN)/records.h5 $(RUN)/rigid.h5 $(RUN)/flex.h5 $(RUN)/model.h5 $(RUN)/validation.h5
+.PRECIOUS: $(addprefix $(RUN)/,excitation.h5 records.h5 rigid.h5 flex.h5 model.h5 validation.h5 diagnosis.h5 extension.h5)
 
 clean:
 	rm -rf runs $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis

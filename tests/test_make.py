@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from robotid.cli.report import make_report
 from robotid.config.load import load
 from robotid.errors import ThresholdError
 from robotid.stages.pipeline import Run, execute_all
@@ -22,8 +23,9 @@ robot: {name: axis, model: {motor: [inertia, viscous, coulomb]}}
 records:
   - {name: day1, file: data/day1.csv}
 validate: {thresholds: {fit_percent: {day1: 90}}}
+diagnose: {worth: 1000}
 """
-STAGES = ["excite", "collect", "init-rigid", "init-flex", "fit", "validate"]
+STAGES = ["excite", "collect", "init-rigid", "init-flex", "fit", "validate", "diagnose", "extend", "report"]
 
 Make = Callable[..., tuple[int, list[str], str]]
 
@@ -70,8 +72,10 @@ def write_log(file: Path, friction: float) -> None:
 
 
 def run(folder: Path) -> None:
-    for _ in execute_all(Run(load(folder / "axis.yaml"), folder / "runs" / "axis")):
+    axis = Run(load(folder / "axis.yaml"), folder / "runs" / "axis")
+    for _ in execute_all(axis):
         pass
+    make_report(axis)
 
 
 def test_only_what_is_stale(make: Make, folder: Path) -> None:

@@ -54,6 +54,8 @@ def make_report(
         log(Begun(STAGE))
     if why:
         write_text(file, _page(material))
+    else:
+        file.touch()  # make asks by time
     written = () if figures is None else _write_figures(material, figures, form, log)
     told = summary(material.findings())
     content = Report(file, told, tuple(material.fresh), dict(material.left_out), written)
