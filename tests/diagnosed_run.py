@@ -33,6 +33,7 @@ plant:
     motor.viscous.Fv: 0.015
     motor.coulomb.Fc: 0.6{truth}
   controller: {{kind: speed, kp: 0.5, ki: 5}}
+  encoder: {{counts_per_rev: 65536}}
   noise: {{speed: 0.02, torque: 0.005}}
   seed: 1
 diagnose: {{skip: [power_friction]}}
