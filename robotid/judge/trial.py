@@ -103,8 +103,18 @@ def try_model(
 
     Raises NumericsError where the model cannot be simulated.
     """
-    joint = assemble(structure, angle=bench.output == "position")
-    problem = _problem(joint, starts, bench, states)
+    return try_joint(assemble(structure, angle=bench.output == "position"), starts, bench, states)
+
+
+def try_joint(
+    joint: Joint,
+    starts: Sequence[Parameters],
+    bench: Bench,
+    states: Sequence[FirstState] = (),
+    patience: int = PATIENCE,
+) -> Trial:
+    """The same for a joint as it is. patience : windows of a record in which LSODA may help."""
+    problem = _problem(joint, starts, bench, states, patience)
     solution = solve(problem, _unknowns(problem, states), most=MOST_ITERATIONS, tolerance=TOLERANCE)
     start = problem.parameters
     parameters = start.with_values(problem.theta(solution.evaluation.unknowns))
@@ -112,7 +122,7 @@ def try_model(
     residuals = _residuals(trajectories, bench.fitted, bench.output)
     held = _hold_out(problem, parameters, bench)
     return Trial(
-        structure,
+        joint.structure,
         parameters,
         problem,
         solution,
@@ -131,13 +141,15 @@ def try_model(
     )
 
 
-def _problem(joint: Joint, starts: Sequence[Parameters], bench: Bench, states: Sequence[FirstState]) -> OutputError:
+def _problem(
+    joint: Joint, starts: Sequence[Parameters], bench: Bench, states: Sequence[FirstState], patience: int
+) -> OutputError:
     """The problem from the start of least cost. Raises NumericsError where none can be simulated."""
     weights, last = np.ones(len(bench.fitted)), len(starts) - 1
     best: tuple[float, OutputError] | None = None
     for k, start in enumerate(starts):
         one = OutputError(
-            joint, start, bench.fitted, bench.output, weights, bench.estimate_states, bench.whiten, PATIENCE
+            joint, start, bench.fitted, bench.output, weights, bench.estimate_states, bench.whiten, patience
         )
         if not last:
             return one
@@ -173,7 +185,7 @@ def _hold_out(problem: OutputError, parameters: Parameters, bench: Bench) -> tup
     found = []
     for record, whiten in zip(bench.held, bench.whiten_held, strict=True):
         one = OutputError(
-            problem.joint, held, (record,), bench.output, np.ones(1), bench.estimate_states, (whiten,), PATIENCE
+            problem.joint, held, (record,), bench.output, np.ones(1), bench.estimate_states, (whiten,), problem.patience
         )
         if one.free_states:
             found.append(solve(one, one.start(), most=MOST_ITERATIONS_HELD, tolerance=TOLERANCE_HELD).evaluation)

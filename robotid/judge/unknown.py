@@ -13,10 +13,13 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import linprog
 
+from robotid.errors import NumericsError
 from robotid.judge.columns import with_angle
+from robotid.judge.free_curve import FreeCurve, with_curve
 from robotid.judge.location import BY_DIRECTION, BY_SPEED, Curve
 from robotid.judge.score import Projected, project, scan
 from robotid.judge.trial import Bench, Trial
+from robotid.judge.whitening import Whitening
 from robotid.model.array import Array
 from robotid.signals.record import Record
 from robotid.simulate.simulate import Trajectory, measured_guess
@@ -24,6 +27,7 @@ from robotid.simulate.simulate import Trajectory, measured_guess
 KNOTS, COARSE = 24, 12
 FADED, RIDGE = 0.03, 1e-9  # energy of a curve that is left, over the whole, where the fit may have taken it
 FINALISTS = 2  # seen with all knots
+SWEEPS = 3  # of a curve that acts
 EDGE = 0.5  # per cent of the samples beyond the first and the last knot
 PRIOR = 0.5  # of the torque's RMS: as large as a missing torque is likely to be
 
@@ -91,7 +95,27 @@ def shapes(trial: Trial, bench: Bench) -> list[Shape]:
     kept = tuple(map(_as_measured, trial.trajectories, bench.fitted))
     coarse = _fit(trial, bench, [_basis(kept, v, COARSE) for v in _variables(kept[0])])
     fine = [_fit(trial, bench, [_basis(kept, one.variable, KNOTS)])[0] for one in coarse[:FINALISTS]]
-    return [_held_out(one, trial, bench) for one in sorted(fine, key=lambda s: -s.energy)]
+    return [_in_motion(one, trial, bench) for one in sorted(fine, key=lambda s: -s.energy)]
+
+
+def _in_motion(shape: Shape, trial: Trial, bench: Bench) -> Shape:
+    """The curve as it is once it acts: what is still left asks for changes of it, and the records held out are
+    simulated with it. Along all but the speed the first look does."""
+    if shape.variable.along != "dphi_m":
+        return _held_out(shape, trial, bench)
+    whole, whole_held = _seen(trial.residuals, bench.whiten), _seen(trial.held_residuals, bench.whiten_held)
+    best, now = None, shape
+    for _ in range(SWEEPS):
+        try:
+            after = with_curve(trial, bench, FreeCurve(now.basis.knots, now.values), now.moved)
+        except NumericsError:
+            break
+        explained = whole - after.energy
+        if best is not None and explained <= best.energy:
+            break
+        best = replace(now, energy=explained, held_energy=whole_held - after.held_energy)
+        now = _fit(after, bench, [now.basis], now.values)[0]
+    return best or _held_out(shape, trial, bench)
 
 
 def _held_out(shape: Shape, trial: Trial, bench: Bench) -> Shape:
@@ -111,6 +135,11 @@ def _held_out(shape: Shape, trial: Trial, bench: Bench) -> Shape:
         basis = np.linalg.qr(first.T)[0]
         explained += _energy(left - basis @ (basis.T @ left)) - _energy(less - basis @ (basis.T @ less))
     return replace(shape, held_energy=explained)
+
+
+def _seen(residuals: Sequence[Array], whitenings: Sequence[Whitening]) -> float:
+    """Energy of residuals as a bench sees them, which need not be that of the trial's own."""
+    return sum(_energy(whiten(r)) for whiten, r in zip(whitenings, residuals, strict=True))
 
 
 def _energy(signal: Array) -> float:
@@ -147,8 +176,9 @@ def _basis(trajectories: Sequence[Trajectory], variable: Variable, count: int) -
     return Basis(variable, knots, forces, size, seen)
 
 
-def _fit(trial: Trial, bench: Bench, bases: Sequence[Basis]) -> list[Shape]:
-    """Each basis by itself to the residual, all columns in one solve, best first."""
+def _fit(trial: Trial, bench: Bench, bases: Sequence[Basis], acting: Array | float = 0.0) -> list[Shape]:
+    """Each basis by itself to the residual, all columns in one solve, best first. acting : values of the curve that
+    acts already."""
     p, scans = trial.problem, []
     cases = zip(trial.trajectories, bench.fitted, trial.residuals, strict=True)
     for k, (t, record, residual) in enumerate(cases):
@@ -160,17 +190,19 @@ def _fit(trial: Trial, bench: Bench, bases: Sequence[Basis]) -> list[Shape]:
     parts = zip(bases, edges[:-1], edges[1:], strict=True)
     columns, whole = projected.missing, projected.whole
     found = [
-        _with_moved(_shape(columns[:, i:j], whole[:, i:j], projected.residual, basis, torque), projected, slice(i, j))
+        _with_moved(
+            _shape(columns[:, i:j], whole[:, i:j], projected.residual, basis, torque, acting), projected, slice(i, j)
+        )
         for basis, i, j in parts
     ]
     return sorted(found, key=lambda s: -s.energy)
 
 
 def _with_moved(shape: Shape, projected: Projected, at: slice) -> Shape:
-    return replace(shape, moved=projected.moved(shape.values, at))
+    return replace(shape, moved=projected.moved(shape.moved, at))
 
 
-def _shape(columns: Array, whole: Array, residual: Array, basis: Basis, torque: float) -> Shape:
+def _shape(columns: Array, whole: Array, residual: Array, basis: Basis, torque: float, acting: Array | float) -> Shape:
     """The curve that a residual (d,) asks for through columns (d, k), no larger than is likely. whole : the columns
     before the fitted parameters were taken out."""
     variable, knots = basis.variable, basis.knots
@@ -181,14 +213,14 @@ def _shape(columns: Array, whole: Array, residual: Array, basis: Basis, torque: 
         along=f"{variable.along},{variable.counted}" if variable.counted else variable.along,
         unit=variable.unit,
         x=knots,
-        missing_torque=at * _sparsest(values, _confounded(columns, whole)),
+        missing_torque=at * _sparsest(values + acting, _confounded(columns, whole)),
         spread=at * np.sqrt(np.diag(covariance)),
         count=basis.seen,
         order=0.0,
         at=at,
     )
     energy = float(residual @ residual - np.sum((residual - columns @ values) ** 2))
-    return Shape(basis, curve, energy, values, np.zeros(0))
+    return Shape(basis, curve, energy, values + acting, values)
 
 
 def _signals(t: Trajectory, variable: Variable) -> tuple[Array, Array]:
