@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -64,6 +65,11 @@ class Simulated:
     pieces: tuple[Record, ...]
     trajectories: tuple[Trajectory, ...]
 
+    @property
+    def t(self) -> Array:
+        """Time since the experiment began [s], (n,)."""
+        return np.concatenate([piece.t for piece in self.pieces])
+
     def measured(self, quantity: Quantity) -> Array:
         """Measured position or speed, (n,)."""
         return measured(self.record, quantity)
@@ -80,10 +86,24 @@ def simulate_record(model: Model, record: Record, horizon: float | None = None) 
     the simulation diverges.
     """
     pieces = record.pieces(horizon) if horizon else (record,)
-    known = model.first_states.get(record.name)
+    known = model.first_states.get(record.name) if record.begin == 0.0 else None
     starts = [known if k == 0 else None for k in range(len(pieces))]
     trajectories = (_simulate(model, piece, start) for piece, start in zip(pieces, starts, strict=True))
     return Simulated(record, pieces, tuple(trajectories))
+
+
+def joined(runs: Sequence[Simulated]) -> Simulated:
+    """Stretches of one record, one after the other, as one; its time is that of its pieces."""
+    if len(runs) == 1:
+        return runs[0]
+    records = [run.record for run in runs]
+    signals: dict[str, Any] = {
+        name: np.concatenate([getattr(record, name) for record in records])
+        for name in ("tau_m", "phi_m", "dphi_m", "phi_a", "ref")
+        if getattr(records[0], name) is not None
+    }
+    pieces = tuple(piece for run in runs for piece in run.pieces)
+    return Simulated(replace(records[0], **signals), pieces, tuple(t for run in runs for t in run.trajectories))
 
 
 def measured(record: Record, quantity: Quantity) -> Array:

@@ -12,7 +12,7 @@ from robotid.judge.changes import Change
 from robotid.judge.diagnosis import Cause, Diagnosis, Misfit, Rejected, Verdict
 from robotid.judge.growth import Found, Growth
 from robotid.judge.ranking import best_of_each
-from robotid.judge.simulated import Model, Simulated, measured, simulate_record
+from robotid.judge.simulated import Model, Simulated, joined, measured, simulate_record
 from robotid.judge.thinning import thinned
 from robotid.judge.trial import Trial
 from robotid.judge.validation import Trace
@@ -29,13 +29,16 @@ LEAST = 1e-12  # of the output: where even the noise is nothing
 
 
 def verdict(model: Model, records: Sequence[Record], growth: Growth, horizon: float | None) -> Diagnosis:
-    """The diagnosis of a model on records, from the search for what it lacks."""
-    runs = {record.name: simulate_record(model, record, horizon) for record in records}
+    """The diagnosis of a model on records, or on stretches of them, from the search for what it lacks."""
+    names = dict.fromkeys(record.name for record in records)
+    runs = {name: joined([simulate_record(model, r, horizon) for r in records if r.name == name]) for name in names}
     cases = [case for run in runs.values() for case in cases_of(run, model.output)]
     where = look_where(cases, _cases_after(growth) if growth.causes else (), model.output)
     residuals = {name: run.measured(model.output) - run.signal(model.output) for name, run in runs.items()}
     after = _after(growth) if growth.causes else {}
-    misfits = {r.name: _misfit(model, r, residuals[r.name], where.floors, after.get(r.name)) for r in records}
+    misfits = {
+        name: _misfit(model, run.record, residuals[name], where.floors, after.get(name)) for name, run in runs.items()
+    }
     fitted = [misfits[name] for name in dict.fromkeys(r.name for r in growth.bench.fitted)]
     floor = _rms([m.noise_floor for m in fitted])
     misfit = _beyond(_rms([m.rmse for m in fitted]), floor)
@@ -116,7 +119,7 @@ def _beyond(rmse: float, floor: float) -> float:
 
 def trace(run: Simulated, model: Model) -> Trace:
     """Measured and simulated output of a record, thinned for figures."""
-    return thinned(run.record.t, run.measured(model.output), run.signal(model.output))
+    return thinned(run.t, run.measured(model.output), run.signal(model.output))
 
 
 def _cause(found: Found) -> Cause:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from robotid.config.schema import Config
 from robotid.estimate.result import Fits
 from robotid.judge.diagnosis import Diagnosis
 from robotid.judge.search import search
 from robotid.judge.simulated import fitted_model
+from robotid.judge.stretches import stretches
 from robotid.judge.terms import Terms
 from robotid.judge.verdict import verdict
 from robotid.signals.quality import Recordings
+from robotid.signals.record import Record
 from robotid.stages.progress import Log, Progress
 from robotid.stages.separating import separated
 
@@ -27,9 +31,19 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
             log(Progress(text))
 
     terms = Terms(section.level, section.worth, section.refits, section.causes, section.skip)
-    fitted = [r for r in recordings.records if r.name in model.records]
-    held = [r for r in recordings.records if r.name not in model.records]
+    remarks = tuple(_shortened(r, section.samples) for r in recordings.records if len(r) > section.samples)
+    for remark in remarks:
+        say(remark)
+    records = [s for r in recordings.records for s in stretches(r, section.samples)]
+    fitted = [r for r in records if r.name in model.records]
+    held = [r for r in records if r.name not in model.records]
     growth = search(model, fitted, held, settings.fit.horizon, terms, say)
     say("measuring where the misfit sits")
-    diagnosis = verdict(model, recordings.records, growth, settings.fit.horizon)
+    diagnosis = verdict(model, records, growth, settings.fit.horizon)
+    diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
     return separated(settings, diagnosis, growth)
+
+
+def _shortened(record: Record, samples: int) -> str:
+    taken = sum(map(len, stretches(record, samples)))
+    return f"{record.name}: {taken} of {len(record)} samples are looked at, in stretches (diagnose.samples)"
