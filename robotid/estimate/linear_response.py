@@ -64,7 +64,8 @@ def fit_response(
     def residual(logarithms: Array) -> Array:
         now = values(logarithms)
         theta = np.array([now[name] for name in joint.names])
-        error = weight * np.log(linear_response(joint, theta, frf.omega) / frf.response)
+        with np.errstate(all="ignore"):  # a step into nowhere is nan, and is taken back
+            error = weight * np.log(linear_response(joint, theta, frf.omega) / frf.response)
         return np.concatenate([error.real, error.imag, [tightness * np.log(total_inertia(joint, now) / total[0])]])
 
     solutions = [

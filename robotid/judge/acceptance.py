@@ -28,27 +28,27 @@ WAYS = (1.0, 0.5, 0.1)  # of the way to what a score promises, where refits star
 COLLINEAR = 0.999  # cosine at which columns are the same
 
 
-def accept(
-    first: Trial, now: Trial, seen: Round, bench: Bench, terms: Terms, turned: list[Turned], log: Log
-) -> Found | None:
-    """The best cause of a round that stands all tests, or None."""
+Tried = list[tuple[Score, Trial]]
+"""Candidates refitted, the best first."""
+
+
+def refit_hopeful(now: Trial, seen: Round, bench: Bench, terms: Terms, log: Log) -> Tried:
+    """The candidates of a round that score best, refitted."""
     hopeful = [s for s in best_of_each(seen.scores) if p_value(s, seen, bench) < terms.level]
     hopeful = [s for s in hopeful if s.energy > max(HOPEFUL * hopeful[0].energy, terms.worth**2 * bench.samples)]
-    tried = _in_order(list(_refit(now, hopeful[: terms.refits], bench, log)), bench, terms)
-    while tried:
-        best, after = tried[0]
+    return _in_order(list(_refit(now, hopeful[: terms.refits], bench, log)), bench, terms)
+
+
+def accept(
+    first: Trial, now: Trial, tried: Tried, seen: Round, bench: Bench, terms: Terms, turned: list[Turned]
+) -> Found | None:
+    """The best cause of a round that stands all tests, or None."""
+    for k, (best, after) in enumerate(tried):
         why = objection(first, now, after, bench, terms)
         if why is None:
-            return _found(first, now, tried, best, after, seen, bench)
-        turned.append(
-            Turned(
-                best.candidate.name,
-                share_removed(first, now, after, bench),
-                after.held_fit_percent - now.held_fit_percent,
-                why,
-            )
-        )
-        tried = tried[1:]
+            return found(first, now, tried[k:], seen, bench)
+        gain = after.held_fit_percent - now.held_fit_percent
+        turned.append(Turned(best.candidate.name, share_removed(first, now, after, bench), gain, why))
     return None
 
 
@@ -67,7 +67,7 @@ def _refit(now: Trial, hopeful: Sequence[Score], bench: Bench, log: Log) -> Iter
         yield one, after
 
 
-def _in_order(tried: Sequence[tuple[Score, Trial]], bench: Bench, terms: Terms) -> list[tuple[Score, Trial]]:
+def _in_order(tried: Tried, bench: Bench, terms: Terms) -> Tried:
     """By the criterion; but what has fewer parameters goes before the best where the difference is not worth a word."""
     ordered = sorted(tried, key=lambda pair: _criterion(pair[1], bench))
     least = ordered[0][1].energy + terms.worth**2 * bench.samples if ordered else 0.0
@@ -126,7 +126,8 @@ def _without(now: Trial, effect: str, bench: Bench) -> Trial:
 
 
 def drop(first: Trial, causes: Sequence[Found], now: Trial, bench: Bench, terms: Terms) -> tuple[list[Found], Trial]:
-    """The causes but for the earlier ones that the last has made worthless, and the model without them."""
+    """The causes but for the earlier ones that the last has made worthless, and the model without them. One that gains
+    only beside others has the gain that it has there."""
     kept = list(causes)
     for one in causes[:-1]:
         try:
@@ -135,14 +136,17 @@ def drop(first: Trial, causes: Sequence[Found], now: Trial, bench: Bench, terms:
             continue
         if objection(first, lean, now, bench, terms) is not None:
             kept.remove(one)
-            kept[-1] = replace(kept[-1], explained=share_removed(first, kept[-1].before, lean, bench) + one.explained)
+            both = share_removed(first, kept[-1].before, lean, bench) + one.explained
+            kept[-1] = replace(kept[-1], explained=min(1.0, both))
             now = lean
+        elif one.gain <= 0.0:
+            kept[kept.index(one)] = replace(one, gain=now.held_fit_percent - lean.held_fit_percent)
     return kept, now
 
 
-def _found(
-    first: Trial, now: Trial, tried: Sequence[tuple[Score, Trial]], best: Score, after: Trial, seen: Round, bench: Bench
-) -> Found:
+def found(first: Trial, now: Trial, tried: Tried, seen: Round, bench: Bench) -> Found:
+    """The first of the refitted candidates as a cause, and the others as far as they are not told apart from it."""
+    best, after = tried[0]
     explained = now.energy - after.energy
     slack = max(SAME * explained, min(SAME_FLOOR * seen.inflation, MOST_ALIKE * explained))
     alike = [(one.candidate.name, other) for one, other in tried if other.energy - after.energy <= slack]

@@ -17,6 +17,7 @@ from robotid.model.port import Port
 from robotid.model.term import Motion, Partials, Term
 
 PATIENCE = 2  # windows of a record in which LSODA may help: a curve that needs more is no friction that exists
+MOST_ITERATIONS = 4  # of a refit: the next sweep goes on
 
 
 class FreeCurve(Term):
@@ -66,4 +67,4 @@ def with_curve(trial: Trial, bench: Bench, term: FreeCurve, moved: Array) -> Tri
     values = parameters.values.copy()
     values[list(trial.problem.columns)] += moved
     start = parameters.with_values(np.clip(values, parameters.lower, parameters.upper))
-    return try_joint(extended, [start, parameters], bench, trial.first_states, PATIENCE)
+    return try_joint(extended, [start, parameters], bench, trial.first_states, PATIENCE, MOST_ITERATIONS)

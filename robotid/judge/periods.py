@@ -26,6 +26,7 @@ from robotid.simulate.adjoint import force_gradient
 from robotid.simulate.simulate import Trajectory
 
 COORDINATES = {Port.MOTOR: 0, Port.ARM: 1}
+"""On which a plain torque at a port acts."""
 PEAKS = 3  # that are tried, of the highest and of the most prominent
 FINE, PADDED = 16, 4  # bins in the shortest period; points of the spectrum in its resolution
 MOST_BINS = 2**21
@@ -45,41 +46,43 @@ def periods(missing: Sequence[Candidate], trial: Trial, scans: Sequence[Scan], b
 
 
 def _counted(candidate: Candidate) -> int | None:
-    """The parameter that counts periods, of a plain torque on one coordinate."""
+    """The parameter that counts periods, of a plain torque on one coordinate or of teeth that go with the motor."""
     effect = candidate.effect
-    if candidate.place not in COORDINATES or not isinstance(effect, Term) or isinstance(effect, Bend) or effect.states:
+    plain = candidate.place in COORDINATES and not isinstance(effect, Bend)
+    if not isinstance(effect, Term) or effect.states or not (plain or _meshes(effect)):
         return None
     return next((k for k, p in enumerate(effect.parameters) if p.turns), None)
+
+
+def _meshes(effect: Term) -> bool:
+    return isinstance(effect, Bend) and effect.watches is Port.MOTOR
 
 
 def _at_peaks(candidate: Candidate, trial: Trial, gradients: Sequence[Array]) -> Iterator[Candidate]:
     k = _counted(candidate)
     assert k is not None
-    angles, weights = [], []
-    for trajectory, gradient in zip(trial.trajectories, gradients, strict=True):
-        angle, factor = _wave(candidate, k, with_angle(trajectory))
-        angles.append(angle)
-        weights.append(factor * gradient[COORDINATES[Port(str(candidate.place))]])
-    known = candidate.effect.parameters[k]
-    for n in _peaks(np.concatenate(angles), np.concatenate(weights), known.grid):
+    waves = [_wave(candidate, k, *case) for case in zip(map(with_angle, trial.trajectories), gradients, strict=True)]
+    angles, weights = (np.concatenate(parts) for parts in zip(*waves, strict=True))
+    for n in _peaks(angles, weights, candidate.effect.parameters[k].grid):
         yield replace(candidate, values=(*candidate.values[:k], n, *candidate.values[k + 1 :]))
 
 
-def _wave(candidate: Candidate, k: int, trajectory: Trajectory) -> tuple[Array, Array]:
-    """The angle that the effect goes round with, and the factor of its wave, (n,) each: a wave of no periods is one."""
+def _wave(candidate: Candidate, k: int, trajectory: Trajectory, gradient: Array) -> tuple[Array, Array]:
+    """The angle that the effect goes round with, and what the residual gains from a wave of no periods, (n,) each."""
     base = trajectory.joint
     assert isinstance(candidate.effect, Term)
+    if _meshes(candidate.effect):  # little but the twist of a stiff gear: a torque between motor and arm
+        return trajectory.phi_m, base.ratio * gradient[0] - gradient[1]
     place = (Port(str(candidate.place)), candidate.effect)
-    joint = Joint(
-        base.structure, [(p.port, p.term) for p in base.placed], base.channels, angle=True, candidates=[place]
-    )
+    terms = [(p.port, p.term) for p in base.placed]
+    joint = Joint(base.structure, terms, base.channels, angle=True, candidates=[place])
     flat = (*candidate.values[:k], 0.0, *candidate.values[k + 1 :])
     theta = np.concatenate([trajectory.theta, flat])
     t = trajectory.begin + np.arange(len(trajectory.u), dtype=np.float64) * trajectory.sampling_time
     m = joint.candidate_motions(trajectory.x, np.sign(trajectory.x[joint.speeds]), t, theta)[0]
     partials = candidate.effect.partials(m, flat).theta
     factor = sum((np.asarray(partials[i]) for i in candidate.scored), np.zeros(len(t)))
-    return m.x, factor
+    return m.x, factor * gradient[COORDINATES[place[0]]]
 
 
 def _peaks(angle: Array, weight: Array, grid: Sequence[float]) -> Iterator[float]:

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from robotid.judge.acceptance import accept, drop
+from robotid.judge.acceptance import Tried, accept, drop, found, objection, refit_hopeful
 from robotid.judge.changes import changes
-from robotid.judge.growth import Found, Growth, Log, Turned, misfit_energy
+from robotid.judge.growth import Found, Growth, Log, Turned, misfit_energy, share_removed
 from robotid.judge.ranking import Round, look, rank
 from robotid.judge.score import significance
 from robotid.judge.set_up import renew, set_up
 from robotid.judge.simulated import Model
 from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Trial
-from robotid.judge.unknown import Shape, shapes
+from robotid.judge.unknown import Shape, in_motion, shapes
 from robotid.model.structure import RECORD_CHANGE
 from robotid.signals.record import Record
 
@@ -47,10 +47,12 @@ def grow(first: Trial, bench: Bench, terms: Terms, log: Log) -> Growth:
         log(f"scoring the catalogue for cause {len(causes) + 1}")
         seen = rank(now, look(now, bench, terms), bench, terms)
         rounds.append(seen)
-        found = accept(first, now, seen, bench, terms, turned, log)
-        if found is None:
+        tried = refit_hopeful(now, seen, bench, terms, log)
+        one = accept(first, now, tried, seen, bench, terms, turned)
+        new = [one] if one is not None else _together(first, now, tried, seen, bench, terms, log)
+        if not new:
             break
-        causes, now = _without_worthless(first, [*causes, found], bench, terms, turned, log)
+        causes, now = _without_worthless(first, [*causes, *new], bench, terms, turned, log)
         bench, now = renew(now, bench, terms)
         if len(causes) == TRUSTED and _imitated(first, now, bench) is not None:
             break
@@ -62,6 +64,20 @@ def grow(first: Trial, bench: Bench, terms: Terms, log: Log) -> Growth:
         return growth
     log("comparing the records held out")
     return replace(growth, changes=changes(growth.last, bench))
+
+
+def _together(first: Trial, now: Trial, tried: Tried, seen: Round, bench: Bench, terms: Terms, log: Log) -> list[Found]:
+    """Two causes that carry over only beside each other: without the second, the fit bends the first to imitate it."""
+    if not tried or share_removed(first, now, tried[0][1], bench) < NOTHING:
+        return []
+    alone = found(first, now, tried, seen, bench)
+    log(f"looking for a second cause beside {alone.effect}")
+    more = rank(alone.after, look(alone.after, bench, terms), bench, terms)
+    pairs = refit_hopeful(alone.after, more, bench, terms, log)
+    for k, (_, after) in enumerate(pairs):
+        if objection(first, now, after, bench, terms) is None:
+            return [alone, found(first, alone.after, pairs[k:], more, bench)]
+    return []
 
 
 def _without_worthless(
@@ -83,10 +99,13 @@ def _with_unknown(growth: Growth, terms: Terms) -> Growth:
     bench, whole = growth.bench, misfit_energy(growth.first, growth.bench)
     if growth.last.energy - bench.samples < terms.worth**2 * bench.samples or whole <= 0.0:
         return growth
-    left = shapes(growth.last, bench)
-    if not left or not _curve_stands(left[0], growth, terms) or left[0].energy < NOTHING * whole:
+    left = next(iter(shapes(growth.last, bench)), None)
+    if left is None or left.energy < NOTHING * whole or not _curve_stands(left, growth, terms):
         return growth
-    return replace(growth, shape=left[0], share=min(1.0, left[0].energy / whole))
+    left = in_motion(left, growth.last, bench)
+    if bench.held and left.held_energy < terms.worth**2 * sum(map(len, bench.held)):
+        return growth
+    return replace(growth, shape=left, share=min(1.0, left.energy / whole))
 
 
 def _imitated(first: Trial, last: Trial, bench: Bench) -> Shape | None:
@@ -97,7 +116,10 @@ def _imitated(first: Trial, last: Trial, bench: Bench) -> Shape | None:
     if explained > least * whole:
         return None
     free = next(iter(shapes(first, bench)), None)
-    return None if free is None or explained > least * free.energy else free
+    if free is None or explained > least * free.energy:
+        return None
+    free = in_motion(free, first, bench)
+    return None if explained > least * free.energy else free
 
 
 def _as_unknown(growth: Growth, shape: Shape) -> Growth:
@@ -112,7 +134,5 @@ def _as_unknown(growth: Growth, shape: Shape) -> Growth:
 def _curve_stands(shape: Shape, growth: Growth, terms: Terms) -> bool:
     bench = growth.bench
     tries = len(growth.rounds[-1].scores)
-    if bench.held and shape.held_energy < terms.worth**2 * sum(map(len, bench.held)):
-        return False
     p = significance(shape.energy, len(shape.values), growth.last.energy, bench.samples, tries)
     return p < terms.level and shape.energy > terms.worth**2 * bench.samples

@@ -112,10 +112,11 @@ def try_joint(
     bench: Bench,
     states: Sequence[FirstState] = (),
     patience: int = PATIENCE,
+    most: int = MOST_ITERATIONS,
 ) -> Trial:
-    """The same for a joint as it is. patience : windows of a record in which LSODA may help."""
+    """The same for a joint as it is. patience : windows of a record in which LSODA may help; most : iterations."""
     problem = _problem(joint, starts, bench, states, patience)
-    solution = solve(problem, _unknowns(problem, states), most=MOST_ITERATIONS, tolerance=TOLERANCE)
+    solution = solve(problem, _unknowns(problem, states), most=most, tolerance=TOLERANCE)
     start = problem.parameters
     parameters = start.with_values(problem.theta(solution.evaluation.unknowns))
     trajectories = solution.evaluation.trajectories

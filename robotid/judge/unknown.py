@@ -95,10 +95,10 @@ def shapes(trial: Trial, bench: Bench) -> list[Shape]:
     kept = tuple(map(_as_measured, trial.trajectories, bench.fitted))
     coarse = _fit(trial, bench, [_basis(kept, v, COARSE) for v in _variables(kept[0])])
     fine = [_fit(trial, bench, [_basis(kept, one.variable, KNOTS)])[0] for one in coarse[:FINALISTS]]
-    return [_in_motion(one, trial, bench) for one in sorted(fine, key=lambda s: -s.energy)]
+    return sorted(fine, key=lambda s: -s.energy)
 
 
-def _in_motion(shape: Shape, trial: Trial, bench: Bench) -> Shape:
+def in_motion(shape: Shape, trial: Trial, bench: Bench) -> Shape:
     """The curve as it is once it acts: what is still left asks for changes of it, and the records held out are
     simulated with it. Along all but the speed the first look does."""
     if shape.variable.along != "dphi_m":

@@ -36,10 +36,14 @@ class LinearJoint:
     motor: int
 
     def speed_response(self, omega: Array) -> Complex:
-        """From motor torque to motor speed [rad/s/Nm]. omega (n,) [rad/s] -> (n,)."""
+        """From motor torque to motor speed [rad/s/Nm]. omega (n,) [rad/s] -> (n,); nan where masses are bound more
+        stiffly than floating point can tell."""
         s = 1j * np.asarray(omega)[:, None, None]
         torque = np.broadcast_to(self.b[:, None], (len(s), len(self.b), 1))
-        return np.asarray(np.linalg.solve(s * np.eye(len(self.b)) - self.A, torque)[:, self.motor, 0])
+        try:
+            return np.asarray(np.linalg.solve(s * np.eye(len(self.b)) - self.A, torque)[:, self.motor, 0])
+        except np.linalg.LinAlgError:
+            return np.full(len(s), np.nan + 0j)
 
     def response(self, omega: Array) -> Complex:
         """From motor torque to motor acceleration [rad/s2/Nm]. omega (n,) [rad/s] -> (n,)."""

@@ -32,6 +32,7 @@ class TransmissionError(Bend):
             guess=2.0,
             bounds=(1e-3, 1e4),
             grid=(0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0),
+            turns=True,
         ),
     )
     formula = "springs feel x + A sin(n phi_m) + B cos(n phi_m), and dampers its rate"
