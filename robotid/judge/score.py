@@ -63,7 +63,9 @@ class Projected:
     def moved(self, amplitude: Array, at: slice) -> Array:
         """How far the fitted parameters go, (k,), with these amplitudes of the columns `at`."""
         goal = self.shaped[:, -1] - self.shaped[:, at] @ amplitude
-        return np.asarray(np.linalg.lstsq(self.fitted, goal, rcond=DEPENDENT)[0])
+        length = np.linalg.norm(self.fitted, axis=0)
+        scale = np.where(length > 0, length, 1.0)  # stiffness and inertia are many powers of ten apart
+        return np.asarray(np.linalg.lstsq(self.fitted / scale, goal, rcond=DEPENDENT)[0] / scale)
 
 
 @dataclass(frozen=True, slots=True)
