@@ -16,7 +16,7 @@ from scipy.optimize import nnls
 from scipy.signal import welch
 from scipy.signal.windows import hann
 
-from robotid.estimate.covariance import ABSORBED, impulse_response
+from robotid.estimate.covariance import ABSORBED, held_response, impulse_response
 from robotid.model.array import Array
 from robotid.signals.record import Quantity, Record
 from robotid.simulate.simulate import Trajectory
@@ -30,6 +30,7 @@ EVIDENCE = 10.0  # twice the gain in log-likelihood that proves a torque noise
 PARTS = 8  # of a record, some of them without reversals
 SHORTEST = 512  # samples that can be divided further
 FEW = 32  # frequencies of a band too narrow to bound a level
+LINES = 4096  # frequencies whose matrices are in memory at once
 DARK = 0.1  # of the quietest band: output noise where the torque's hides it
 
 
@@ -88,9 +89,25 @@ def spectrum(trajectory: Trajectory, residual: Array, output: Quantity) -> Spect
     """Under a Hann taper, lest a slow drift leaks into all frequencies."""
     n, row = len(residual), trajectory.joint.speeds.start - (output == "position")
     taper = hann(n + 2)[1:-1]
-    impulse = impulse_response(trajectory.joint, trajectory.theta, row, trajectory.sampling_time, n)
-    response = np.abs(np.fft.rfft(impulse, 2 * n)) ** 2
-    return Spectrum(np.abs(np.fft.rfft(taper * residual)) ** 2 / np.sum(taper**2), response[::2])
+    if output == "position":
+        response = _squared_response(trajectory, row, n)
+    else:
+        impulse = impulse_response(trajectory.joint, trajectory.theta, row, trajectory.sampling_time, n)
+        response = (np.abs(np.fft.rfft(impulse, 2 * n)) ** 2)[::2]
+    return Spectrum(np.abs(np.fft.rfft(taper * residual)) ** 2 / np.sum(taper**2), response)
+
+
+def _squared_response(trajectory: Trajectory, row: int, n: int) -> Array:
+    """Of state `row` to a torque that is held, at the frequencies of n samples; without end, that of a position does
+    not fade, as a speed's does. Where a steady torque drives it away, the lowest frequency stands for none."""
+    A, b = held_response(trajectory.joint, trajectory.theta, trajectory.sampling_time)
+    z = np.exp(2j * np.pi * np.arange(1, n // 2 + 1) / n)
+    found = [
+        np.linalg.solve(part[:, None, None] * np.eye(len(b)) - A, b[:, None])[:, row, 0]
+        for part in np.array_split(z, len(z) // LINES + 1)
+    ]
+    squared = np.abs(np.concatenate(found)) ** 2
+    return np.concatenate([squared[:1], squared])
 
 
 def steady(seen: Spectrum, residual: Array) -> Spectrum:
@@ -131,8 +148,9 @@ def _levels(seen: Spectrum) -> Levels:
     alone, dearer = whittle(seen.power[above], both[:1])
     level, torque = (alone[0], 0.0) if dearer - cost < EVIDENCE else levels
     level = max(level, DARK * float(power.min()))
-    if k > 0:  # a misfit can only add to what the noise does in a band
-        torque = min(torque, max(0.0, float(np.min((power - level)[wide] / response[wide], initial=torque))))
+    if k > 0:  # a misfit can only add to what the noise does in a band, where that tells of the torque at all
+        telling = wide & (torque * response > DARK * level)
+        torque = min(torque, max(0.0, float(np.min((power - level)[telling] / response[telling], initial=torque))))
     return Levels(float(level), float(torque), k, k == 0)
 
 

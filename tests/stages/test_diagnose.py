@@ -85,7 +85,7 @@ def test_the_missing_torque_is_that_of_the_hidden_effect() -> None:
     assert np.corrcoef(*left)[0, 1] > 0.95
 
 
-@pytest.mark.parametrize("change", ["fit.horizon=1.0", "fit.initial_states=fixed"])
+@pytest.mark.parametrize("change", ["fit.horizon=1.0", "fit.initial_states=fixed", "fit.output=position"])
 def test_a_clean_model_is_clean_however_it_is_simulated(change: str) -> None:
     d = diagnosed("clean", change)
     assert (d.verdict, d.causes, d.shape) == ("clean", (), None)
