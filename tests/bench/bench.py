@@ -21,6 +21,9 @@ from paper_joint import RATIO, SAMPLING_TIME, STRUCTURE, TRUTH, references
 
 from robotid.estimate.least_squares import linearise, solve
 from robotid.estimate.residual import OutputError
+from robotid.judge.candidates import candidates
+from robotid.judge.score import project, scan, score
+from robotid.judge.whitening import Whitening
 from robotid.model.array import Array
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
@@ -205,9 +208,35 @@ def bench_length() -> None:
         )
 
 
+def bench_catalogue() -> None:
+    """All candidates with their grids scored once on the paper's records, against one simulation of these."""
+    data = records()
+    problem = replace(ours(data), parameters=ours(data).joint.parameters().with_values(TRUTH))
+    at = problem.evaluate(problem.start())
+    missing = candidates(problem.joint.structure, "speed")
+    whiten = [Whitening(np.ones(1), np.ones(1), 1.0, 0.0)] * len(data)
+
+    def run() -> None:
+        scans = [
+            scan(t, record, residual, "speed", problem.columns, problem.free_states, missing)
+            for t, record, residual in zip(at.trajectories, data, at.residuals, strict=True)
+        ]
+        score(project(scans, whiten), missing)
+
+    begin = time.process_time()
+    wall = clock(run)
+    cpu = (time.process_time() - begin) / 3
+    simulation = clock(lambda: problem.evaluate(problem.start()))
+    print(
+        f"{len(missing)} candidates scored over {sum(map(len, data))} samples: {wall:.2f} s, processor {cpu:.2f} s,"
+        f" {wall / simulation:.1f} simulations"
+    )
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--skip-scipy", action="store_true", help="leave out the slow comparison with plain SciPy")
     options = parser.parse_args()
     bench_length()
+    bench_catalogue()
     bench_fit(not options.skip_scipy)
