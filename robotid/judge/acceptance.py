@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from robotid.errors import NumericsError
-from robotid.judge.candidates import Difference
+from robotid.judge.candidates import Candidate, Difference
 from robotid.judge.growth import Found, Log, Turned, share_removed
 from robotid.judge.ranking import Round, best_of_each, p_value
 from robotid.judge.score import Score
@@ -25,6 +25,8 @@ RIVAL = 0.9  # of the best score: candidates below it are not tried against one 
 HOPEFUL = 0.5  # of the best score: candidates below it are not refitted
 LEAST = 1e-3  # of the first model's misfit energy: a cause that removes less is one of the simulation's own errors
 WAYS = (1.0, 0.5, 0.1)  # of the way to what a score promises, where refits start
+DOUBTFUL = 0.5  # of the misfit: an effect that promises less is tried from other points of its grid, too
+POINTS, NEIGHBOURS = 2, 0.1  # how many, and how close (relative) they would be the same
 COLLINEAR = 0.999  # cosine at which columns are the same
 
 
@@ -36,7 +38,25 @@ def refit_hopeful(now: Trial, seen: Round, bench: Bench, terms: Terms, log: Log)
     """The candidates of a round that score best, refitted."""
     hopeful = [s for s in best_of_each(seen.scores) if p_value(s, seen, bench) < terms.level]
     hopeful = [s for s in hopeful if s.energy > max(HOPEFUL * hopeful[0].energy, terms.worth**2 * bench.samples)]
-    return _in_order(list(_refit(now, hopeful[: terms.refits], bench, log)), bench, terms)
+    hopeful = [*hopeful[: terms.refits], *_elsewhere(now, hopeful, seen, bench)]
+    return _in_order(list(_refit(now, hopeful, bench, log)), bench, terms)
+
+
+def _elsewhere(now: Trial, hopeful: Sequence[Score], seen: Round, bench: Bench) -> list[Score]:
+    """The best effect from other points of its grid, where its columns explain so little that the best of them may well
+    be the wrong one."""
+    if not hopeful or hopeful[0].energy > DOUBTFUL * (now.energy - bench.samples):
+        return []
+    chosen = [hopeful[0]]
+    for one in seen.scores:
+        if one.candidate.name == chosen[0].candidate.name and all(_apart(one.candidate, c.candidate) for c in chosen):
+            chosen.append(one)
+    return chosen[1 : 1 + POINTS]
+
+
+def _apart(one: Candidate, other: Candidate) -> bool:
+    """Whether two points of a grid are no neighbours."""
+    return not np.allclose(one.values, other.values, rtol=NEIGHBOURS, atol=0.0)
 
 
 def accept(
@@ -68,8 +88,12 @@ def _refit(now: Trial, hopeful: Sequence[Score], bench: Bench, log: Log) -> Iter
 
 
 def _in_order(tried: Tried, bench: Bench, terms: Terms) -> Tried:
-    """By the criterion; but what has fewer parameters goes before the best where the difference is not worth a word."""
-    ordered = sorted(tried, key=lambda pair: _criterion(pair[1], bench))
+    """By the criterion, each effect once; but what has fewer parameters goes before the best where the difference is
+    not worth a word."""
+    each: dict[str, tuple[Score, Trial]] = {}
+    for one, after in sorted(tried, key=lambda pair: _criterion(pair[1], bench)):
+        each.setdefault(one.candidate.name, (one, after))
+    ordered = list(each.values())
     least = ordered[0][1].energy + terms.worth**2 * bench.samples if ordered else 0.0
     return sorted(ordered, key=lambda pair: len(pair[1].problem.columns) if pair[1].energy <= least else np.inf)
 

@@ -29,6 +29,7 @@ COORDINATES = {Port.MOTOR: 0, Port.ARM: 1}
 """On which a plain torque at a port acts."""
 PEAKS = 3  # that are tried, of the highest and of the most prominent
 FINE, PADDED = 16, 4  # bins in the shortest period; points of the spectrum in its resolution
+SHIFT = 1  # points of the spectrum by which what the fit has taken may shift a high peak
 MOST_BINS = 2**21
 SURROUNDINGS = 101  # points of the spectrum that a peak must stand out from
 
@@ -99,5 +100,6 @@ def _peaks(angle: Array, weight: Array, grid: Sequence[float]) -> Iterator[float
     inside = (n >= max(min(grid), np.pi / span)) & (n <= max(grid))
     standing = power / np.maximum(median_filter(power, SURROUNDINGS), 1e-300)
     found, _ = find_peaks(np.where(inside, power, 0.0))
-    chosen = {int(i) for value in (power, standing) for i in sorted(found, key=lambda i: -value[i])[:PEAKS]}
-    yield from (float(n[i]) for i in sorted(chosen))
+    highest, prominent = (sorted(found, key=lambda i: -value[i])[:PEAKS] for value in (power, standing))
+    chosen = {int(i) + shift for i in highest for shift in (-SHIFT, 0, SHIFT)} | {int(i) for i in prominent}
+    yield from (float(n[i]) for i in sorted(chosen) if 0 < i < len(n))

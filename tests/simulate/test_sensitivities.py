@@ -7,6 +7,7 @@ import pytest
 from paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
 
 from robotid.signals.record import Record
+from robotid.simulate.adjoint import force_gradient
 from robotid.simulate.assemble import assemble
 from robotid.simulate.simulate import Trajectory, sensitivities, simulate
 
@@ -61,3 +62,12 @@ def test_a_parameter_and_its_difference_in_this_record_count_alike(derivatives: 
     assert both[:, :7] == pytest.approx(derivatives[:, :7], rel=1e-9)
     assert np.array_equal(both[:, 7], both[:, 2])
     assert not both[:, 8].any()
+
+
+@pytest.mark.parametrize("row", range(3))
+def test_the_gradient_to_forces_is_the_adjoint_of_the_sensitivities(row: int, trajectory: Trajectory) -> None:
+    rng = np.random.default_rng(1)
+    weights, forces = rng.standard_normal(N), rng.standard_normal((2, 1, N))
+    forward = sensitivities(trajectory, RECORD, (), (row,), (), forces)[0, 0]
+    back = force_gradient(trajectory, RECORD, row, weights)
+    assert float(np.sum(back * forces[:, 0])) == pytest.approx(float(weights @ forward), rel=1e-9)
