@@ -54,15 +54,16 @@ def solve(
     most: int = 50,
     tolerance: float = 1e-8,
     log: Callable[[Iteration], None] | None = None,
+    known: Evaluation | None = None,
 ) -> Solution:
-    """Minimise the problem's cost from start (m,).
+    """Minimise the problem's cost from start (m,). known : its evaluation there, where there is one.
 
     Converged when the decrease that a full step promises is below tolerance times the cost, or when steps stall
     (friction leaves kinks) at a promise lost in the noise. An interrupt from the keyboard ends the iteration with the
     last iterate. Raises NumericsError where the very first simulation diverges.
     """
     lower, upper = problem.bounds()
-    at = problem.evaluate(np.clip(start, lower, upper))
+    at = problem.evaluate(np.clip(start, lower, upper)) if known is None else known
     factor, gradient = linearise(problem, at)
     damping, costs, end, small = FIRST_DAMPING, [at.cost], End.ITERATIONS, 0
     in_noise = IN_NOISE * len(start) / sum(map(len, at.residuals))

@@ -15,7 +15,7 @@ from robotid.judge.score import Score
 from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Trial, extended, reduced, try_model
 from robotid.model.parameters import Parameters
-from robotid.model.structure import Structure
+from robotid.model.structure import Structure, rests_on
 
 SAME = 0.02  # of the energy explained: causes closer than that are not told apart
 SAME_FLOOR = 12.0  # of noise variances, inflated: as far apart as chance sets two equal models
@@ -154,6 +154,8 @@ def drop(first: Trial, causes: Sequence[Found], now: Trial, bench: Bench, terms:
     only beside others has the gain that it has there."""
     kept = list(causes)
     for one in causes[:-1]:
+        if any(rests_on(other.effect, one.effect) for other in kept):
+            continue
         try:
             lean = _without(now, one.effect, bench)
         except NumericsError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from robotid.judge.trial import carried
 from robotid.judge.verdict import root_mean_square, trace
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
+from robotid.model.structure import rests_on
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
 from robotid.simulate.assemble import assemble
@@ -49,7 +51,9 @@ def extend(
     for effect in effects:
         if all(s.used for s in scores.values()):
             break
-        others = [e for e in kept if e != effect]
+        if effect not in kept:
+            continue
+        others = _others(kept, effect)
         say(f"trying without {effect}")
         leaner, lean = (
             _fit(before, old, others, starts, records, options, horizon, say) if others else (before, earlier)
@@ -73,6 +77,37 @@ def extend(
         fit=after,
         dropped=tuple(dropped),
     )
+
+
+def gains(
+    before: FitResult,
+    effects: Sequence[str],
+    starts: Sequence[Starts],
+    records: Sequence[Record],
+    options: FitOptions,
+    horizon: float | None,
+    say: Callable[[str], None],
+) -> list[float]:
+    """What each effect gains on the records held out once the earlier ones are there [% points of fit]; what gains
+    nothing so, beside all others. nan without such records. Raises NumericsError as `extend` does."""
+    old = fitted_model(before, estimate_states=options.estimate_states)
+    if all(r.name in before.records for r in records):
+        return [float("nan")] * len(effects)
+
+    def held(some: Sequence[str]) -> float:
+        return _held(_fit(before, old, some, starts, records, options, horizon, say)[1])
+
+    reached = [_held(_scores(old, records, horizon)), *(held(effects[: k + 1]) for k in range(len(effects)))]
+    found = [after - earlier for earlier, after in pairwise(reached)]
+    alone = [k for k, gain in enumerate(found[:-1]) if gain <= 0.0]
+    for k in alone:
+        found[k] = reached[-1] - held(_others(effects, effects[k]))
+    return found
+
+
+def _others(effects: Sequence[str], effect: str) -> list[str]:
+    """The effects that can be without one."""
+    return [e for e in effects if e != effect and not rests_on(e, effect)]
 
 
 def _fit(

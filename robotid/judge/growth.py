@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,8 @@ from robotid.judge.changes import Change
 from robotid.judge.ranking import Round
 from robotid.judge.trial import Bench, Trial
 from robotid.judge.unknown import Shape
+from robotid.judge.whitening import Whitening
+from robotid.model.array import Array
 
 Log = Callable[[str], None]
 
@@ -60,8 +62,16 @@ class Growth:
 
 def misfit_energy(first: Trial, bench: Bench) -> float:
     """Energy of a model's residuals beyond the noise, as a bench sees them."""
-    whitened = (w(r) for w, r in zip(bench.whiten, first.residuals, strict=True))
-    return sum(float(np.sum(r**2)) for r in whitened) - bench.samples
+    return _seen(first.residuals, bench.whiten) - bench.samples
+
+
+def held_misfit_energy(first: Trial, bench: Bench) -> float:
+    """The same on the records held out."""
+    return _seen(first.held_residuals, bench.whiten_held) - sum(map(len, bench.held))
+
+
+def _seen(residuals: Sequence[Array], whitenings: Sequence[Whitening]) -> float:
+    return sum(float(np.sum(whiten(r) ** 2)) for whiten, r in zip(whitenings, residuals, strict=True))
 
 
 def share_removed(first: Trial, now: Trial, after: Trial, bench: Bench) -> float:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from robotid.judge.acceptance import Tried, accept, drop, found, objection, refit_hopeful
 from robotid.judge.changes import changes
-from robotid.judge.growth import Found, Growth, Log, Turned, misfit_energy, share_removed
+from robotid.judge.growth import Found, Growth, Log, Turned, held_misfit_energy, misfit_energy, share_removed
 from robotid.judge.ranking import Round, look, rank
 from robotid.judge.score import significance
 from robotid.judge.set_up import renew, set_up
@@ -111,15 +111,21 @@ def _with_unknown(growth: Growth, terms: Terms) -> Growth:
 def _imitated(first: Trial, last: Trial, bench: Bench) -> Shape | None:
     """The free curve that explains clearly more of the first model's misfit than all causes do, or None."""
     least = IMITATES_NOISE if bench.reached else IMITATES
-    whole = misfit_energy(first, bench)
-    explained = whole - (last.energy - bench.samples)
-    if explained > least * whole:
+    whole, held = misfit_energy(first, bench), held_misfit_energy(first, bench)
+    samples, held_samples = bench.samples, sum(map(len, bench.held))
+
+    def share(energy: float, held_energy: float) -> float:
+        """Of the misfit that is explained, on the fitted records or on those held out, whichever is less."""
+        return min(energy / whole, held_energy / held) if held > 0.0 else energy / whole
+
+    explained = share(whole - (last.energy - samples), held - (last.held_energy - held_samples))
+    if whole <= 0.0 or explained > least:
         return None
     free = next(iter(shapes(first, bench)), None)
-    if free is None or explained > least * free.energy:
+    if free is None or explained > least * free.energy / whole:
         return None
     free = in_motion(free, first, bench)
-    return None if explained > least * free.energy else free
+    return None if explained > least * share(free.energy, free.held_energy) else free
 
 
 def _as_unknown(growth: Growth, shape: Shape) -> Growth:

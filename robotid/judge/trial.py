@@ -115,8 +115,8 @@ def try_joint(
     most: int = MOST_ITERATIONS,
 ) -> Trial:
     """The same for a joint as it is. patience : windows of a record in which LSODA may help; most : iterations."""
-    problem = _problem(joint, starts, bench, states, patience)
-    solution = solve(problem, _unknowns(problem, states), most=most, tolerance=TOLERANCE)
+    problem, at = _problem(joint, starts, bench, states, patience)
+    solution = solve(problem, at.unknowns, most=most, tolerance=TOLERANCE, known=at)
     start = problem.parameters
     parameters = start.with_values(problem.theta(solution.evaluation.unknowns))
     trajectories = solution.evaluation.trajectories
@@ -144,27 +144,23 @@ def try_joint(
 
 def _problem(
     joint: Joint, starts: Sequence[Parameters], bench: Bench, states: Sequence[FirstState], patience: int
-) -> OutputError:
-    """The problem from the start of least cost. Raises NumericsError where none can be simulated."""
-    weights, last = np.ones(len(bench.fitted)), len(starts) - 1
-    best: tuple[float, OutputError] | None = None
+) -> tuple[OutputError, Evaluation]:
+    """The problem at the start of least cost. Raises NumericsError where none can be simulated."""
+    weights, best = np.ones(len(bench.fitted)), list[tuple[OutputError, Evaluation]]()
     for k, start in enumerate(starts):
         one = OutputError(
             joint, start, bench.fitted, bench.output, weights, bench.estimate_states, bench.whiten, patience
         )
-        if not last:
-            return one
         try:
-            cost = one.evaluate(_unknowns(one, states)).cost
+            at = one.evaluate(np.clip(_unknowns(one, states), *one.bounds()))
         except NumericsError:
-            if k == last and best is None:
+            if k == len(starts) - 1 and not best:
                 raise
             continue
-        if best is not None and cost >= best[0]:
+        if best and at.cost >= best[0][1].cost:
             break
-        best = cost, one
-    assert best is not None
-    return best[1]
+        best = [(one, at)]
+    return best[0]
 
 
 def _unknowns(problem: OutputError, states: Sequence[FirstState]) -> Array:

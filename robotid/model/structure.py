@@ -40,7 +40,7 @@ class Structure:
         terms, channels, changes = (
             tuple(e for e in effects if e != effect) for effects in (self.terms, self.channels, self.changes)
         )
-        changes = tuple(c for c in changes if not changed(c)[1].startswith(f"{effect}."))
+        changes = tuple(c for c in changes if not rests_on(c, effect))
         return replace(self, terms=terms, channels=channels, changes=changes)
 
 
@@ -53,3 +53,8 @@ def changed(effect: str) -> tuple[str, str]:
     """Record and parameter of a change."""
     record, *parameter = effect.removeprefix(f"{RECORD_CHANGE}.").rsplit(".", 3)
     return record, ".".join(parameter)
+
+
+def rests_on(effect: str, other: str) -> bool:
+    """Whether an effect is a change of another's parameter, and cannot be without it."""
+    return effect.startswith(f"{RECORD_CHANGE}.") and changed(effect)[1].startswith(f"{other}.")

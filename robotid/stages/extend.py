@@ -7,7 +7,7 @@ from pathlib import Path
 from robotid.config.extended import extended_text
 from robotid.config.load import Loaded
 from robotid.config.schema import Config
-from robotid.estimate.result import Fits
+from robotid.estimate.result import FitResult, Fits
 from robotid.judge.diagnosis import Diagnosis, Extension
 from robotid.judge.extension import extend as extend_model
 from robotid.model.structure import RECORD_CHANGE, changed
@@ -28,12 +28,21 @@ def extend(
         if log is not None:
             log(Progress(text))
 
-    used = fits.models[diagnosis.model].records
-    named = tuple(cause.effect for cause in diagnosis.causes if _can_be_fitted(cause.effect, used))
-    effects = named if settings.extend.effects is None else settings.extend.effects
-    starts = [diagnosis.refitted, {p.name: p.value for cause in diagnosis.causes for p in cause.parameters}]
     before, horizon = fits.models[diagnosis.model], settings.fit.horizon
-    return extend_model(before, effects, starts, recordings.records, fit_options(settings), horizon, say)
+    named = extensible(diagnosis, before)
+    effects = named if settings.extend.effects is None else settings.extend.effects
+    return extend_model(before, effects, starts(diagnosis), recordings.records, fit_options(settings), horizon, say)
+
+
+def extensible(diagnosis: Diagnosis, fit: FitResult) -> tuple[str, ...]:
+    """The causes that a fit on the same records can take; a difference on a record that is held out is told, not
+    fitted."""
+    return tuple(c.effect for c in diagnosis.causes if _can_be_fitted(c.effect, fit.records))
+
+
+def starts(diagnosis: Diagnosis) -> list[dict[str, float]]:
+    """Where the extended model's fit may start."""
+    return [diagnosis.refitted, {p.name: p.value for cause in diagnosis.causes for p in cause.parameters}]
 
 
 def extended_configuration(loaded: Loaded, extension: Extension, folder: Path) -> str:
@@ -43,7 +52,6 @@ def extended_configuration(loaded: Loaded, extension: Extension, folder: Path) -
 
 
 def _can_be_fitted(effect: str, records: tuple[str, ...]) -> bool:
-    """A difference on a record that is held out is told, not fitted."""
     return not effect.startswith(RECORD_CHANGE) or changed(effect)[0] in records
 
 
