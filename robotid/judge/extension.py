@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import reduce
 from itertools import pairwise
 
 import numpy as np
@@ -14,10 +16,10 @@ from robotid.estimate.result import FitResult
 from robotid.judge.diagnosis import Extension, Rejected, Score
 from robotid.judge.simulated import Model, fitted_model, simulate_record
 from robotid.judge.trial import carried
-from robotid.judge.verdict import root_mean_square, trace
+from robotid.judge.verdict import root_mean_square, trace, unit_of
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
-from robotid.model.structure import rests_on
+from robotid.model.structure import Structure, rests_on
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
 from robotid.simulate.assemble import assemble
@@ -29,35 +31,52 @@ Starts = Mapping[str, float]
 """Values of parameters to start from, by dotted name; the others start as they were."""
 
 
-def extend(
-    before: FitResult,
-    effects: Sequence[str],
-    starts: Sequence[Starts],
-    records: Sequence[Record],
-    options: FitOptions,
-    horizon: float | None,
-    say: Callable[[str], None],
-) -> Extension:
+@dataclass(frozen=True, slots=True)
+class Refit:
+    """A model to be extended, by fits as the pipeline makes them. before : its fit; starts : to choose the best of;
+    records : all of them; horizon [s] : of the simulations; say : told what is being done."""
+
+    before: FitResult
+    starts: Sequence[Starts]
+    records: Sequence[Record]
+    options: FitOptions
+    horizon: float | None
+    say: Callable[[str], None]
+
+    def scores(self, fit: FitResult) -> dict[str, Score]:
+        """A fit on every record on which it can be simulated."""
+        return _scores(fitted_model(fit, estimate_states=self.options.estimate_states), self.records, self.horizon)
+
+    def fit(self, effects: Sequence[str]) -> FitResult:
+        """The model with further effects, fitted on the records of its fit. Raises NumericsError."""
+        old = fitted_model(self.before, estimate_states=self.options.estimate_states)
+        structure = reduce(Structure.extended, effects, self.before.structure)
+        joint = assemble(structure, angle=self.before.output == "position")
+        used = [r for r in self.records if r.name in self.before.records]
+        self.say(f"fitting with {', '.join(effects)}" if effects else "fitting")
+        start = _best([carried(old.parameters, structure, values) for values in self.starts], joint, used, old)
+        return fit_model(self.before.name, joint, start, used, self.options)
+
+
+def extend(refit: Refit, effects: Sequence[str]) -> Extension:
     """Fit a model with further effects on the records of its fit, and score it on all.
 
-    starts : to choose the best of. Effects without which it does at least as well on the records held out are dropped.
-    Raises NumericsError where the extended model does not converge.
+    Effects without which it does at least as well on the records held out are dropped. Raises NumericsError where the
+    extended model does not converge.
     """
-    old = fitted_model(before, estimate_states=options.estimate_states)
-    say("measuring the model as it is")
-    earlier = _scores(old, records, horizon)
+    before = refit.before
+    refit.say("measuring the model as it is")
+    earlier = refit.scores(before)
     kept, dropped = list(effects), list[Rejected]()
-    after, scores = _fit(before, old, kept, starts, records, options, horizon, say)
+    after = refit.fit(kept)
+    scores = refit.scores(after)
     for effect in effects:
-        if all(s.used for s in scores.values()):
-            break
-        if effect not in kept:
+        if effect not in kept or all(s.used for s in scores.values()):
             continue
         others = _others(kept, effect)
-        say(f"trying without {effect}")
-        leaner, lean = (
-            _fit(before, old, others, starts, records, options, horizon, say) if others else (before, earlier)
-        )
+        refit.say(f"trying without {effect}")
+        leaner = refit.fit(others) if others else before
+        lean = refit.scores(leaner) if others else earlier
         lost = _held(scores) - _held(lean)
         if lost <= 0.0:
             why = OTHERS_DO if others else DOES_NOT_CARRY_OVER
@@ -66,38 +85,29 @@ def extend(
     return Extension(
         model=before.name,
         output=before.output,
-        unit="rad/s" if before.output == "speed" else "rad",
+        unit=unit_of(before.output, linear=before.structure.linear),
         model_before=before.structure.effects,
         model_after=after.structure.effects,
         added=tuple(kept),
         before=earlier,
         after=scores,
-        bic_before=_criterion(before, earlier, records),
-        bic_after=_criterion(after, scores, records),
+        bic_before=_criterion(before, earlier, refit.records),
+        bic_after=_criterion(after, scores, refit.records),
         fit=after,
         dropped=tuple(dropped),
     )
 
 
-def gains(
-    before: FitResult,
-    effects: Sequence[str],
-    starts: Sequence[Starts],
-    records: Sequence[Record],
-    options: FitOptions,
-    horizon: float | None,
-    say: Callable[[str], None],
-) -> list[float]:
+def gains(refit: Refit, effects: Sequence[str]) -> list[float]:
     """What each effect gains on the records held out once the earlier ones are there [% points of fit]; what gains
     nothing so, beside all others. nan without such records. Raises NumericsError as `extend` does."""
-    old = fitted_model(before, estimate_states=options.estimate_states)
-    if all(r.name in before.records for r in records):
+    if all(r.name in refit.before.records for r in refit.records):
         return [float("nan")] * len(effects)
 
     def held(some: Sequence[str]) -> float:
-        return _held(_fit(before, old, some, starts, records, options, horizon, say)[1])
+        return _held(refit.scores(refit.fit(some)))
 
-    reached = [_held(_scores(old, records, horizon)), *(held(effects[: k + 1]) for k in range(len(effects)))]
+    reached = [_held(refit.scores(refit.before)), *(held(effects[: k + 1]) for k in range(len(effects)))]
     found = [after - earlier for earlier, after in pairwise(reached)]
     alone = [k for k, gain in enumerate(found[:-1]) if gain <= 0.0]
     for k in alone:
@@ -108,27 +118,6 @@ def gains(
 def _others(effects: Sequence[str], effect: str) -> list[str]:
     """The effects that can be without one."""
     return [e for e in effects if e != effect and not rests_on(e, effect)]
-
-
-def _fit(
-    before: FitResult,
-    old: Model,
-    effects: Sequence[str],
-    starts: Sequence[Starts],
-    records: Sequence[Record],
-    options: FitOptions,
-    horizon: float | None,
-    say: Callable[[str], None],
-) -> tuple[FitResult, dict[str, Score]]:
-    structure = before.structure
-    for effect in effects:
-        structure = structure.extended(effect)
-    joint = assemble(structure, angle=before.output == "position")
-    used = [r for r in records if r.name in before.records]
-    say(f"fitting with {', '.join(effects)}" if effects else "fitting")
-    start = _best([carried(old.parameters, structure, values) for values in starts], joint, used, old)
-    fit = fit_model(before.name, joint, start, used, options)
-    return fit, _scores(fitted_model(fit, estimate_states=options.estimate_states), records, horizon)
 
 
 def _best(starts: Sequence[Parameters], joint: Joint, records: Sequence[Record], old: Model) -> Parameters:

@@ -18,8 +18,9 @@ from robotid.judge.trial import Trial
 from robotid.judge.validation import Trace
 from robotid.judge.where import Case, cases_of, look_where
 from robotid.model.array import Array
+from robotid.model.units import sliding
 from robotid.signals.metrics import fit_percent
-from robotid.signals.record import Record
+from robotid.signals.record import Quantity, Record
 
 MOST_REJECTED = 12  # effects that are listed as scored in vain
 FAR = 2.0  # noise floors: a misfit that large is something
@@ -49,7 +50,7 @@ def verdict(model: Model, records: Sequence[Record], growth: Growth, horizon: fl
         verdict=word,
         model=model.name,
         output=model.output,
-        unit="rad/s" if model.output == "speed" else "rad",
+        unit=unit_of(model.output, linear=model.joint.structure.linear),
         noise_floor=floor,
         misfit=misfit,
         remaining=left,
@@ -101,6 +102,12 @@ def _misfit(model: Model, record: Record, residual: Array, floors: Mapping[str, 
         misfit=beyond,
         explained_after=float(np.clip(explained, 0.0, 1.0)),
     )
+
+
+def unit_of(output: Quantity, *, linear: bool) -> str:
+    """Of a measured quantity, on an axis that turns or slides."""
+    unit = "rad/s" if output == "speed" else "rad"
+    return sliding(unit) if linear else unit
 
 
 def root_mean_square(signal: Array) -> float:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from robotid.config.schema import Config
-from robotid.estimate.result import FitResult, Fits
+from robotid.estimate.result import Fits
 from robotid.judge.diagnosis import Diagnosis
-from robotid.judge.extension import gains
+from robotid.judge.extension import Refit, gains
 from robotid.judge.search import search
 from robotid.judge.simulated import fitted_model
 from robotid.judge.stretches import stretches
@@ -16,8 +15,7 @@ from robotid.judge.terms import Terms
 from robotid.judge.verdict import verdict
 from robotid.signals.quality import Recordings
 from robotid.signals.record import Record
-from robotid.stages.extend import extensible, starts
-from robotid.stages.fit import fit_options
+from robotid.stages.extend import extensible, refitting
 from robotid.stages.progress import Log, Progress
 from robotid.stages.separating import separated
 
@@ -47,18 +45,14 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
     diagnosis = verdict(model, records, growth, settings.fit.horizon)
     diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
     say("measuring the gains")
-    diagnosis = _with_gains(settings, diagnosis, fit, recordings.records, say)
-    return separated(settings, diagnosis, growth)
+    return separated(settings, _with_gains(diagnosis, refitting(settings, diagnosis, fits, recordings, say)), growth)
 
 
-def _with_gains(
-    settings: Config, diagnosis: Diagnosis, fit: FitResult, records: Sequence[Record], say: Callable[[str], None]
-) -> Diagnosis:
+def _with_gains(diagnosis: Diagnosis, refit: Refit) -> Diagnosis:
     """The diagnosis with the gains that its causes have in fits as the pipeline makes them, those that `extend` will
     find; the search weighs the noise otherwise."""
-    effects = extensible(diagnosis, fit)
-    options, horizon = fit_options(settings), settings.fit.horizon
-    measured = dict(zip(effects, gains(fit, effects, starts(diagnosis), records, options, horizon, say), strict=True))
+    effects = extensible(diagnosis, refit.before)
+    measured = dict(zip(effects, gains(refit, effects), strict=True))
     causes = tuple(replace(c, heldout_gain=measured.get(c.effect, c.heldout_gain)) for c in diagnosis.causes)
     return replace(diagnosis, causes=causes)
 

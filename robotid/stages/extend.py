@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from robotid.config.extended import extended_text
@@ -9,6 +10,7 @@ from robotid.config.load import Loaded
 from robotid.config.schema import Config
 from robotid.estimate.result import FitResult, Fits
 from robotid.judge.diagnosis import Diagnosis, Extension
+from robotid.judge.extension import Refit
 from robotid.judge.extension import extend as extend_model
 from robotid.model.structure import RECORD_CHANGE, changed
 from robotid.signals.quality import Recordings
@@ -28,10 +30,17 @@ def extend(
         if log is not None:
             log(Progress(text))
 
-    before, horizon = fits.models[diagnosis.model], settings.fit.horizon
-    named = extensible(diagnosis, before)
-    effects = named if settings.extend.effects is None else settings.extend.effects
-    return extend_model(before, effects, starts(diagnosis), recordings.records, fit_options(settings), horizon, say)
+    refit = refitting(settings, diagnosis, fits, recordings, say)
+    named = extensible(diagnosis, refit.before)
+    return extend_model(refit, named if settings.extend.effects is None else settings.extend.effects)
+
+
+def refitting(
+    settings: Config, diagnosis: Diagnosis, fits: Fits, recordings: Recordings, say: Callable[[str], None]
+) -> Refit:
+    """The diagnosed model, to be extended on these records."""
+    before, options = fits.models[diagnosis.model], fit_options(settings)
+    return Refit(before, _starts(diagnosis), recordings.records, options, settings.fit.horizon, say)
 
 
 def extensible(diagnosis: Diagnosis, fit: FitResult) -> tuple[str, ...]:
@@ -40,7 +49,7 @@ def extensible(diagnosis: Diagnosis, fit: FitResult) -> tuple[str, ...]:
     return tuple(c.effect for c in diagnosis.causes if _can_be_fitted(c.effect, fit.records))
 
 
-def starts(diagnosis: Diagnosis) -> list[dict[str, float]]:
+def _starts(diagnosis: Diagnosis) -> list[dict[str, float]]:
     """Where the extended model's fit may start."""
     return [diagnosis.refitted, {p.name: p.value for cause in diagnosis.causes for p in cause.parameters}]
 

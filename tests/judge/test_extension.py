@@ -11,7 +11,7 @@ from small_bench import SAMPLING_TIME, TRUTH, fitted, records
 from robotid.estimate.grey_box import FitOptions
 from robotid.estimate.result import FitResult
 from robotid.judge.diagnosis import Extension
-from robotid.judge.extension import extend
+from robotid.judge.extension import Refit, extend, gains
 from robotid.model.array import Array
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
@@ -34,7 +34,7 @@ def before() -> FitResult:
 
 @cache
 def extended(*effects: str) -> Extension:
-    return extend(before(), effects, [STRIBECK], made(), FitOptions(), None, lambda _: None)
+    return extend(Refit(before(), [STRIBECK], made(), FitOptions(), None, lambda _: None), effects)
 
 
 def stepped(values: dict[str, float], record: Record) -> Array:
@@ -107,6 +107,18 @@ def test_a_single_cause_that_does_not_carry_over_leaves_the_model_as_it_was() ->
 
 
 def test_without_records_held_out_nothing_is_dropped() -> None:
-    e = extend(before(), ("motor.constant_torque",), [{}], made()[:2], FitOptions(), None, lambda _: None)
+    e = extend(Refit(before(), [{}], made()[:2], FitOptions(), None, lambda _: None), ("motor.constant_torque",))
     assert (e.added, e.dropped) == (("motor.constant_torque",), ())
     assert values_of(e.fit)["motor.constant_torque.tau0"] == pytest.approx(0.01, rel=0.3)
+
+
+def test_a_gain_is_the_one_that_the_extension_measures_and_comes_cause_by_cause() -> None:
+    refit = Refit(before(), [STRIBECK], made(), FitOptions(), None, lambda _: None)
+    whole = extended("motor.stribeck")
+    (alone,) = gains(refit, ("motor.stribeck",))
+    held = [name for name, score in whole.after.items() if not score.used]
+    measured = np.mean([whole.after[n].fit_percent - whole.before[n].fit_percent for n in held])
+    assert alone == pytest.approx(float(measured))
+    first, second = gains(refit, ("motor.stribeck", "motor.constant_torque"))
+    assert first == pytest.approx(alone)
+    assert second < 0.05 * first

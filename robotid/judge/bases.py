@@ -1,0 +1,126 @@
+"""Torques of any shape along one variable of the motion, as generalised forces: hats over knots, each a column.
+
+A curve may multiply the direction of motion or the speed, as friction that depends on a place or a time does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robotid.judge.columns import with_angle
+from robotid.judge.location import BY_DIRECTION, BY_SPEED
+from robotid.model.array import Array
+from robotid.signals.record import Record
+from robotid.simulate.simulate import Trajectory, measured_guess
+
+EDGE = 0.5  # per cent of the samples beyond the first and the last knot
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """Something along which a torque may be ordered. counted : as in `Curve.along`, by direction, by speed or as it is;
+    turns : the torque acts on the gear rather than on the motor; split : it may jump at zero."""
+
+    along: str
+    unit: str
+    counted: str = ""
+    gear: bool = False
+    split: bool = False
+
+
+VARIABLES = (
+    Variable("dphi_m", "rad/s", split=True),
+    Variable("phi_m", "rad"),
+    Variable("phi_m", "rad", BY_DIRECTION),
+    Variable("phi_m", "rad", BY_SPEED),
+    Variable("t", "s"),
+    Variable("t", "s", BY_DIRECTION),
+    Variable("t", "s", BY_SPEED),
+    Variable("twist", "rad", gear=True),
+    Variable("ddphi_m", "rad/s2"),
+    Variable("tau_m", "Nm"),
+    Variable("tau_m", "Nm", BY_DIRECTION),
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Basis:
+    """Curves along a variable with these knots (k,), as generalised forces (nv, k, n) of every record. size : RMS of
+    what the curve multiplies; seen (k,) : samples near each knot."""
+
+    variable: Variable
+    knots: Array
+    forces: tuple[Array, ...]
+    size: float
+    seen: Array
+
+
+def as_measured(trajectory: Trajectory, record: Record) -> Trajectory:
+    """A trajectory with the motor's motion as it was measured: there the unknown torque acted."""
+    kept = with_angle(trajectory)
+    speed = measured_guess(kept.joint, kept.theta, record)[kept.joint.speeds.start]
+    return replace(kept, phi_m=record.phi_m, dphi_m=speed)
+
+
+def variables(trajectory: Trajectory) -> list[Variable]:
+    """Those that the joint has and that vary."""
+    flexible = trajectory.joint.masses > 1
+    return [v for v in VARIABLES if (flexible or not v.gear) and np.ptp(_signals(trajectory, v)[0]) > 0.0]
+
+
+def basis_along(trajectories: Sequence[Trajectory], variable: Variable, count: int) -> Basis:
+    signals = [_signals(t, variable) for t in trajectories]
+    knots = _knots(np.concatenate([x for x, _ in signals]), variable, count)
+    hats = [_hats(x, knots) * factor for x, factor in signals]
+    forces = tuple(_on_joint(t, h, variable) for t, h in zip(trajectories, hats, strict=True))
+    size = float(np.sqrt(np.mean(np.concatenate([factor for _, factor in signals]) ** 2)))
+    seen = np.stack([np.count_nonzero(h, axis=1) for h in hats]).sum(axis=0).astype(np.float64)
+    return Basis(variable, knots, forces, size, seen)
+
+
+def _signals(t: Trajectory, variable: Variable) -> tuple[Array, Array]:
+    """The variable, and what its curve multiplies, (n,) each."""
+    speed = t.dphi_m
+    time = t.begin + np.arange(len(t.u)) * t.sampling_time
+    known = {"dphi_m": speed, "phi_m": t.phi_m, "t": time, "tau_m": t.u, "twist": t.twist, "ddphi_m": None}
+    x = t.ddphi_m if variable.along == "ddphi_m" else known[variable.along]
+    factor = {"": np.ones_like(speed), BY_DIRECTION: np.sign(speed), BY_SPEED: speed}[variable.counted]
+    return np.asarray(x), factor
+
+
+def _knots(x: Array, variable: Variable, count: int) -> Array:
+    low, high = np.percentile(x, [EDGE, 100 - EDGE])
+    if not high > low:
+        return np.zeros(0)
+    if not variable.split or low >= 0 or high <= 0:
+        return np.linspace(low, high, count)
+    return np.concatenate([np.linspace(low, 0.0, count // 2), np.linspace(0.0, high, count // 2)])
+
+
+def _hats(x: Array, knots: Array) -> Array:
+    """Piecewise linear basis (knots, n); a knot that is there twice is one on either side of a jump."""
+    twice = np.flatnonzero(np.diff(knots) == 0.0)
+    if not twice.size:
+        return np.stack([np.interp(x, knots, unit) for unit in np.eye(len(knots))])
+    k = int(twice[0]) + 1
+    return np.concatenate([_hats(x, knots[:k]) * (x < 0), _hats(x, knots[k:]) * (x > 0)])
+
+
+def _on_joint(trajectory: Trajectory, basis: Array, variable: Variable) -> Array:
+    """Generalised forces (nv, k, n) of applied torques, means over the intervals."""
+    joint = trajectory.joint
+    mean = (basis + np.concatenate([basis[:, 1:], basis[:, -1:]], axis=1)) / 2
+    forces = np.zeros((joint.masses, *mean.shape))
+    for j, c in ((0, joint.ratio), (1, -1.0)) if variable.gear else ((0, 1.0),):
+        forces[j] = c * mean
+    return forces
+
+
+def applied(basis: Basis, trajectory: Trajectory, values: Array) -> Array:
+    """A curve with these values (k,) as generalised forces on another trajectory, (nv, n)."""
+    x, factor = _signals(trajectory, basis.variable)
+    forces = _on_joint(trajectory, _hats(x, basis.knots) * factor, basis.variable)
+    return np.asarray(np.einsum("ikn,k->in", forces, values))
