@@ -116,12 +116,10 @@ def _start(now: Trial, one: Score, way: float) -> tuple[Structure, Parameters]:
     amplitude = [way * a for a in one.amplitude]
     values = dict(zip((p.symbol for p in c.effect.parameters), c.values, strict=True))
     values |= dict(zip((c.effect.parameters[k].symbol for k in c.scored), amplitude, strict=True))
-    named = (
-        {c.name: amplitude[0]} if isinstance(c.effect, Difference) else {f"{c.name}.{s}": v for s, v in values.items()}
-    )
-    moved = {
-        now.parameters.names[k]: now.parameters.values[k] + way * d for k, d in zip(columns, one.moved, strict=True)
-    }
+    whole = isinstance(c.effect, Difference)  # its name is that of its only parameter
+    named = {c.name if whole else f"{c.name}.{symbol}": value for symbol, value in values.items()}
+    old = now.parameters
+    moved = {old.names[k]: old.values[k] + way * d for k, d in zip(columns, one.moved, strict=True)}
     return extended(now, c.name, moved | named)
 
 
@@ -193,10 +191,10 @@ def found(first: Trial, now: Trial, tried: Tried, seen: Round, bench: Bench) -> 
 
 def _collinear(best: Score, seen: Round) -> list[str]:
     """Effects whose columns span what those of the best do."""
-    found = []
+    names = []
     for one in best_of_each(seen.scores):
         if one.directions.size and best.directions.size:
             cosines = np.linalg.svd(one.directions.T @ best.directions, compute_uv=False)
             if cosines.min() > COLLINEAR and one.directions.shape[1] == best.directions.shape[1]:
-                found.append(one.candidate.name)
-    return found
+                names.append(one.candidate.name)
+    return names

@@ -42,7 +42,7 @@ def search(
 
 def grow(first: Trial, bench: Bench, terms: Terms, log: Log) -> Growth:
     """Extend a model cause by cause."""
-    now, causes, turned, rounds = first, list[Found](), list[Turned](), list[Round]()
+    now, causes, turned, rounds, imitated = first, list[Found](), list[Turned](), list[Round](), None
     while len(causes) < terms.causes and len(rounds) < 2 * terms.causes:
         log(f"scoring the catalogue for cause {len(causes) + 1}")
         seen = rank(now, look(now, bench, terms), bench, terms)
@@ -54,11 +54,13 @@ def grow(first: Trial, bench: Bench, terms: Terms, log: Log) -> Growth:
             break
         causes, now = _without_worthless(first, [*causes, *new], bench, terms, turned, log)
         bench, now = renew(now, bench, terms)
-        if len(causes) == TRUSTED and _imitated(first, now, bench) is not None:
+        imitated = _imitated(first, now, bench) if len(causes) == TRUSTED else None
+        if imitated is not None:
             break
     log("looking for what no effect explains")
     growth = Growth(bench, first, now, tuple(causes), tuple(turned), tuple(rounds))
-    imitated = _imitated(first, now, bench) if causes else None
+    if causes and imitated is None:
+        imitated = _imitated(first, now, bench)
     growth = _with_unknown(growth, terms) if imitated is None else _as_unknown(growth, imitated)
     if RECORD_CHANGE in terms.skip:
         return growth
@@ -112,6 +114,8 @@ def _imitated(first: Trial, last: Trial, bench: Bench) -> Shape | None:
     """The free curve that explains clearly more of the first model's misfit than all causes do, or None."""
     least = IMITATES_NOISE if bench.reached else IMITATES
     whole, held = misfit_energy(first, bench), held_misfit_energy(first, bench)
+    if whole <= 0.0:
+        return None
     samples, held_samples = bench.samples, sum(map(len, bench.held))
 
     def share(energy: float, held_energy: float) -> float:
@@ -119,7 +123,7 @@ def _imitated(first: Trial, last: Trial, bench: Bench) -> Shape | None:
         return min(energy / whole, held_energy / held) if held > 0.0 else energy / whole
 
     explained = share(whole - (last.energy - samples), held - (last.held_energy - held_samples))
-    if whole <= 0.0 or explained > least:
+    if explained > least:
         return None
     free = next(iter(shapes(first, bench)), None)
     if free is None or explained > least * free.energy / whole:
