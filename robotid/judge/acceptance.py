@@ -25,7 +25,8 @@ RIVAL = 0.9  # of the best score: candidates below it are not tried against one 
 HOPEFUL = 0.5  # of the best score: candidates below it are not refitted
 LEAST = 1e-3  # of the first model's misfit energy: a cause that removes less is one of the simulation's own errors
 WAYS = (1.0, 0.5, 0.1)  # of the way to what a score promises, where refits start
-DOUBTFUL = 0.5  # of the misfit: an effect that promises less is tried from other points of its grid, too
+ENOUGH = 0.5  # of a model's energy: a start that leaves less is good
+DOUBTFUL = 0.5  # of the misfit: an effect that goes round and promises less is tried from other points, too
 POINTS, NEIGHBOURS = 2, 0.1  # how many, and how close (relative) they would be the same
 COLLINEAR = 0.999  # cosine at which columns are the same
 
@@ -43,9 +44,11 @@ def refit_hopeful(now: Trial, seen: Round, bench: Bench, terms: Terms, log: Log)
 
 
 def _elsewhere(now: Trial, hopeful: Sequence[Score], seen: Round, bench: Bench) -> list[Score]:
-    """The best effect from other points of its grid, where its columns explain so little that the best of them may well
-    be the wrong one."""
+    """The best effect from other numbers of periods a turn, where its columns explain so little that the best of them
+    may well be the wrong one; a refit does not get from one to another."""
     if not hopeful or hopeful[0].energy > DOUBTFUL * (now.energy - bench.samples):
+        return []
+    if not any(p.turns for p in hopeful[0].candidate.effect.parameters):
         return []
     chosen = [hopeful[0]]
     for one in seen.scores:
@@ -107,7 +110,7 @@ def refit(now: Trial, one: Score, bench: Bench) -> Trial:
     """The model with a candidate, from where its score promises the end; from part of the way where that is too far."""
     starts = [_start(now, one, way) for way in WAYS]
     structure = starts[0][0]
-    return try_model(structure, [parameters for _, parameters in starts], bench, now.first_states)
+    return try_model(structure, [p for _, p in starts], bench, now.first_states, enough=ENOUGH * now.energy)
 
 
 def _start(now: Trial, one: Score, way: float) -> tuple[Structure, Parameters]:

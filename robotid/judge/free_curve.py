@@ -67,4 +67,4 @@ def with_curve(trial: Trial, bench: Bench, term: FreeCurve, moved: Array) -> Tri
     values = parameters.values.copy()
     values[list(trial.problem.columns)] += moved
     start = parameters.with_values(np.clip(values, parameters.lower, parameters.upper))
-    return try_joint(extended, [start, parameters], bench, trial.first_states, PATIENCE, MOST_ITERATIONS)
+    return try_joint(extended, [start, parameters], bench, trial.first_states, patience=PATIENCE, most=MOST_ITERATIONS)

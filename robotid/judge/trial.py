@@ -96,14 +96,19 @@ def first_state(trajectory: Trajectory) -> FirstState:
 
 
 def try_model(
-    structure: Structure, starts: Sequence[Parameters], bench: Bench, states: Sequence[FirstState] = ()
+    structure: Structure,
+    starts: Sequence[Parameters],
+    bench: Bench,
+    states: Sequence[FirstState] = (),
+    *,
+    enough: float = 0.0,
 ) -> Trial:
-    """Refit all free parameters from the best of `starts`, the boldest first. states : guesses of the first state of
-    each fitted record.
+    """Refit all free parameters from the best of `starts`, the boldest first, or the first whose energy is low enough.
+    states : guesses of the first state of each fitted record.
 
     Raises NumericsError where the model cannot be simulated.
     """
-    return try_joint(assemble(structure, angle=bench.output == "position"), starts, bench, states)
+    return try_joint(assemble(structure, angle=bench.output == "position"), starts, bench, states, enough=enough)
 
 
 def try_joint(
@@ -111,11 +116,13 @@ def try_joint(
     starts: Sequence[Parameters],
     bench: Bench,
     states: Sequence[FirstState] = (),
+    *,
+    enough: float = 0.0,
     patience: int = PATIENCE,
     most: int = MOST_ITERATIONS,
 ) -> Trial:
     """The same for a joint as it is. patience : windows of a record in which LSODA may help; most : iterations."""
-    problem, at = _problem(joint, starts, bench, states, patience)
+    problem, at = _problem(joint, starts, bench, states, enough, patience)
     solution = solve(problem, at.unknowns, most=most, tolerance=TOLERANCE, known=at)
     start = problem.parameters
     parameters = start.with_values(problem.theta(solution.evaluation.unknowns))
@@ -143,7 +150,12 @@ def try_joint(
 
 
 def _problem(
-    joint: Joint, starts: Sequence[Parameters], bench: Bench, states: Sequence[FirstState], patience: int
+    joint: Joint,
+    starts: Sequence[Parameters],
+    bench: Bench,
+    states: Sequence[FirstState],
+    enough: float,
+    patience: int,
 ) -> tuple[OutputError, Evaluation]:
     """The problem at the start of least cost. Raises NumericsError where none can be simulated."""
     weights, best = np.ones(len(bench.fitted)), list[tuple[OutputError, Evaluation]]()
@@ -160,6 +172,8 @@ def _problem(
         if best and at.cost >= best[0][1].cost:
             break
         best = [(one, at)]
+        if 2.0 * at.cost <= enough:
+            break
     return best[0]
 
 
