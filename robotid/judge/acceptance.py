@@ -25,6 +25,7 @@ RIVAL = 0.9  # of the best score: candidates below it are not tried against one 
 HOPEFUL = 0.5  # of the best score: candidates below it are not refitted
 LEAST = 1e-3  # of the first model's misfit energy: a cause that removes less is one of the simulation's own errors
 WAYS = (1.0, 0.5, 0.1)  # of the way to what a score promises, where refits start
+STILL = 0.1  # of what a cause explained when it was named: one without which more is lost has not lost its worth
 ENOUGH = 0.5  # of a model's energy: a start that leaves less is good
 DOUBTFUL = 0.5  # of the misfit: an effect that goes round and promises less is tried from other points, too
 POINTS, NEIGHBOURS = 2, 0.1  # how many, and how close (relative) they would be the same
@@ -161,7 +162,8 @@ def drop(first: Trial, causes: Sequence[Found], now: Trial, bench: Bench, terms:
             lean = _without(now, one.effect, bench)
         except NumericsError:
             continue
-        if objection(first, lean, now, bench, terms) is not None:
+        lost = share_removed(first, lean, now, bench)
+        if lost < STILL * one.explained and objection(first, lean, now, bench, terms) is not None:
             kept.remove(one)
             both = share_removed(first, kept[-1].before, lean, bench) + one.explained
             kept[-1] = replace(kept[-1], explained=min(1.0, both))

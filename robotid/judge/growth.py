@@ -65,11 +65,6 @@ def misfit_energy(first: Trial, bench: Bench) -> float:
     return _seen(first.residuals, bench.whiten) - bench.samples
 
 
-def held_misfit_energy(first: Trial, bench: Bench) -> float:
-    """The same on the records held out."""
-    return _seen(first.held_residuals, bench.whiten_held) - sum(map(len, bench.held))
-
-
 def _seen(residuals: Sequence[Array], whitenings: Sequence[Whitening]) -> float:
     return sum(float(np.sum(whiten(r) ** 2)) for whiten, r in zip(whitenings, residuals, strict=True))
 

@@ -7,20 +7,21 @@ from dataclasses import replace
 
 from robotid.judge.acceptance import Tried, accept, drop, found, objection, refit_hopeful
 from robotid.judge.changes import changes
-from robotid.judge.growth import Found, Growth, Log, Turned, held_misfit_energy, misfit_energy, share_removed
+from robotid.judge.growth import Found, Growth, Log, Turned, misfit_energy, share_removed
 from robotid.judge.ranking import Round, look, rank
 from robotid.judge.score import significance
 from robotid.judge.set_up import renew, set_up
 from robotid.judge.simulated import Model
 from robotid.judge.terms import Terms
-from robotid.judge.trial import Bench, Trial
+from robotid.judge.trial import Bench, Trial, try_model
 from robotid.judge.unknown import Shape, in_motion, shapes
 from robotid.model.structure import RECORD_CHANGE
 from robotid.signals.record import Record
 
 NOTHING = 0.1  # of the misfit: a curve that explains less of it is no news
 IMITATES = 0.7  # of what a free curve explains: causes that do not reach it only imitate something else
-IMITATES_NOISE = 0.97  # the same where a model could reach the noise
+COMPLETE = 0.97  # of the misfit: causes that explain so much are the causes, where a model could reach the noise
+CLEARLY = 0.02  # of the misfit: by how much other causes must be better there than a free curve
 TRUSTED = 2  # causes that are added before the question is asked whether they only imitate
 
 
@@ -112,24 +113,29 @@ def _with_unknown(growth: Growth, terms: Terms) -> Growth:
 
 def _imitated(first: Trial, last: Trial, bench: Bench) -> Shape | None:
     """The free curve that explains clearly more of the first model's misfit than all causes do, or None."""
-    least = IMITATES_NOISE if bench.reached else IMITATES
-    whole, held = misfit_energy(first, bench), held_misfit_energy(first, bench)
-    if whole <= 0.0:
-        return None
     samples, held_samples = bench.samples, sum(map(len, bench.held))
+    enough = COMPLETE if bench.reached else IMITATES
 
-    def share(energy: float, held_energy: float) -> float:
-        """Of the misfit that is explained, on the fitted records or on those held out, whichever is less."""
+    def share(model: Trial, energy: float, held_energy: float) -> float:
+        """Of a model's misfit, on the fitted records or on those held out, whichever is less."""
+        whole, held = max(model.energy - samples, 1e-9), model.held_energy - held_samples
         return min(energy / whole, held_energy / held) if held > 0.0 else energy / whole
 
-    explained = share(whole - (last.energy - samples), held - (last.held_energy - held_samples))
-    if explained > least:
+    if misfit_energy(first, bench) <= 0.0 or last.energy - samples <= 0.0:
         return None
-    free = next(iter(shapes(first, bench)), None)
-    if free is None or explained > least * free.energy / whole:
+    again = try_model(first.structure, [first.parameters], bench, first.first_states)  # by the noise as it shows now
+    explained = share(again, again.energy - last.energy, again.held_energy - last.held_energy)
+    free = next(iter(shapes(again, bench)), None) if explained <= enough else None
+    if free is None or _stands(explained, free.energy / max(again.energy - samples, 1e-9), reached=bench.reached):
         return None
-    free = in_motion(free, first, bench)
-    return None if explained > least * share(free.energy, free.held_energy) else free
+    free = in_motion(free, again, bench)
+    told = share(again, free.energy, free.held_energy)
+    return None if _stands(explained, told, reached=bench.reached) else free
+
+
+def _stands(explained: float, free: float, *, reached: bool) -> bool:
+    """Whether causes stand that explain less than everything, beside a free curve."""
+    return explained > free + CLEARLY if reached else explained > IMITATES * free
 
 
 def _as_unknown(growth: Growth, shape: Shape) -> Growth:
