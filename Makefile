@@ -35,7 +35,7 @@ demo: $(STAMP)
 	$(ROBOTID) run configs/demo.yaml
 
 test: $(STAMP)
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 check: $(STAMP)
 	$(BIN)/ruff format --check

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -55,14 +56,16 @@ def smooth_rate(joint: Joint, x: Array, u: float, t: float, theta: Array) -> Arr
 def _integrate(problem: Problem, first: int, stop: int, start: Array) -> Array:
     h, x = problem.sampling_time, [start]
     for k in range(first, stop):
-        step = _solve_ivp(
-            lambda t, y, k=k: smooth_rate(problem.joint, y, float(problem.u[k]), t, problem.theta),
-            (problem.begin + k * h, problem.begin + (k + 1) * h),
-            x[-1],
-            method="LSODA",
-            rtol=RTOL,
-            atol=ATOL,
-        )
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # that it failed is told below
+            step = _solve_ivp(
+                lambda t, y, k=k: smooth_rate(problem.joint, y, float(problem.u[k]), t, problem.theta),
+                (problem.begin + k * h, problem.begin + (k + 1) * h),
+                x[-1],
+                method="LSODA",
+                rtol=RTOL,
+                atol=ATOL,
+            )
         if not step.success or not np.abs(step.y[:, -1]).max() < RUNAWAY:
             raise NumericsError(
                 f"the simulation diverges at t = {k * h:.4g} s", hint="check the parameters' guesses and bounds"
