@@ -19,7 +19,7 @@ from robotid.model.array import Array, Mask
 SMALLEST_DAMPING, LARGEST_DAMPING = 1e-14, 1e10
 FIRST_DAMPING = 1e-3
 IN_NOISE = 0.1  # of the decrease that fitting pure noise brings, unknowns / samples: less is not worth a step
-MOST_SMALL = 3  # steps in a row that gain less than they promised and less than the tolerance
+MOST_SMALL = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,8 +55,10 @@ def solve(
     tolerance: float = 1e-8,
     log: Callable[[Iteration], None] | None = None,
     known: Evaluation | None = None,
+    most_small: int = MOST_SMALL,
 ) -> Solution:
-    """Minimise the problem's cost from start (m,). known : its evaluation there, where there is one.
+    """Minimise the problem's cost from start (m,). known : its evaluation there, where there is one; most_small : steps
+    in a row that may gain less than they promised and less than the tolerance.
 
     Converged when the decrease that a full step promises is below tolerance times the cost, or when steps stall
     (friction leaves kinks) at a promise lost in the noise. An interrupt from the keyboard ends the iteration with the
@@ -64,6 +66,8 @@ def solve(
     """
     lower, upper = problem.bounds()
     at = problem.evaluate(np.clip(start, lower, upper)) if known is None else known
+    if not len(start):
+        return Solution(at, np.zeros((0, 0)), np.zeros(0), (at.cost,), End.CONVERGED)
     factor, gradient = linearise(problem, at)
     damping, costs, end, small = FIRST_DAMPING, [at.cost], End.ITERATIONS, 0
     in_noise = IN_NOISE * len(start) / sum(map(len, at.residuals))
@@ -73,8 +77,9 @@ def solve(
             if promised < tolerance:
                 end = End.CONVERGED
                 break
-            step = _improve(problem, at, factor, gradient, damping, (lower, upper))
-            if step is None or small == MOST_SMALL:
+            stuck = small == most_small
+            step = None if stuck else _improve(problem, at, factor, gradient, damping, (lower, upper))
+            if step is None:
                 end = End.CONVERGED if promised < in_noise else End.STALLED
                 break
             after, damping = step
@@ -139,7 +144,7 @@ def _improve(
         if promised <= 1e-14 * at.cost:
             return None
         try:
-            after = problem.evaluate(at.unknowns + step, at)
+            after = problem.evaluate(at.unknowns + step, at, most=at.cost)
         except NumericsError:
             damping = max(10 * damping, 1e-3)
             continue

@@ -106,16 +106,30 @@ class OutputError:
         first = len(self.columns) + k * len(self.free_states)
         return slice(first, first + len(self.free_states))
 
-    def evaluate(self, unknowns: Array, near: Evaluation | None = None) -> Evaluation:
-        """Simulate all records. near : an evaluation close by, whose trajectories are the first guess."""
-        theta = self.theta(unknowns)
+    def evaluate(
+        self,
+        unknowns: Array,
+        near: Evaluation | None = None,
+        guesses: Sequence[Array] = (),
+        *,
+        most: float = np.inf,
+    ) -> Evaluation:
+        """Simulate all records. near : an evaluation close by, whose trajectories are the first guess; guesses : of the
+        states of each record, (nx, n), where there is none. most : cost that is of interest; once it is exceeded, the
+        other records are left out."""
+        theta, cost = self.theta(unknowns), 0.0
         residuals, trajectories = [], []
         for k, record in enumerate(self.records):
-            guess = self._predict(k, near, unknowns) if near is not None else None
+            guess = guesses[k] if guesses else None
+            if near is not None:
+                guess = self._predict(k, near, unknowns)
             trajectory = simulate(self.joint, theta, record, self.first_state(unknowns, k), guess, self.patience)
             measured = record.phi_m if self.output == "position" else record.dphi_m
             residuals.append(self._shaped(k, measured - observed(trajectory, self.output)))
             trajectories.append(trajectory)
+            cost += 0.5 * float(residuals[-1] @ residuals[-1])
+            if cost > most:
+                break
         return Evaluation(unknowns, tuple(residuals), tuple(trajectories))
 
     def jacobian(self, at: Evaluation, k: int) -> tuple[Array, Array]:

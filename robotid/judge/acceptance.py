@@ -41,7 +41,7 @@ def refit_hopeful(now: Trial, seen: Round, bench: Bench, terms: Terms, log: Log)
     hopeful = [s for s in best_of_each(seen.scores) if p_value(s, seen, bench) < terms.level]
     hopeful = [s for s in hopeful if s.energy > max(HOPEFUL * hopeful[0].energy, terms.worth**2 * bench.samples)]
     hopeful = [*hopeful[: terms.refits], *_elsewhere(now, hopeful, seen, bench)]
-    return _in_order(list(_refit(now, hopeful, bench, log)), bench, terms)
+    return _in_order(list(_refit(now, hopeful, seen, bench, log)), bench, terms)
 
 
 def _elsewhere(now: Trial, hopeful: Sequence[Score], seen: Round, bench: Bench) -> list[Score]:
@@ -76,7 +76,7 @@ def accept(
     return None
 
 
-def _refit(now: Trial, hopeful: Sequence[Score], bench: Bench, log: Log) -> Iterator[tuple[Score, Trial]]:
+def _refit(now: Trial, hopeful: Sequence[Score], seen: Round, bench: Bench, log: Log) -> Iterator[tuple[Score, Trial]]:
     """Refits in the order of the scores; once one explains nearly all, only what scores nearly as well is tried."""
     reached = False
     for one in hopeful:
@@ -84,7 +84,7 @@ def _refit(now: Trial, hopeful: Sequence[Score], bench: Bench, log: Log) -> Iter
             continue
         log(f"refitting with {one.candidate.name}")
         try:
-            after = refit(now, one, bench)
+            after = _refitted(now, one, seen.trial, bench)
         except NumericsError:
             continue
         reached = reached or now.energy - after.energy > REACHED * (now.energy - bench.samples)
@@ -107,24 +107,24 @@ def _criterion(trial: Trial, bench: Bench) -> float:
     return bench.samples * float(np.log(trial.energy)) + len(trial.problem.columns) * float(np.log(bench.samples))
 
 
-def refit(now: Trial, one: Score, bench: Bench) -> Trial:
-    """The model with a candidate, from where its score promises the end; from part of the way where that is too far."""
-    starts = [_start(now, one, way) for way in WAYS]
-    structure = starts[0][0]
-    return try_model(structure, [p for _, p in starts], bench, now.first_states, enough=ENOUGH * now.energy)
+def _refitted(now: Trial, one: Score, seen: Trial, bench: Bench) -> Trial:
+    """The model with a candidate, from where its score promises the end; from part of the way where that is too far.
+    seen : the model in which the candidate was seen."""
+    starts = [_start(seen, one, way) for way in WAYS]
+    return try_model(starts[0][0], [p for _, p in starts], bench, now.motions, enough=ENOUGH * now.energy)
 
 
-def _start(now: Trial, one: Score, way: float) -> tuple[Structure, Parameters]:
+def _start(seen: Trial, one: Score, way: float) -> tuple[Structure, Parameters]:
     """The extended structure, and its parameters a part of the way from the null to what the score promises."""
-    c, columns = one.candidate, now.problem.columns
+    c, columns = one.candidate, seen.problem.columns
     amplitude = [way * a for a in one.amplitude]
     values = dict(zip((p.symbol for p in c.effect.parameters), c.values, strict=True))
     values |= dict(zip((c.effect.parameters[k].symbol for k in c.scored), amplitude, strict=True))
     whole = isinstance(c.effect, Difference)  # its name is that of its only parameter
     named = {c.name if whole else f"{c.name}.{symbol}": value for symbol, value in values.items()}
-    old = now.parameters
+    old = seen.parameters
     moved = {old.names[k]: old.values[k] + way * d for k, d in zip(columns, one.moved, strict=True)}
-    return extended(now, c.name, moved | named)
+    return extended(seen, c.name, moved | named)
 
 
 def objection(first: Trial, now: Trial, after: Trial, bench: Bench, terms: Terms) -> str | None:
@@ -148,7 +148,7 @@ def objection(first: Trial, now: Trial, after: Trial, bench: Bench, terms: Terms
 
 def _without(now: Trial, effect: str, bench: Bench) -> Trial:
     structure, parameters = reduced(now, effect)
-    return try_model(structure, [parameters], bench, now.first_states)
+    return try_model(structure, [parameters], bench, now.motions)
 
 
 def drop(first: Trial, causes: Sequence[Found], now: Trial, bench: Bench, terms: Terms) -> tuple[list[Found], Trial]:

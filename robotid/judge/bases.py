@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robotid.judge.columns import with_angle
+from robotid.judge.columns import as_measured
 from robotid.judge.location import BY_DIRECTION, BY_SPEED
 from robotid.model.array import Array
 from robotid.signals.record import Record
@@ -58,11 +58,10 @@ class Basis:
     seen: Array
 
 
-def as_measured(trajectory: Trajectory, record: Record) -> Trajectory:
+def at_measured_speed(trajectory: Trajectory, record: Record) -> Trajectory:
     """A trajectory with the motor's motion as it was measured: there the unknown torque acted."""
-    kept = with_angle(trajectory)
-    speed = measured_guess(kept.joint, kept.theta, record)[kept.joint.speeds.start]
-    return replace(kept, phi_m=record.phi_m, dphi_m=speed)
+    kept = as_measured(trajectory, record)
+    return replace(kept, dphi_m=measured_guess(kept.joint, kept.theta, record)[kept.joint.speeds.start])
 
 
 def variables(trajectory: Trajectory) -> list[Variable]:
@@ -84,8 +83,7 @@ def basis_along(trajectories: Sequence[Trajectory], variable: Variable, count: i
 def _signals(t: Trajectory, variable: Variable) -> tuple[Array, Array]:
     """The variable, and what its curve multiplies, (n,) each."""
     speed = t.dphi_m
-    time = t.begin + np.arange(len(t.u)) * t.sampling_time
-    known = {"dphi_m": speed, "phi_m": t.phi_m, "t": time, "tau_m": t.u, "twist": t.twist, "ddphi_m": None}
+    known = {"dphi_m": speed, "phi_m": t.phi_m, "t": t.t, "tau_m": t.u, "twist": t.twist, "ddphi_m": None}
     x = t.ddphi_m if variable.along == "ddphi_m" else known[variable.along]
     factor = {"": np.ones_like(speed), BY_DIRECTION: np.sign(speed), BY_SPEED: speed}[variable.counted]
     return np.asarray(x), factor

@@ -94,11 +94,8 @@ def _run(
     problem = OutputError(
         joint, parameters, (record,), old.output, np.ones(1), old.estimate_states, (whiten,), PATIENCE
     )
-    unknowns = problem.start()
     try:
-        if not len(unknowns):
-            return problem.evaluate(unknowns)
-        return solve(problem, unknowns, most=MOST_ITERATIONS, tolerance=TOLERANCE).evaluation
+        return solve(problem, problem.start(), most=MOST_ITERATIONS, tolerance=TOLERANCE).evaluation
     except NumericsError:
         return None
 

@@ -48,7 +48,7 @@ def columns(
     free_states = [_moved(trajectory.joint, k) for k in free_states]
     trajectory = with_angle(trajectory)
     joint = trajectory.joint
-    forces, rows = _forces(trajectory, record, missing)
+    forces, rows = _forces(as_measured(trajectory, record), record, missing)
     if more is not None:
         forces = np.concatenate([forces, more], axis=1)
     inner = sensitivities(trajectory, record, fitted, output_rows(joint, output), free_states, forces)
@@ -67,9 +67,20 @@ def with_angle(trajectory: Trajectory) -> Trajectory:
     joint = trajectory.joint
     if joint.keeps_angle:
         return trajectory
-    terms = [(place.port, place.term) for place in joint.placed]
-    kept = Joint(joint.structure, terms, joint.channels, angle=True)
-    return replace(trajectory, joint=kept, x=np.insert(trajectory.x, joint.speeds.start, trajectory.phi_m, axis=0))
+    return replace(
+        trajectory,
+        joint=joint.with_more(angle=True),
+        x=np.insert(trajectory.x, joint.speeds.start, trajectory.phi_m, axis=0),
+    )
+
+
+def as_measured(trajectory: Trajectory, record: Record) -> Trajectory:
+    """The same trajectory at the measured angle: there the torques of the machine acted, while a simulated angle drifts
+    with all that the model lacks."""
+    kept = with_angle(trajectory)
+    x = kept.x.copy()
+    x[kept.joint.speeds.start - 1] = record.phi_m
+    return replace(kept, x=x, phi_m=record.phi_m)
 
 
 def _moved(joint: Joint, state: int) -> int:
@@ -100,16 +111,14 @@ def _term_forces(trajectory: Trajectory, missing: Sequence[Candidate]) -> Array:
     sample."""
     base = trajectory.joint
     placed = [(Port(str(c.place)), c.effect) for c in missing if isinstance(c.effect, Term)]
-    terms = [(place.port, place.term) for place in base.placed]
-    joint = Joint(base.structure, terms, base.channels, angle=True, candidates=placed)
+    joint = base.with_more(candidates=placed, angle=True)
     theta = np.concatenate([trajectory.theta, *(np.array(c.values) for c in missing)])
     wanted = [
         place.at.start - len(base.names) + k
         for place, c in zip(joint.candidates, missing, strict=True)
         for k in c.scored
     ]
-    n, h = len(trajectory.u), trajectory.sampling_time
-    t = trajectory.begin + np.arange(n, dtype=np.float64) * h
+    n, h, t = len(trajectory.u), trajectory.sampling_time, trajectory.t
     memory = _memory(joint, trajectory, missing, theta, t)
     forces = np.zeros((joint.masses, len(wanted), n))
     problem = Problem(base, trajectory.theta, trajectory.u, h, trajectory.x, begin=trajectory.begin)
@@ -145,9 +154,7 @@ def sensed(trajectory: Trajectory, output: Quantity, candidate: Candidate) -> Ar
     """Columns of a channel behind all others on a sensor, (k, n)."""
     joint = trajectory.joint
     assert isinstance(candidate.effect, Channel)
-    terms = [(place.port, place.term) for place in joint.placed]
-    channels = (*joint.channels, (Signal(str(candidate.place)), candidate.effect))
-    extended = Joint(joint.structure, terms, channels, angle=True)
+    extended = joint.with_more(channels=[(Signal(str(candidate.place)), candidate.effect)], angle=True)
     at = len(joint.names) - len(joint.changes)
     theta = np.insert(trajectory.theta, at, candidate.values)
     columns = [at + k for k in candidate.scored]

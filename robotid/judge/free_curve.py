@@ -12,7 +12,6 @@ import numpy as np
 
 from robotid.judge.trial import Bench, Trial, try_joint
 from robotid.model.array import Array
-from robotid.model.joint import Joint
 from robotid.model.port import Port
 from robotid.model.term import Motion, Partials, Term
 
@@ -62,9 +61,8 @@ def _piecewise(x: Array, knots: Array, values: Array) -> tuple[Array, Array]:
 def with_curve(trial: Trial, bench: Bench, term: FreeCurve, moved: Array) -> Trial:
     """The model refitted with a curve as it is, from parameters (k,) moved along with it. Raises NumericsError."""
     joint, parameters = trial.problem.joint, trial.parameters
-    terms = [(place.port, place.term) for place in joint.placed]
-    extended = Joint(joint.structure, [*terms, (Port.MOTOR, term)], joint.channels, angle=bench.output == "position")
+    extended = joint.with_more(terms=[(Port.MOTOR, term)])
     values = parameters.values.copy()
     values[list(trial.problem.columns)] += moved
     start = parameters.with_values(np.clip(values, parameters.lower, parameters.upper))
-    return try_joint(extended, [start, parameters], bench, trial.first_states, patience=PATIENCE, most=MOST_ITERATIONS)
+    return try_joint(extended, [start, parameters], bench, trial.motions, patience=PATIENCE, most=MOST_ITERATIONS)

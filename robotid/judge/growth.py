@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +11,7 @@ from robotid.judge.changes import Change
 from robotid.judge.ranking import Round
 from robotid.judge.trial import Bench, Trial
 from robotid.judge.unknown import Shape
-from robotid.judge.whitening import Whitening
-from robotid.model.array import Array
+from robotid.judge.whitening import whitened_energy
 
 Log = Callable[[str], None]
 
@@ -62,11 +61,7 @@ class Growth:
 
 def misfit_energy(first: Trial, bench: Bench) -> float:
     """Energy of a model's residuals beyond the noise, as a bench sees them."""
-    return _seen(first.residuals, bench.whiten) - bench.samples
-
-
-def _seen(residuals: Sequence[Array], whitenings: Sequence[Whitening]) -> float:
-    return sum(float(np.sum(whiten(r) ** 2)) for whiten, r in zip(whitenings, residuals, strict=True))
+    return whitened_energy(first.residuals, bench.whiten) - bench.samples
 
 
 def share_removed(first: Trial, now: Trial, after: Trial, bench: Bench) -> float:

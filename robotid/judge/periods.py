@@ -15,13 +15,13 @@ from scipy.ndimage import median_filter
 from scipy.signal import find_peaks
 
 from robotid.judge.candidates import Candidate
-from robotid.judge.columns import with_angle
+from robotid.judge.columns import as_measured
 from robotid.judge.score import Scan, left_over
 from robotid.judge.trial import Bench, Trial
 from robotid.model.array import Array
-from robotid.model.joint import Joint
 from robotid.model.port import Port
 from robotid.model.term import Bend, Term
+from robotid.signals.record import Record
 from robotid.simulate.adjoint import force_gradient
 from robotid.simulate.simulate import Trajectory
 
@@ -41,9 +41,9 @@ def periods(missing: Sequence[Candidate], trial: Trial, scans: Sequence[Scan], b
         return ()
     row, gradients = trial.problem.row, []
     residuals = left_over(scans, bench.whiten)
-    for t, record, whiten, residual in zip(trial.trajectories, bench.fitted, bench.whiten, residuals, strict=True):
+    for t, record, whiten, residual in zip(trial.motions.fitted, bench.fitted, bench.whiten, residuals, strict=True):
         gradients.append(force_gradient(t, record, row, whiten.transposed(residual)))
-    return tuple(new for c in round_.values() for new in _at_peaks(c, trial, gradients))
+    return tuple(new for c in round_.values() for new in _at_peaks(c, trial, bench.fitted, gradients))
 
 
 def _counted(candidate: Candidate) -> int | None:
@@ -59,10 +59,13 @@ def _meshes(effect: Term) -> bool:
     return isinstance(effect, Bend) and effect.watches is Port.MOTOR
 
 
-def _at_peaks(candidate: Candidate, trial: Trial, gradients: Sequence[Array]) -> Iterator[Candidate]:
+def _at_peaks(
+    candidate: Candidate, trial: Trial, records: Sequence[Record], gradients: Sequence[Array]
+) -> Iterator[Candidate]:
     k = _counted(candidate)
     assert k is not None
-    waves = [_wave(candidate, k, *case) for case in zip(map(with_angle, trial.trajectories), gradients, strict=True)]
+    moved = map(as_measured, trial.motions.fitted, records)
+    waves = [_wave(candidate, k, *case) for case in zip(moved, gradients, strict=True)]
     angles, weights = (np.concatenate(parts) for parts in zip(*waves, strict=True))
     for n in _peaks(angles, weights, candidate.effect.parameters[k].grid):
         yield replace(candidate, values=(*candidate.values[:k], n, *candidate.values[k + 1 :]))
@@ -75,14 +78,13 @@ def _wave(candidate: Candidate, k: int, trajectory: Trajectory, gradient: Array)
     if _meshes(candidate.effect):  # little but the twist of a stiff gear: a torque between motor and arm
         return trajectory.phi_m, base.ratio * gradient[0] - gradient[1]
     place = (Port(str(candidate.place)), candidate.effect)
-    terms = [(p.port, p.term) for p in base.placed]
-    joint = Joint(base.structure, terms, base.channels, angle=True, candidates=[place])
+    joint = base.with_more(candidates=[place], angle=True)
     flat = (*candidate.values[:k], 0.0, *candidate.values[k + 1 :])
     theta = np.concatenate([trajectory.theta, flat])
-    t = trajectory.begin + np.arange(len(trajectory.u), dtype=np.float64) * trajectory.sampling_time
-    m = joint.candidate_motions(trajectory.x, np.sign(trajectory.x[joint.speeds]), t, theta)[0]
+    x = trajectory.x
+    m = joint.candidate_motions(x, np.sign(x[joint.speeds]), trajectory.t, theta)[0]
     partials = candidate.effect.partials(m, flat).theta
-    factor = sum((np.asarray(partials[i]) for i in candidate.scored), np.zeros(len(t)))
+    factor = sum((np.asarray(partials[i]) for i in candidate.scored), np.zeros(x.shape[1]))
     return m.x, factor * gradient[COORDINATES[place[0]]]
 
 

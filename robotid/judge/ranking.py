@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -17,42 +18,44 @@ from robotid.model.structure import RECORD_CHANGE
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Round:
-    """One look at a model. inflation : energy of the residual per direction that no single candidate explains."""
+    """One look at a model. trial : the model as it was looked at; inflation : energy of the residual per direction that
+    no single candidate explains."""
 
-    scans: tuple[Scan, ...]
+    trial: Trial
     projected: Projected
     scores: tuple[Score, ...]
     inflation: float
 
 
-def look(trial: Trial, bench: Bench, terms: Terms) -> tuple[Scan, ...]:
-    """Every record of the fit with all columns of all candidates."""
-    return _scans(trial, bench, candidates(trial.structure, bench.output, terms.skip))
+@lru_cache(maxsize=1)  # the noise is measured and the candidates are ranked on the same columns
+def look(trial: Trial, skip: tuple[str, ...]) -> tuple[Scan, ...]:
+    """Every record of the fit with all columns of all candidates. skip : effects that are none."""
+    return _scans(trial, candidates(trial.structure, trial.problem.output, skip))
 
 
-def _scans(trial: Trial, bench: Bench, missing: Sequence[Candidate]) -> tuple[Scan, ...]:
+def _scans(trial: Trial, missing: Sequence[Candidate]) -> tuple[Scan, ...]:
     p = trial.problem
     return tuple(
-        scan(t, record, residual, bench.output, p.columns, p.free_states, missing)
-        for t, record, residual in zip(trial.trajectories, bench.fitted, trial.residuals, strict=True)
+        scan(t, record, residual, p.output, p.columns, p.free_states, missing)
+        for t, record, residual in zip(trial.motions.fitted, p.records, trial.residuals, strict=True)
     )
 
 
-def rank(trial: Trial, scans: Sequence[Scan], bench: Bench, terms: Terms) -> Round:
+def rank(trial: Trial, bench: Bench, terms: Terms) -> Round:
     """All candidates by what they would explain, and every parameter as different in each record."""
     names = list(dict.fromkeys(record.name for record in bench.fitted))
     wanted = len(names) > 1 and RECORD_CHANGE not in terms.skip
     other = differences(trial.problem.joint, trial.problem.columns, names) if wanted else ()
-    known = candidates(trial.structure, bench.output, terms.skip)
+    scans, known = look(trial, terms.skip), candidates(trial.structure, bench.output, terms.skip)
     more = periods(known, trial, scans, bench)
     columns = trial.problem.columns
     if more:
-        scans = [_with_more(one, new) for one, new in zip(scans, _scans(trial, bench, more), strict=True)]
+        scans = tuple(_with_more(one, new) for one, new in zip(scans, _scans(trial, more), strict=True))
     missing = (*known, *more, *other)
     projected = project([_with_differences(one, other, columns) for one in scans], bench.whiten)
     scores = score(projected, missing)
     best = best_of_each(scores)
-    return Round(tuple(scans), projected, tuple(scores), _inflation(projected, best))
+    return Round(trial, projected, tuple(scores), _inflation(projected, best))
 
 
 def _with_more(one: Scan, new: Scan) -> Scan:

@@ -130,10 +130,14 @@ def left_over(scans: Sequence[Scan], whitenings: Sequence[Whitening]) -> list[Ar
     found = []
     for one, whiten in zip(bare, whitenings, strict=True):
         signals = whiten(one.signals)
-        left = signals[-1] - moved @ signals[one.states : -1]
-        basis = np.linalg.qr(signals[: one.states].T)[0]
-        found.append(np.asarray(left - basis @ (basis.T @ left)))
+        found.append(beyond(signals[-1] - moved @ signals[one.states : -1], signals[: one.states]))
     return found
+
+
+def beyond(signal: Array, others: Array) -> Array:
+    """What of a signal (n,) lies along none of the others (k, n)."""
+    basis = np.linalg.qr(others.T)[0]
+    return np.asarray(signal - basis @ (basis.T @ signal))
 
 
 def score(projected: Projected, missing: Sequence[Candidate]) -> list[Score]:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from robotid.judge.acceptance import Tried, accept, drop, found, objection, refit_hopeful
 from robotid.judge.changes import changes
 from robotid.judge.growth import Found, Growth, Log, Turned, misfit_energy, share_removed
-from robotid.judge.ranking import Round, look, rank
+from robotid.judge.ranking import Round, rank
 from robotid.judge.score import significance
 from robotid.judge.set_up import renew, set_up
 from robotid.judge.simulated import Model
@@ -43,10 +43,11 @@ def search(
 
 def grow(first: Trial, bench: Bench, terms: Terms, log: Log) -> Growth:
     """Extend a model cause by cause."""
-    now, causes, turned, rounds, imitated = first, list[Found](), list[Turned](), list[Round](), None
+    looked, now = first, first
+    causes, turned, rounds, imitated = list[Found](), list[Turned](), list[Round](), None
     while len(causes) < terms.causes and len(rounds) < 2 * terms.causes:
         log(f"scoring the catalogue for cause {len(causes) + 1}")
-        seen = rank(now, look(now, bench, terms), bench, terms)
+        seen = rank(looked, bench, terms)
         rounds.append(seen)
         tried = refit_hopeful(now, seen, bench, terms, log)
         one = accept(first, now, tried, seen, bench, terms, turned)
@@ -54,13 +55,13 @@ def grow(first: Trial, bench: Bench, terms: Terms, log: Log) -> Growth:
         if not new:
             break
         causes, now = _without_worthless(first, [*causes, *new], bench, terms, turned, log)
-        bench, now = renew(now, bench, terms)
+        looked, (bench, now) = now, renew(now, bench, terms)
         imitated = _imitated(first, now, bench) if len(causes) == TRUSTED else None
         if imitated is not None:
             break
     log("looking for what no effect explains")
     growth = Growth(bench, first, now, tuple(causes), tuple(turned), tuple(rounds))
-    if causes and imitated is None:
+    if causes and len(causes) != TRUSTED:
         imitated = _imitated(first, now, bench)
     growth = _with_unknown(growth, terms) if imitated is None else _as_unknown(growth, imitated)
     if RECORD_CHANGE in terms.skip:
@@ -75,7 +76,7 @@ def _together(first: Trial, now: Trial, tried: Tried, seen: Round, bench: Bench,
         return []
     alone = found(first, now, tried, seen, bench)
     log(f"looking for a second cause beside {alone.effect}")
-    more = rank(alone.after, look(alone.after, bench, terms), bench, terms)
+    more = rank(alone.after, bench, terms)
     pairs = refit_hopeful(alone.after, more, bench, terms, log)
     for k, (_, after) in enumerate(pairs):
         if objection(first, now, after, bench, terms) is None:
@@ -123,7 +124,7 @@ def _imitated(first: Trial, last: Trial, bench: Bench) -> Shape | None:
 
     if misfit_energy(first, bench) <= 0.0 or last.energy - samples <= 0.0:
         return None
-    again = try_model(first.structure, [first.parameters], bench, first.first_states)  # by the noise as it shows now
+    again = try_model(first.structure, [first.parameters], bench, first.motions)  # by the noise as it shows now
     explained = share(again, again.energy - last.energy, again.held_energy - last.held_energy)
     free = next(iter(shapes(again, bench)), None) if explained <= enough else None
     if free is None or _stands(explained, free.energy / max(again.energy - samples, 1e-9), reached=bench.reached):

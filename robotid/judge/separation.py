@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -62,9 +61,8 @@ def _played(trial: Trial, reference: Reference, controller: Controller) -> Recor
 
 
 def _error(trial: Trial, record: Record) -> float:
-    held = replace(trial.parameters, free=np.zeros(len(trial.parameters.names), dtype=bool))
     old = trial.problem
-    problem = OutputError(old.joint, held, (record,), old.output, np.ones(1), patience=PATIENCE)
+    problem = OutputError(old.joint, trial.parameters.held, (record,), old.output, np.ones(1), patience=PATIENCE)
     found = solve(problem, problem.start(), most=MOST_ITERATIONS_HELD, tolerance=TOLERANCE_HELD)
     residual: Array = found.evaluation.residuals[0]
     return float(np.sqrt(np.mean(residual**2)))

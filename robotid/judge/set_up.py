@@ -14,7 +14,7 @@ from robotid.judge.ranking import look
 from robotid.judge.score import Scan, scan, unexplained
 from robotid.judge.simulated import Model, measured, simulate_record
 from robotid.judge.terms import Terms
-from robotid.judge.trial import Bench, Trial, first_state, try_model
+from robotid.judge.trial import Bench, Motions, Trial, try_model
 from robotid.judge.unknown import free_forces
 from robotid.judge.whitening import Whitening, whitening
 from robotid.model.array import Array
@@ -46,20 +46,17 @@ def set_up(
     held_pieces = tuple(piece for record in held for piece in record.pieces(horizon or record.duration))
     whiten_held = _held_whitening(bare, model.theta, whiten, held_pieces)
     bench = Bench(tuple(pieces), held_pieces, whiten, whiten_held, model.output, model.estimate_states, reached, errors)
-    states = [first_state(t) for t in trajectories]
-    return bench, try_model(model.joint.structure, [model.parameters], bench, states)
+    return bench, try_model(model.joint.structure, [model.parameters], bench, Motions(tuple(trajectories)))
 
 
 def renew(trial: Trial, bench: Bench, terms: Terms) -> tuple[Bench, Trial]:
     """The bench with the noise as it shows behind a better model, never larger, and that model refitted on it."""
     problem, theta = trial.problem, trial.parameters.values
-    scans = look(trial, bench, terms)
+    scans = look(trial, terms.skip)
     whiten, _ = estimate_noise(scans, bench.output, problem.row, lambda: _freed(scans, problem), errors=bench.errors)
-    if max(w.torque for w in whiten) > max(w.torque for w in bench.whiten):
-        return bench, trial
-    held = _held_whitening(problem, theta, whiten, bench.held)
-    bench = replace(bench, whiten=whiten, whiten_held=held)
-    return bench, try_model(trial.structure, [trial.parameters], bench, trial.first_states)
+    if max(w.torque for w in whiten) <= max(w.torque for w in bench.whiten):
+        bench = replace(bench, whiten=whiten, whiten_held=_held_whitening(problem, theta, whiten, bench.held))
+    return bench, try_model(trial.structure, [trial.parameters], bench, trial.motions)
 
 
 def _freed(scans: Sequence[Scan], problem: OutputError) -> list[Array]:

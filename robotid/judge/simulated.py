@@ -112,9 +112,6 @@ def measured(record: Record, quantity: Quantity) -> Array:
 
 
 def _simulate(model: Model, piece: Record, first_state: Array | None) -> Trajectory:
-    held = replace(model.parameters, free=np.zeros(len(model.theta), dtype=bool))
-    problem = OutputError(model.joint, held, (piece,), model.output, np.ones(1), model.estimate_states)
+    problem = OutputError(model.joint, model.parameters.held, (piece,), model.output, np.ones(1), model.estimate_states)
     start = problem.start() if first_state is None else first_state[list(problem.free_states)]
-    if not problem.free_states:
-        return problem.evaluate(start).trajectories[0]
     return solve(problem, start, most=MOST_ITERATIONS, tolerance=TOLERANCE).evaluation.trajectories[0]

@@ -19,16 +19,13 @@ from robotid.model.structure import Structure
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Quantity, Record
 from robotid.simulate.assemble import assemble
-from robotid.simulate.simulate import Trajectory
+from robotid.simulate.simulate import Trajectory, measured_guess
 
 UNIDENTIFIABLE = 1e-9  # smallest singular value of the scaled Jacobian
 PATIENCE = 20  # windows in which LSODA may help
-MOST_ITERATIONS, TOLERANCE = 12, 1e-5
+MOST_ITERATIONS, TOLERANCE = 12, 1e-4
+CLOSE = 1e-3  # of the misfit: a step that gains less is not worth it while there is so much of it
 MOST_ITERATIONS_HELD, TOLERANCE_HELD = 8, 1e-4
-
-
-FirstState = Mapping[str, float]
-"""A first state by the names of the states."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,24 +49,39 @@ class Bench:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Motions:
+    """Trajectories of a bench's records by a model alike, from which a fit may start; none where none are known."""
+
+    fitted: tuple[Trajectory, ...] = ()
+    held: tuple[Trajectory, ...] = ()
+
+
+NOWHERE = Motions()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Trial:
-    """A structure refitted on a bench.
+    """A structure refitted on a bench. motions : on its records; held_energy : of the whitened residuals on held-out
+    records, in noise variances; residuals (n,) : on the fitted records, held_residuals on the others; held_fit :
+    percent fit of each of these."""
 
-    energy, held_energy : of the whitened residuals on fitted and held-out records, in noise variances; trajectories,
-    residuals (n,) : on the fitted records, held_* on the others; fit_percent : of the held-out records.
-    """
-
-    structure: Structure
     parameters: Parameters
     problem: OutputError
     solution: Solution
-    energy: float
+    motions: Motions
     held_energy: float
-    trajectories: tuple[Trajectory, ...]
     residuals: tuple[Array, ...]
-    held_trajectories: tuple[Trajectory, ...]
     held_residuals: tuple[Array, ...]
     held_fit: Array
+
+    @property
+    def structure(self) -> Structure:
+        return self.problem.joint.structure
+
+    @property
+    def energy(self) -> float:
+        """Of the whitened residuals on the fitted records, in noise variances."""
+        return 2.0 * self.solution.evaluation.cost
 
     @property
     def held_fit_percent(self) -> float:
@@ -84,68 +96,55 @@ class Trial:
         inverse = np.linalg.pinv(factor / scale, rcond=UNIDENTIFIABLE) / scale[:, None]
         return np.asarray(inverse @ inverse.T * max(1.0, self.energy / sum(map(len, self.residuals))))
 
-    @property
-    def first_states(self) -> tuple[FirstState, ...]:
-        """Of the fitted records."""
-        return tuple(map(first_state, self.trajectories))
-
-
-def first_state(trajectory: Trajectory) -> FirstState:
-    """Where a trajectory starts."""
-    return dict(zip(trajectory.joint.state_names, trajectory.x[:, 0].tolist(), strict=True))
-
 
 def try_model(
     structure: Structure,
     starts: Sequence[Parameters],
     bench: Bench,
-    states: Sequence[FirstState] = (),
+    near: Motions = NOWHERE,
     *,
     enough: float = 0.0,
 ) -> Trial:
     """Refit all free parameters from the best of `starts`, the boldest first, or the first whose energy is low enough.
-    states : guesses of the first state of each fitted record.
+    near : motions close by.
 
     Raises NumericsError where the model cannot be simulated.
     """
-    return try_joint(assemble(structure, angle=bench.output == "position"), starts, bench, states, enough=enough)
+    joint = assemble(structure, angle=bench.output == "position")
+    return try_joint(joint, starts, bench, near, enough=enough)
 
 
 def try_joint(
     joint: Joint,
     starts: Sequence[Parameters],
     bench: Bench,
-    states: Sequence[FirstState] = (),
+    near: Motions = NOWHERE,
     *,
     enough: float = 0.0,
     patience: int = PATIENCE,
     most: int = MOST_ITERATIONS,
 ) -> Trial:
     """The same for a joint as it is. patience : windows of a record in which LSODA may help; most : iterations."""
-    problem, at = _problem(joint, starts, bench, states, enough, patience)
-    solution = solve(problem, at.unknowns, most=most, tolerance=TOLERANCE, known=at)
-    start = problem.parameters
-    parameters = start.with_values(problem.theta(solution.evaluation.unknowns))
-    trajectories = solution.evaluation.trajectories
-    residuals = _residuals(trajectories, bench.fitted, bench.output)
-    held = _hold_out(problem, parameters, bench)
+    problem, at = _problem(joint, starts, bench, near.fitted, enough, patience)
+    misfit = max(0.0, 1.0 - bench.samples / max(2.0 * at.cost, 1e-300))
+    tolerance = max(TOLERANCE, CLOSE * misfit)
+    solution = solve(problem, at.unknowns, most=most, tolerance=tolerance, known=at, most_small=1)
+    parameters = problem.parameters.with_values(problem.theta(solution.evaluation.unknowns))
+    held = _hold_out(problem, parameters, bench, near.held)
+    motions = Motions(solution.evaluation.trajectories, tuple(e.trajectories[0] for e in held))
+    fits = [
+        fit_percent(measured(record, bench.output), observed(t, bench.output))
+        for t, record in zip(motions.held, bench.held, strict=True)
+    ]
     return Trial(
-        joint.structure,
         parameters,
         problem,
         solution,
-        2.0 * solution.evaluation.cost,
+        motions,
         2.0 * sum(e.cost for e in held),
-        trajectories,
-        residuals,
-        tuple(e.trajectories[0] for e in held),
-        _residuals([e.trajectories[0] for e in held], bench.held, bench.output),
-        np.array(
-            [
-                fit_percent(measured(record, bench.output), observed(e.trajectories[0], bench.output))
-                for e, record in zip(held, bench.held, strict=True)
-            ]
-        ),
+        _residuals(motions.fitted, bench.fitted, bench.output),
+        _residuals(motions.held, bench.held, bench.output),
+        np.array(fits),
     )
 
 
@@ -153,7 +152,7 @@ def _problem(
     joint: Joint,
     starts: Sequence[Parameters],
     bench: Bench,
-    states: Sequence[FirstState],
+    near: Sequence[Trajectory],
     enough: float,
     patience: int,
 ) -> tuple[OutputError, Evaluation]:
@@ -164,7 +163,7 @@ def _problem(
             joint, start, bench.fitted, bench.output, weights, bench.estimate_states, bench.whiten, patience
         )
         try:
-            at = one.evaluate(np.clip(_unknowns(one, states), *one.bounds()))
+            at = _begin(one, near)
         except NumericsError:
             if k == len(starts) - 1 and not best:
                 raise
@@ -177,31 +176,44 @@ def _problem(
     return best[0]
 
 
-def _unknowns(problem: OutputError, states: Sequence[FirstState]) -> Array:
-    """Where the iteration starts: the problem's parameters, and first states as far as they are known."""
-    unknowns = problem.start()
-    for k, known in enumerate(states):
-        for i, row in enumerate(problem.free_states, start=len(problem.columns) + k * len(problem.free_states)):
-            unknowns[i] = known.get(problem.joint.state_names[row], unknowns[i])
-    return unknowns
+def _begin(problem: OutputError, near: Sequence[Trajectory]) -> Evaluation:
+    """A problem where its iteration starts: at its parameters, and at motions nearby as far as these are known."""
+    unknowns, own = problem.start(), len(problem.free_states)
+    guesses = []
+    for k, (record, known) in enumerate(zip(problem.records, near, strict=False)):
+        guess = measured_guess(problem.joint, problem.joint.in_record(problem.parameters.values, record.name), record)
+        row = {name: i for i, name in enumerate(known.joint.state_names)}
+        for i, name in enumerate(problem.joint.state_names):
+            if name in row:
+                guess[i] = known.x[row[name]]
+        guesses.append(guess)
+        first = len(problem.columns) + k * own
+        unknowns[first : first + own] = guess[list(problem.free_states), 0]
+    return problem.evaluate(np.clip(unknowns, *problem.bounds()), guesses=guesses)
 
 
 def _residuals(trajectories: Sequence[Trajectory], records: Sequence[Record], output: Quantity) -> tuple[Array, ...]:
     return tuple(measured(r, output) - observed(t, output) for t, r in zip(trajectories, records, strict=True))
 
 
-def _hold_out(problem: OutputError, parameters: Parameters, bench: Bench) -> tuple[Evaluation, ...]:
+def _hold_out(
+    problem: OutputError, parameters: Parameters, bench: Bench, near: Sequence[Trajectory]
+) -> tuple[Evaluation, ...]:
     """Each held-out record with the parameters held and its own first states."""
-    held = replace(parameters, free=np.zeros(len(parameters.names), dtype=bool))
     found = []
-    for record, whiten in zip(bench.held, bench.whiten_held, strict=True):
+    for k, (record, whiten) in enumerate(zip(bench.held, bench.whiten_held, strict=True)):
         one = OutputError(
-            problem.joint, held, (record,), bench.output, np.ones(1), bench.estimate_states, (whiten,), problem.patience
+            problem.joint,
+            parameters.held,
+            (record,),
+            bench.output,
+            np.ones(1),
+            bench.estimate_states,
+            (whiten,),
+            problem.patience,
         )
-        if one.free_states:
-            found.append(solve(one, one.start(), most=MOST_ITERATIONS_HELD, tolerance=TOLERANCE_HELD).evaluation)
-        else:
-            found.append(one.evaluate(one.start()))
+        at = _begin(one, near[k : k + 1])
+        found.append(solve(one, at.unknowns, most=MOST_ITERATIONS_HELD, tolerance=TOLERANCE_HELD, known=at).evaluation)
     return tuple(found)
 
 

@@ -13,12 +13,12 @@ from scipy.linalg import eigh
 from scipy.optimize import linprog
 
 from robotid.errors import NumericsError
-from robotid.judge.bases import Basis, Variable, applied, as_measured, basis_along, variables
+from robotid.judge.bases import Basis, Variable, applied, at_measured_speed, basis_along, variables
 from robotid.judge.free_curve import FreeCurve, with_curve
 from robotid.judge.location import BY_SPEED, Curve
-from robotid.judge.score import Projected, project, scan
+from robotid.judge.score import Projected, beyond, project, scan
 from robotid.judge.trial import Bench, Trial
-from robotid.judge.whitening import Whitening
+from robotid.judge.whitening import whitened_energy
 from robotid.model.array import Array
 from robotid.signals.record import Record
 from robotid.simulate.simulate import Trajectory
@@ -51,7 +51,7 @@ class Shape:
 
 def shapes(trial: Trial, bench: Bench) -> list[Shape]:
     """The curves that explain most of what a model leaves, best first; all variables are seen coarsely before."""
-    kept = tuple(map(as_measured, trial.trajectories, bench.fitted))
+    kept = tuple(map(at_measured_speed, trial.motions.fitted, bench.fitted))
     coarse = _fit(trial, bench, [basis_along(kept, v, COARSE) for v in variables(kept[0])])
     fine = [_fit(trial, bench, [basis_along(kept, one.variable, KNOTS)])[0] for one in coarse[:FINALISTS]]
     return sorted(fine, key=lambda s: -s.energy)
@@ -62,7 +62,8 @@ def in_motion(shape: Shape, trial: Trial, bench: Bench) -> Shape:
     simulated with it. Along all but the speed the first look does."""
     if shape.variable.along != "dphi_m":
         return _held_out(shape, trial, bench)
-    whole, whole_held = _seen(trial.residuals, bench.whiten), _seen(trial.held_residuals, bench.whiten_held)
+    whole = whitened_energy(trial.residuals, bench.whiten)
+    whole_held = whitened_energy(trial.held_residuals, bench.whiten_held)
     best, now = None, shape
     for _ in range(SWEEPS):
         try:
@@ -80,21 +81,15 @@ def in_motion(shape: Shape, trial: Trial, bench: Bench) -> Shape:
 def _held_out(shape: Shape, trial: Trial, bench: Bench) -> Shape:
     """The curve with what it explains on the records held out, their first states free."""
     explained, p = 0.0, trial.problem
-    held = zip(trial.held_trajectories, bench.held, trial.held_residuals, bench.whiten_held, strict=True)
+    held = zip(trial.motions.held, bench.held, trial.held_residuals, bench.whiten_held, strict=True)
     for t, record, residual, whiten in held:
-        force = applied(shape.basis, as_measured(t, record), shape.values)
+        force = applied(shape.basis, at_measured_speed(t, record), shape.values)
         one = scan(t, record, residual, bench.output, p.columns, p.free_states, (), force[:, None])
         signals = whiten(one.signals)
         first, known, answer, left = signals[: one.states], signals[one.states : -2], signals[-2], signals[-1]
         less = left - answer - shape.moved @ known
-        basis = np.linalg.qr(first.T)[0]
-        explained += _energy(left - basis @ (basis.T @ left)) - _energy(less - basis @ (basis.T @ less))
+        explained += _energy(beyond(left, first)) - _energy(beyond(less, first))
     return replace(shape, held_energy=explained)
-
-
-def _seen(residuals: Sequence[Array], whitenings: Sequence[Whitening]) -> float:
-    """Energy of residuals as a bench sees them, which need not be that of the trial's own."""
-    return sum(_energy(whiten(r)) for whiten, r in zip(whitenings, residuals, strict=True))
 
 
 def _energy(signal: Array) -> float:
@@ -103,7 +98,7 @@ def _energy(signal: Array) -> float:
 
 def free_forces(trajectory: Trajectory, record: Record) -> Array:
     """Generalised forces (nv, k, n) of coarse curves along all variables."""
-    kept = as_measured(trajectory, record)
+    kept = at_measured_speed(trajectory, record)
     bases = [basis_along((kept,), variable, COARSE) for variable in variables(kept)]
     return np.concatenate([basis.forces[0] for basis in bases], axis=1)
 
@@ -112,7 +107,7 @@ def _fit(trial: Trial, bench: Bench, bases: Sequence[Basis], acting: Array | flo
     """Each basis by itself to the residual, all columns in one solve, best first. acting : values of the curve that
     acts already."""
     p, scans = trial.problem, []
-    cases = zip(trial.trajectories, bench.fitted, trial.residuals, strict=True)
+    cases = zip(trial.motions.fitted, bench.fitted, trial.residuals, strict=True)
     for k, (t, record, residual) in enumerate(cases):
         forces = np.concatenate([basis.forces[k] for basis in bases], axis=1)
         scans.append(scan(t, record, residual, bench.output, p.columns, p.free_states, (), forces))

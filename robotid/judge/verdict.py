@@ -76,8 +76,8 @@ def _word(growth: Growth, misfit: float, floor: float) -> Verdict:
 def _cases_after(growth: Growth) -> list[Case]:
     """The records once the causes are there."""
     bench, last = growth.bench, growth.last
-    fitted = zip(last.trajectories, bench.fitted, last.residuals, strict=True)
-    return [*fitted, *zip(last.held_trajectories, bench.held, last.held_residuals, strict=True)]
+    fitted = zip(last.motions.fitted, bench.fitted, last.residuals, strict=True)
+    return [*fitted, *zip(last.motions.held, bench.held, last.held_residuals, strict=True)]
 
 
 def _after(growth: Growth) -> dict[str, Array]:

@@ -6,6 +6,7 @@ filter is the innovations form of the Kalman predictor for both (Ljung 1999, sec
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +34,11 @@ class Whitening:
     def transposed(self, signals: Array) -> Array:
         """The adjoint of the filter: from the last sample to the first."""
         return np.asarray(self(signals[..., ::-1])[..., ::-1])
+
+
+def whitened_energy(residuals: Sequence[Array], whitenings: Sequence[Whitening]) -> float:
+    """Of residuals (n,), each through its own filter, in noise variances."""
+    return sum(float(np.sum(whiten(r) ** 2)) for whiten, r in zip(whitenings, residuals, strict=True))
 
 
 def whitening(joint: Joint, theta: Array, row: int, sampling_time: float, levels: tuple[float, float]) -> Whitening:

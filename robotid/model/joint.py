@@ -81,6 +81,24 @@ class Joint:
         self._lay_out_changes()
         self._lay_out_candidates(candidates, probes[len(terms) :])
 
+    def with_more(
+        self,
+        *,
+        terms: Sequence[tuple[Port, Term]] = (),
+        channels: Sequence[tuple[Signal, Channel]] = (),
+        candidates: Sequence[tuple[Port, Term]] = (),
+        angle: bool = False,
+    ) -> Joint:
+        """The same joint with further effects behind its own, and with other candidates."""
+        own = [(place.port, place.term) for place in self.placed]
+        return Joint(
+            self.structure,
+            [*own, *terms],
+            [*self.channels, *channels],
+            angle=angle or self.keeps_angle,
+            candidates=candidates,
+        )
+
     def _lay_out(self, terms: Sequence[tuple[Port, Term]], probes: Sequence[_Reads]) -> None:
         nv, npos = self.masses, self.masses - 1 + self.keeps_angle
         r = self.ratio

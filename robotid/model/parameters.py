@@ -51,6 +51,11 @@ class Parameters:
     def __getitem__(self, name: str) -> float:
         return float(self.values[self.names.index(name)])
 
+    @property
+    def held(self) -> Parameters:
+        """The same parameters, none of them free."""
+        return replace(self, free=np.zeros(len(self.names), dtype=bool))
+
     def with_values(self, values: Array | Mapping[str, float]) -> Parameters:
         """The same parameters with other values; a mapping changes the named ones only."""
         if isinstance(values, Mapping):

@@ -40,6 +40,11 @@ class Trajectory:
     begin: float = 0.0
 
     @property
+    def t(self) -> Array:
+        """Times of the samples [s], (n,)."""
+        return np.asarray(self.begin + np.arange(len(self.u), dtype=np.float64) * self.sampling_time)
+
+    @property
     def ddphi_m(self) -> Array:
         """Motor acceleration at the start of each interval [rad/s2], (n,)."""
         joint, n = self.joint, len(self.u)

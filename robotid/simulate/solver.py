@@ -22,7 +22,7 @@ from robotid.simulate.steps import Motive, Steps, linearise
 
 MOST_ITERATIONS = 40
 MOST_IDLE = 10  # iterations in which nothing settles
-LARGEST_WINDOW = 2000
+LARGEST_WINDOW = 4000
 SHORT_WINDOW = 500
 SMALLEST_WINDOW = 8
 FEW_ITERATIONS = 5

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -62,7 +63,7 @@ def extended(c: Candidate) -> tuple[Joint, Array, list[int]]:
 def test_column_is_that_of_the_joint_with_the_effect_at_its_null(effect: str, shape: int) -> None:
     c = candidate(effect, shape)
     without = motion(structure_with(effect).without(effect))
-    found = columns(without, RECORD, "speed", (), (), (c,)).missing
+    found = columns(without, replace(RECORD, phi_m=without.phi_m), "speed", (), (), (c,)).missing
     joint, theta, scored = extended(c)
     trajectory = simulate(joint, theta, RECORD, np.zeros(joint.nx), without.x if joint.nx == len(without.x) else None)
     assert trajectory.dphi_m == pytest.approx(without.dphi_m, abs=1e-5)
@@ -76,7 +77,7 @@ def test_column_is_that_of_the_joint_with_the_effect_at_its_null(effect: str, sh
 def test_column_tells_what_a_little_of_the_effect_does(effect: str) -> None:
     c = candidate(effect, -1)
     without = motion(structure_with(effect).without(effect))
-    found = columns(without, RECORD, "speed", (), (), (c,)).missing
+    found = columns(without, replace(RECORD, phi_m=without.phi_m), "speed", (), (), (c,)).missing
     joint, theta, scored = extended(c)
     start = np.zeros(joint.nx)
     base = simulate(joint, theta, RECORD, start)

@@ -47,7 +47,7 @@ def unfit(made: list[Record]) -> tuple[Bench, Trial]:
 
 
 def scans(trial: Trial, bench: Bench, missing: tuple[Candidate, ...]) -> list[Scan]:
-    p, cases = trial.problem, zip(trial.trajectories, bench.fitted, trial.residuals, strict=True)
+    p, cases = trial.problem, zip(trial.motions.fitted, bench.fitted, trial.residuals, strict=True)
     return [scan(t, record, e, "speed", p.columns, p.free_states, missing) for t, record, e in cases]
 
 
@@ -73,7 +73,7 @@ def test_the_energy_that_a_score_promises_is_what_a_refit_removes(name: str) -> 
         assert found[symbol] == pytest.approx(value, abs=0.1 * max(map(abs, amplitudes.values())))
     structure, start = extended(before, name, {f"{name}.{s}": v for s, v in (shapes | found).items()})
     held = np.array([p not in {f"{name}.{s}" for s in shapes} for p in start.names])
-    after = try_model(structure, [replace(start, free=held)], bench, before.first_states)
+    after = try_model(structure, [replace(start, free=held)], bench, before.motions)
     assert before.energy - after.energy == pytest.approx(promised.energy, rel=0.1)
     assert after.energy < 0.05 * before.energy
 

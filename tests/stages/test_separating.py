@@ -61,7 +61,7 @@ def twins(case: str) -> tuple[Bench, Trial, Trial, Trial]:
     hidden, other = TWINS[case]
     where, first = bench(records(hidden))
     starts = (extended(first, effect_of(values), values) for values in (hidden, other))
-    one, rival = (try_model(structure, [start], where, first.first_states) for structure, start in starts)
+    one, rival = (try_model(structure, [start], where, first.motions) for structure, start in starts)
     return where, first, one, rival
 
 
@@ -127,6 +127,6 @@ def test_it_separates_the_models_by_what_it_claims(case: str) -> None:
 @pytest.mark.parametrize("case", TWINS)
 def test_it_separates_them_better_than_the_records_that_there_are(case: str) -> None:
     where, _, one, rival = twins(case)
-    pairs = zip(one.trajectories, rival.trajectories, strict=True)
+    pairs = zip(one.motions.fitted, rival.motions.fitted, strict=True)
     apart = [observed(a, "speed") - observed(b, "speed") for a, b in pairs]
     assert proposed(case).ratio > 2 * float(np.sqrt(np.mean(np.concatenate(apart) ** 2))) / noise(where)
