@@ -12,6 +12,7 @@ from robotid.judge.candidates import Candidate, Difference
 from robotid.judge.growth import Found, Log, Turned, share_removed
 from robotid.judge.ranking import Round, best_of_each, p_value
 from robotid.judge.score import Score
+from robotid.judge.shooting import try_from_pieces
 from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Trial, extended, reduced, try_model
 from robotid.model.parameters import Parameters
@@ -28,6 +29,7 @@ WAYS = (1.0, 0.5, 0.1)  # of the way to what a score promises, where refits star
 STILL = 0.1  # of what a cause explained when it was named: one without which more is lost has not lost its worth
 ENOUGH = 0.5  # of a model's energy: a start that leaves less is good
 DOUBTFUL = 0.5  # of the misfit: an effect that goes round and promises less is tried from other points, too
+KEPT = 0.8  # of what a score promises: a refit that removes less has lost its way
 POINTS, NEIGHBOURS = 2, 0.1  # how many, and how close (relative) they would be the same
 COLLINEAR = 0.999  # cosine at which columns are the same
 
@@ -108,10 +110,19 @@ def _criterion(trial: Trial, bench: Bench) -> float:
 
 
 def _refitted(now: Trial, one: Score, seen: Trial, bench: Bench) -> Trial:
-    """The model with a candidate, from where its score promises the end; from part of the way where that is too far.
-    seen : the model in which the candidate was seen."""
+    """The model with a candidate, from where its score promises the end; from part of the way where that is too far,
+    and from short pieces where it breaks a large promise. seen : the model in which the candidate was seen."""
     starts = [_start(seen, one, way) for way in WAYS]
-    return try_model(starts[0][0], [p for _, p in starts], bench, now.motions, enough=ENOUGH * now.energy)
+    structure, parameters, enough = starts[0][0], [p for _, p in starts], ENOUGH * now.energy
+    after = try_model(structure, parameters, bench, now.motions, enough=enough)
+    kept = now.energy - after.energy > KEPT * one.energy and after.held_energy <= now.held_energy
+    if kept or one.energy < DOUBTFUL * (now.energy - bench.samples):
+        return after
+    try:
+        again = try_from_pieces(structure, parameters, bench, enough=enough)
+    except NumericsError:
+        return after
+    return min(after, again, key=lambda trial: trial.energy)
 
 
 def _start(seen: Trial, one: Score, way: float) -> tuple[Structure, Parameters]:
