@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -47,15 +47,7 @@ def _command(stage: str | None) -> Callable[..., None]:
         dry_run: DryRun = False,
         debug: Debug = False,
     ) -> None:
-        limit_threads(jobs)
-        from robotid.cli.perform import Manner, open_run, perform
-
-        try:
-            manner = Manner(as_json=as_json, quiet=quiet, force=force, dry_run=dry_run)
-            perform(stage, open_run(config, out, overrides or []), manner)
-        except KeyboardInterrupt:
-            say("interrupted")
-            raise typer.Exit(INTERRUPTED) from None
+        _perform(stage, config, out, overrides, jobs, as_json=as_json, quiet=quiet, force=force, dry_run=dry_run)
 
     return command
 
@@ -75,12 +67,19 @@ def _report(
     dry_run: DryRun = False,
     debug: Debug = False,
 ) -> None:
+    manner = {"as_json": as_json, "quiet": quiet, "force": force, "dry_run": dry_run, "figures": figures, "form": form}
+    _perform("report", config, out, overrides, jobs, **manner)
+
+
+def _perform(
+    stage: str | None, config: Path, out: Path | None, overrides: list[str] | None, jobs: int | None, **manner: Any
+) -> None:
+    """A stage, or all of them. manner : as of `robotid.cli.perform.Manner`."""
     limit_threads(jobs)
     from robotid.cli.perform import Manner, open_run, perform
 
     try:
-        manner = Manner(as_json=as_json, quiet=quiet, force=force, dry_run=dry_run, figures=figures, form=form)
-        perform("report", open_run(config, out, overrides or []), manner)
+        perform(stage, open_run(config, out, overrides or []), Manner(**manner))
     except KeyboardInterrupt:
         say("interrupted")
         raise typer.Exit(INTERRUPTED) from None

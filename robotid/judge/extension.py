@@ -98,21 +98,20 @@ def extend(refit: Refit, effects: Sequence[str]) -> Extension:
     )
 
 
-def gains(refit: Refit, effects: Sequence[str]) -> list[float]:
+def gains(refit: Refit, effects: Sequence[str]) -> tuple[list[float], FitResult | None]:
     """What each effect gains on the records held out once the earlier ones are there [% points of fit]; what gains
-    nothing so, beside all others. nan without such records. Raises NumericsError as `extend` does."""
-    if all(r.name in refit.before.records for r in refit.records):
-        return [float("nan")] * len(effects)
+    nothing so, beside all others; and the fit with all. nan and none without such records or without effects. Raises
+    NumericsError as `extend` does."""
+    if not effects or all(r.name in refit.before.records for r in refit.records):
+        return [float("nan")] * len(effects), None
 
-    def held(some: Sequence[str]) -> float:
-        return _held(refit.scores(refit.fit(some)))
-
-    reached = [_held(refit.scores(refit.before)), *(held(effects[: k + 1]) for k in range(len(effects)))]
+    fits = [refit.before, *(refit.fit(effects[: k + 1]) for k in range(len(effects)))]
+    reached = [_held(refit.scores(fit)) for fit in fits]
     found = [after - earlier for earlier, after in pairwise(reached)]
     alone = [k for k, gain in enumerate(found[:-1]) if gain <= 0.0]
     for k in alone:
-        found[k] = reached[-1] - held(_others(effects, effects[k]))
-    return found
+        found[k] = reached[-1] - _held(refit.scores(refit.fit(_others(effects, effects[k]))))
+    return found, fits[-1]
 
 
 def _others(effects: Sequence[str], effect: str) -> list[str]:

@@ -52,9 +52,11 @@ def _with_gains(diagnosis: Diagnosis, refit: Refit) -> Diagnosis:
     """The diagnosis with the gains that its causes have in fits as the pipeline makes them, those that `extend` will
     find; the search weighs the noise otherwise."""
     effects = extensible(diagnosis, refit.before)
-    measured = dict(zip(effects, gains(refit, effects), strict=True))
+    found, last = gains(refit, effects)
+    measured = dict(zip(effects, found, strict=True))
     causes = tuple(replace(c, heldout_gain=measured.get(c.effect, c.heldout_gain)) for c in diagnosis.causes)
-    return replace(diagnosis, causes=causes)
+    refitted = diagnosis.refitted if last is None else {p.name: p.value for p in last.parameters}
+    return replace(diagnosis, causes=causes, refitted=refitted)
 
 
 def _shortened(record: Record, samples: int) -> str:

@@ -115,10 +115,13 @@ def test_without_records_held_out_nothing_is_dropped() -> None:
 def test_a_gain_is_the_one_that_the_extension_measures_and_comes_cause_by_cause() -> None:
     refit = Refit(before(), [STRIBECK], made(), FitOptions(), None, lambda _: None)
     whole = extended("motor.stribeck")
-    (alone,) = gains(refit, ("motor.stribeck",))
+    (alone,), _ = gains(refit, ("motor.stribeck",))
     held = [name for name, score in whole.after.items() if not score.used]
     measured = np.mean([whole.after[n].fit_percent - whole.before[n].fit_percent for n in held])
     assert alone == pytest.approx(float(measured))
-    first, second = gains(refit, ("motor.stribeck", "motor.constant_torque"))
+    (first, second), last = gains(refit, ("motor.stribeck", "motor.constant_torque"))
     assert first == pytest.approx(alone)
     assert second < 0.05 * first
+    assert last is not None
+    assert last.structure.effects[-2:] == ("motor.stribeck", "motor.constant_torque")
+    assert gains(refit, ()) == ([], None)
