@@ -12,6 +12,7 @@ from robotid.judge.candidates import Candidate
 from robotid.model.array import Array
 from robotid.model.channel import Channel
 from robotid.model.joint import Joint
+from robotid.model.lacking_joint import LackingJoint
 from robotid.model.port import Port, Signal
 from robotid.model.term import Term
 from robotid.signals.record import Quantity, Record
@@ -111,7 +112,7 @@ def _term_forces(trajectory: Trajectory, missing: Sequence[Candidate]) -> Array:
     sample."""
     base = trajectory.joint
     placed = [(Port(str(c.place)), c.effect) for c in missing if isinstance(c.effect, Term)]
-    joint = base.with_more(candidates=placed, angle=True)
+    joint = LackingJoint(base, placed)
     theta = np.concatenate([trajectory.theta, *(np.array(c.values) for c in missing)])
     wanted = [
         place.at.start - len(base.names) + k
@@ -130,7 +131,7 @@ def _term_forces(trajectory: Trajectory, missing: Sequence[Candidate]) -> Array:
     return forces
 
 
-def _memory(joint: Joint, trajectory: Trajectory, missing: Sequence[Candidate], theta: Array, t: Array) -> Array:
+def _memory(joint: LackingJoint, trajectory: Trajectory, missing: Sequence[Candidate], theta: Array, t: Array) -> Array:
     """States of the candidates with memory, as the trajectory drives them, (rows, n)."""
     rows = [np.zeros((0, len(t)))]
     motions = joint.candidate_motions(trajectory.x, np.sign(trajectory.x[joint.speeds]), t, theta)

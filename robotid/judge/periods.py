@@ -19,6 +19,7 @@ from robotid.judge.columns import as_measured
 from robotid.judge.score import Scan, left_over
 from robotid.judge.trial import Bench, Trial
 from robotid.model.array import Array
+from robotid.model.lacking_joint import LackingJoint
 from robotid.model.port import Port
 from robotid.model.term import Bend, Term
 from robotid.signals.record import Record
@@ -78,7 +79,7 @@ def _wave(candidate: Candidate, k: int, trajectory: Trajectory, gradient: Array)
     if _meshes(candidate.effect):  # little but the twist of a stiff gear: a torque between motor and arm
         return trajectory.phi_m, base.ratio * gradient[0] - gradient[1]
     place = (Port(str(candidate.place)), candidate.effect)
-    joint = base.with_more(candidates=[place], angle=True)
+    joint = LackingJoint(base, [place])
     flat = (*candidate.values[:k], 0.0, *candidate.values[k + 1 :])
     theta = np.concatenate([trajectory.theta, flat])
     x = trajectory.x

@@ -18,7 +18,7 @@ from robotid.model.array import Array, Mask
 from robotid.model.channel import Channel
 from robotid.model.felt import Felt, Lever, Placed, Tangent, absent, bent, combine, own_tangent
 from robotid.model.geometry import Selection, coordinates, position, rotates
-from robotid.model.linear_algebra import inverse
+from robotid.model.linear_algebra import inverse, stacked, times, with_held
 from robotid.model.parameters import Parameter, Parameters
 from robotid.model.port import Port, Signal
 from robotid.model.structure import Structure, changed
@@ -43,8 +43,6 @@ class Joint:
 
     terms : (port, term) pairs; channels : (signal, channel) pairs; ratio : phi_a / phi_m.
     angle : keep phi_m as a state even where no effect depends on it.
-    candidates : further (port, term) pairs, each at its null: they change nothing, and `candidate_forces` tells what
-    they would add. Their parameters follow all others in theta; their memory is read from further rows of x.
     """
 
     def __init__(
@@ -54,7 +52,6 @@ class Joint:
         channels: Sequence[tuple[Signal, Channel]] = (),
         *,
         angle: bool = False,
-        candidates: Sequence[tuple[Port, Term]] = (),
     ) -> None:
         self.structure = structure
         self.channels = tuple(channels)
@@ -63,14 +60,13 @@ class Joint:
         if structure.gear_ratio is None and ports != {Port.MOTOR}:
             raise ConfigError("effects beyond the motor need robot.gear_ratio", where="robot.model")
         self.ratio = structure.gear_ratio or 1.0
-        everything = (*terms, *candidates)
-        probes = [_probe(term) for _, term in everything]
+        probes = [reads_of(term) for _, term in terms]
         self.keeps_angle = (
             angle
             or any(signal is Signal.ANGLE for signal, _ in channels)
             or any(
                 (probe.x and port in rotates(self.masses)) or getattr(term, "watches", None) in rotates(self.masses)
-                for (port, term), probe in zip(everything, probes, strict=True)
+                for (port, term), probe in zip(terms, probes, strict=True)
             )
         )
         self._lay_out(terms, probes)
@@ -79,27 +75,24 @@ class Joint:
         self.declared: tuple[Parameter, ...] = tuple(p for _, ps in names for p in ps)
         self.names: tuple[str, ...] = tuple(f"{name}.{p.symbol}" for name, ps in names for p in ps)
         self._lay_out_changes()
-        self._lay_out_candidates(candidates, probes[len(terms) :])
 
     def with_more(
         self,
         *,
         terms: Sequence[tuple[Port, Term]] = (),
         channels: Sequence[tuple[Signal, Channel]] = (),
-        candidates: Sequence[tuple[Port, Term]] = (),
         angle: bool = False,
     ) -> Joint:
-        """The same joint with further effects behind its own, and with other candidates."""
-        own = [(place.port, place.term) for place in self.placed]
-        return Joint(
-            self.structure,
-            [*own, *terms],
-            [*self.channels, *channels],
-            angle=angle or self.keeps_angle,
-            candidates=candidates,
-        )
+        """The same joint with further effects behind its own."""
+        angle = angle or self.keeps_angle
+        return Joint(self.structure, [*self.terms, *terms], [*self.channels, *channels], angle=angle)
 
-    def _lay_out(self, terms: Sequence[tuple[Port, Term]], probes: Sequence[_Reads]) -> None:
+    @property
+    def terms(self) -> list[tuple[Port, Term]]:
+        """Its (port, term) pairs."""
+        return [(place.port, place.term) for place in self.placed]
+
+    def _lay_out(self, terms: Sequence[tuple[Port, Term]], probes: Sequence[Reads]) -> None:
         nv, npos = self.masses, self.masses - 1 + self.keeps_angle
         r = self.ratio
         motion = np.array([[r, -1.0, 0.0], [0.0, 1.0, -1.0]])[: nv - 1, :nv]
@@ -107,7 +100,7 @@ class Joint:
         self.speeds = slice(npos, npos + nv)
         placed, theta, memory, sides = [], 0, npos + nv, nv
         dry = np.zeros(nv, dtype=bool)
-        for (port, term), probe in zip(terms, probes, strict=False):
+        for (port, term), probe in zip(terms, probes, strict=True):
             place = self._place(port, term, theta, memory, sides, probe, acts=True)
             placed.append(place)
             theta, memory, sides = place.at.stop, place.z.stop, place.side.stop
@@ -116,13 +109,6 @@ class Joint:
         self.placed = tuple(placed)
         self.dry = tuple(int(j) for j in np.flatnonzero(dry))
         self.nx, self.n_theta, self.edges = memory, theta, sides - nv
-
-    def _lay_out_candidates(self, candidates: Sequence[tuple[Port, Term]], probes: Sequence[_Reads]) -> None:
-        placed, theta, memory = [], len(self.names), self.nx
-        for (port, term), probe in zip(candidates, probes, strict=True):
-            placed.append(self._place(port, term, theta, memory, 0, probe, acts=False))
-            theta, memory = placed[-1].at.stop, placed[-1].z.stop
-        self.candidates = tuple(placed)
 
     def _lay_out_changes(self) -> None:
         """Parameters that differ in one record: the difference follows all other parameters."""
@@ -164,7 +150,7 @@ class Joint:
         return [moved.get(c, c) for c in columns]
 
     def _place(
-        self, port: Port, term: Term, theta: int, memory: int, sides: int, probe: _Reads, *, acts: bool
+        self, port: Port, term: Term, theta: int, memory: int, sides: int, probe: Reads, *, acts: bool
     ) -> Placed:
         nv, r = self.masses, self.ratio
         q = coordinates(port, nv, r)
@@ -211,7 +197,7 @@ class Joint:
         if self.nx > self.speeds.stop:
             x = x.copy()
             for place, m in zip(self.placed, self.motions(x, None, s, t, theta), strict=True):
-                for row, value in enumerate(place.term.settled(m, _of(theta, place)), start=place.z.start):
+                for row, value in enumerate(place.term.settled(m, own_values(theta, place)), start=place.z.start):
                     x[row] = value
         return x
 
@@ -238,7 +224,9 @@ class Joint:
             if isinstance(place.term, Bend):
                 felts[k] = self._at(place, ports[place.port], x, s, theta)
                 watched = self._watched(place.term, x, s, t)
-                ports[place.port] = bent(place, ports[place.port], felts[k].m, watched, _of(theta, place), self.nx)
+                ports[place.port] = bent(
+                    place, ports[place.port], felts[k].m, watched, own_values(theta, place), self.nx
+                )
         for k, place in enumerate(places):
             if k not in felts:
                 felts[k] = self._at(place, ports[place.port], x, s, theta)
@@ -263,7 +251,9 @@ class Joint:
         m = replace(felt.m, z=x[place.z])
         if term.edges:
             given = place.acts and len(s) > self.masses
-            m = replace(m, side=s[place.side] if given else np.sign(_stack(term.distance(m, _of(theta, place)), x)))
+            m = replace(
+                m, side=s[place.side] if given else np.sign(stacked(term.distance(m, own_values(theta, place)), x))
+            )
         return replace(felt, m=m)
 
     def directions(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
@@ -277,8 +267,8 @@ class Joint:
     def distances(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
         """Distances of all edges, (edges, n). Arguments as of `evaluate`."""
         felts = zip(self.placed, self._feel(x, s, t, theta), strict=True)
-        found = [place.term.distance(felt.m, _of(theta, place)) for place, felt in felts]
-        return _stack([distance for own in found for distance in own], x)
+        found = [place.term.distance(felt.m, own_values(theta, place)) for place, felt in felts]
+        return stacked([distance for own in found for distance in own], x)
 
     def distance_slopes(
         self, x: Array, s: Array, t: Array, theta: Array, columns: Sequence[int] | None = None
@@ -289,7 +279,7 @@ class Joint:
         response = None if columns is None else np.zeros((self.edges, len(columns) + 1, x.shape[1]))
         where = {} if columns is None else {self.nx + c: k for k, c in enumerate(columns)}
         for place, felt in zip(self.placed, self._feel(x, s, t, theta), strict=True):
-            partials = place.term.distance_partials(felt.m, _of(theta, place))
+            partials = place.term.distance_partials(felt.m, own_values(theta, place))
             for row, d in enumerate(partials, start=place.side.start - self.masses):
                 tangent = felt.chain(d, own_tangent(place, d, self.nx))
                 for in_state, k, value in _entries(tangent, self.nx, response, where):
@@ -301,7 +291,7 @@ class Joint:
     def _watched(self, bend: Bend, x: Array, s: Array, t: Array) -> Felt | None:
         if bend.watches is None:
             return None
-        port = self._place(bend.watches, bend, 0, 0, 0, _Reads(x=True, a=False, s=False), acts=True)
+        port = self._place(bend.watches, bend, 0, 0, 0, Reads(x=True, a=False, s=False), acts=True)
         return self._raw(port, x, s, t)
 
     def _read(
@@ -317,7 +307,7 @@ class Joint:
             plain = place.acts and place.term.reads is None and not place.reads_acceleration
             named = not reading.terms or place.term.name in reading.terms
             if plain and named and place.port is (reading.port or reader.port):
-                p, felt = _of(theta, place), felts[k]
+                p, felt = own_values(theta, place), felts[k]
                 factor = dict(place.q).get(j, 0.0) / own
                 total = total + factor * place.term.torque(felt.m, p)
                 d = place.term.partials(felt.m, p)
@@ -328,7 +318,7 @@ class Joint:
         force = np.zeros((self.masses, len(u)))
         force[0] = u
         for place, felt in zip(self.placed, felts, strict=False):
-            tau = place.term.torque(felt.m, _of(theta, place))
+            tau = place.term.torque(felt.m, own_values(theta, place))
             for lever in felt.levers:
                 force[lever.j] -= lever.c * tau
         return force
@@ -338,7 +328,7 @@ class Joint:
         mass = np.zeros((self.masses, self.masses, 1))
         for place, felt in zip(self.placed, felts, strict=False):
             if place.reads_acceleration:
-                a = place.term.partials(felt.m, _of(theta, place)).a
+                a = place.term.partials(felt.m, own_values(theta, place)).a
                 added = np.zeros((self.masses, self.masses, np.size(a)))
                 for i, ci in place.q:
                     for j, cj in place.q:
@@ -366,9 +356,9 @@ class Joint:
         felts = self._feel(x, s, t, theta)
         force, mass = self._force(felts, u, theta), self._mass_matrix(felts, theta)
         if locked is not None:
-            force, mass = np.where(locked, 0.0, force), _hold(mass, locked)
+            force, mass = np.where(locked, 0.0, force), with_held(mass, locked)
         gain = inverse(mass)
-        ddq = _times(gain, force)
+        ddq = times(gain, force)
         jacobian = np.zeros((nv, self.nx, n))
         response = None if columns is None else np.zeros((nv, len(columns) + 1, n))
         f, A = np.empty((self.nx, n)), np.zeros((self.nx, self.nx, n))
@@ -391,48 +381,10 @@ class Joint:
             jacobian[np.broadcast_to(locked[:, None], jacobian.shape)] = 0.0
             if response is not None:
                 response[np.broadcast_to(locked[:, None], response.shape)] = 0.0
-        A[self.speeds] = _times(gain, jacobian)
+        A[self.speeds] = times(gain, jacobian)
         if response is not None and B is not None:
-            B[self.speeds] = _times(gain, response)
+            B[self.speeds] = times(gain, response)
         return Dynamics(f, A, B)
-
-    def candidate_motions(self, x: Array, s: Array, t: Array, theta: Array) -> list[Motion]:
-        """What each candidate feels, its memory zero. Arguments as of `candidate_forces`, x (nx, n)."""
-        places = (*self.placed, *self.candidates)
-        rows = sum(len(place.term.states) for place in self.candidates)
-        felts = self._feel(np.concatenate([x, np.zeros((rows, x.shape[1]))]), s, t, theta, places)
-        return [felt.m for felt in felts[len(self.placed) :]]
-
-    def candidate_forces(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
-        """Generalised forces that the candidates' parameters add, each per unit, mean over the intervals between the
-        samples, (nv, k, n - 1).
-
-        x : (nx + their memory, n) states; s : (nv, n) directions; t : (n,); theta : (p + k,), each candidate at its
-        null. A bent speed may jump where the bent position does not: there it counts by the change of the position.
-        """
-        places, first = (*self.placed, *self.candidates), len(self.names)
-        felts = self._feel(x, s, t, theta, places)
-        forces = np.zeros((self.masses, len(theta) - first, x.shape[1]))
-        where = {self.nx + c: c - first for c in range(first, len(theta))}
-        follow = [place.at for place in self.candidates if getattr(place.term, "follows", False)]
-        jumping = [c for at in follow for c in range(at.start, at.stop)]
-        for place, felt in zip(places, felts, strict=True):
-            steady = {key: value for key, value in felt.v.items() if key - self.nx not in jumping}
-            self._add_torque(place, replace(felt, v=steady), theta, None, forces, where)
-        means = np.asarray((forces[:, :, 1:] + forces[:, :, :-1]) / 2)
-        means[:, [c - first for c in jumping]] += np.diff(self._momenta(felts, theta, jumping), axis=2) / np.diff(t)
-        return means
-
-    def _momenta(self, felts: Sequence[Felt], theta: Array, columns: Sequence[int]) -> Array:
-        """Generalised momenta of what dampers feel of changes of position with theta[columns], (nv, k, n)."""
-        momenta = np.zeros((self.masses, len(columns), felts[0].m.v.size))
-        for place, felt in zip(self.placed, felts, strict=False):
-            slope = place.term.partials(felt.m, _of(theta, place)).v
-            for k, c in enumerate(columns):
-                moved = felt.x.get(self.nx + c, 0.0)
-                for lever in () if absent(slope) or absent(moved) else felt.levers:
-                    momenta[lever.j, k] -= lever.c * slope * moved
-        return momenta
 
     def _add_torque(
         self,
@@ -446,7 +398,7 @@ class Joint:
         """What a term's torque adds to the derivatives of the force; at the null of a candidate the rest vanishes."""
         if isinstance(place.term, Bend):
             return
-        p = _of(theta, place)
+        p = own_values(theta, place)
         d = place.term.partials(felt.m, p)
         own = own_tangent(place, d, self.nx)
         for target, k, value in _entries(felt.chain(d, own) if place.acts else own, self.nx, response, where):
@@ -466,7 +418,7 @@ class Joint:
     def _add_memory(
         self, place: Placed, felt: Felt, theta: Array, f: Array, A: Array, B: Array | None, where: dict[int, int]
     ) -> None:
-        p = _of(theta, place)
+        p = own_values(theta, place)
         rates, slopes = place.term.rate(felt.m, p), place.term.rate_partials(felt.m, p)
         for row, rate, d in zip(range(place.z.start, place.z.stop), rates, slopes, strict=True):
             f[row] = rate
@@ -477,12 +429,8 @@ class Joint:
                     matrix[row, k] += value
 
 
-def _stack(values: Sequence[Array | float], x: Array) -> Array:
-    """Quantities that may be plain numbers, (k, n)."""
-    return np.stack([np.broadcast_to(value, x.shape[1:]) for value in values])
-
-
-def _of(theta: Array, place: Placed) -> list[float]:
+def own_values(theta: Array, place: Placed) -> list[float]:
+    """The parameters of a term."""
     values: list[float] = theta[place.at].tolist()
     return values
 
@@ -499,7 +447,7 @@ def _entries(
 
 
 @dataclass(frozen=True, slots=True)
-class _Reads:
+class Reads:
     """Which arguments a term reads at all."""
 
     x: bool
@@ -507,12 +455,13 @@ class _Reads:
     s: bool
 
 
-def _probe(term: Term) -> _Reads:
+def reads_of(term: Term) -> Reads:
+    """What a term reads, by its derivatives at some point."""
     point, zero = np.full(1, 0.3), np.zeros(1)
     m = Motion(point, point, zero, np.ones(1), point, np.full((len(term.states), 1), 0.3), point, point, point)
     p = [q.guess or min(1.0, q.bounds[1]) for q in term.parameters]
     partials: tuple[Partials, ...] = (term.partials(m, p), *term.rate_partials(m, p))
-    return _Reads(*(any(not absent(getattr(d, name)) for d in partials) for name in ("x", "a", "s")))
+    return Reads(*(any(not absent(getattr(d, name)) for d in partials) for name in ("x", "a", "s")))
 
 
 def _sum(selection: Selection, rows: Array) -> Array:
@@ -521,22 +470,3 @@ def _sum(selection: Selection, rows: Array) -> Array:
     for j, c in rest:
         total = total + c * rows[j]
     return total
-
-
-def _times(gain: Array, columns: Array) -> Array:
-    """gain (nv, nv, 1 or n) times columns (nv, n) or (nv, k, n)."""
-    if gain.shape[0] == 1:
-        return np.asarray(gain[0] * columns)
-    if columns.ndim == 2:
-        return np.asarray((gain * columns[None]).sum(axis=1))
-    return np.asarray((gain[:, :, None] * columns[None]).sum(axis=1))
-
-
-def _hold(mass: Array, locked: Mask) -> Array:
-    """The mass matrix with rows and columns of locked coordinates those of the identity, (nv, nv, n)."""
-    held = np.broadcast_to(mass, (*mass.shape[:2], locked.shape[1])).copy()
-    for j in np.flatnonzero(locked.any(axis=1)):
-        held[j][:, locked[j]] = 0.0
-        held[:, j][:, locked[j]] = 0.0
-        held[j, j, locked[j]] = 1.0
-    return held

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from robotid.model.array import Array
+from robotid.model.array import Array, Mask
 
 
 def solve(matrices: Array, columns: Array) -> Array:
@@ -39,3 +41,27 @@ def product(a: Array, b: Array) -> Array:
     for j in range(1, len(b)):
         total += a[:, j, None] * b[None, j]
     return np.asarray(total)
+
+
+def times(gain: Array, columns: Array) -> Array:
+    """gain (nv, nv, 1 or n) times columns (nv, n) or (nv, k, n)."""
+    if gain.shape[0] == 1:
+        return np.asarray(gain[0] * columns)
+    if columns.ndim == 2:
+        return np.asarray((gain * columns[None]).sum(axis=1))
+    return np.asarray((gain[:, :, None] * columns[None]).sum(axis=1))
+
+
+def with_held(mass: Array, locked: Mask) -> Array:
+    """The mass matrix with rows and columns of locked coordinates those of the identity, (nv, nv, n)."""
+    held = np.broadcast_to(mass, (*mass.shape[:2], locked.shape[1])).copy()
+    for j in np.flatnonzero(locked.any(axis=1)):
+        held[j][:, locked[j]] = 0.0
+        held[:, j][:, locked[j]] = 0.0
+        held[j, j, locked[j]] = 1.0
+    return held
+
+
+def stacked(values: Sequence[Array | float], x: Array) -> Array:
+    """Quantities that may be plain numbers, (k, n)."""
+    return np.stack([np.broadcast_to(value, x.shape[1:]) for value in values])

@@ -7,7 +7,6 @@ import pytest
 from small_bench import AXIS, TRUTH, records
 
 from robotid.judge.free_curve import FreeCurve
-from robotid.model.joint import Joint
 from robotid.model.port import Port
 from robotid.model.term import Motion
 from robotid.simulate.assemble import assemble
@@ -38,6 +37,5 @@ def test_a_curve_that_is_coulomb_and_viscous_friction_moves_the_axis_as_they_do(
     less = joint.parameters().with_values(TRUTH | {"motor.viscous.Fv": 0.005, "motor.coulomb.Fc": 0.5}).values
     ends = np.array([-100.0, 0.0, 0.0, 100.0])
     curve = FreeCurve(ends, np.array([1.1, 0.1, -0.1, -1.1]))
-    terms = [(place.port, place.term) for place in joint.placed]
-    curved = Joint(AXIS, [*terms, (Port.MOTOR, curve)], (), angle=False)
+    curved = joint.with_more(terms=[(Port.MOTOR, curve)])
     assert simulate(curved, less, record).dphi_m == pytest.approx(simulate(joint, truth, record).dphi_m, abs=1e-8)
