@@ -18,6 +18,7 @@ from robotid.model.array import Array, Mask
 
 SMALLEST_DAMPING, LARGEST_DAMPING = 1e-14, 1e10
 FIRST_DAMPING = 1e-3
+SLOWEST_GROWTH = 4  # of the damping at a step in vain; twice as fast at each further one (Nielsen 1999)
 IN_NOISE = 0.1  # of the decrease that fitting pure noise brings, unknowns / samples: less is not worth a step
 MOST_SMALL = 3
 
@@ -137,7 +138,7 @@ def _improve(
     problem: OutputError, at: Evaluation, factor: Array, gradient: Array, damping: float, bounds: tuple[Array, Array]
 ) -> tuple[Evaluation, float] | None:
     """The next iterate and its damping, or None where no damping finds a lower cost."""
-    held = _held(at, gradient, *bounds)
+    held, growth = _held(at, gradient, *bounds), SLOWEST_GROWTH
     while damping < LARGEST_DAMPING:
         step = np.clip(at.unknowns + _newton_step(factor, gradient, held, damping), *bounds) - at.unknowns
         promised = -(gradient @ step) - 0.5 * float(np.sum((factor @ step) ** 2))
@@ -151,5 +152,5 @@ def _improve(
         gain = (at.cost - after.cost) / promised
         if gain > 1e-4:
             return after, max(SMALLEST_DAMPING, damping / (10 if gain > 0.75 else 1 if gain > 0.25 else 0.25))
-        damping = max(4 * damping, 1e-6)
+        damping, growth = max(growth * damping, 1e-6), 2 * growth
     return None

@@ -24,6 +24,7 @@ from robotid.simulate.simulate import Trajectory, measured_guess
 UNIDENTIFIABLE = 1e-9  # smallest singular value of the scaled Jacobian
 PATIENCE = 20  # windows in which LSODA may help
 MOST_ITERATIONS, TOLERANCE = 12, 1e-4
+WILD = 20.0  # times the energy that is low enough: a start that leaves more is none, if there is another
 CLOSE = 1e-3  # of the misfit: a step that gains less is not worth it while there is so much of it
 MOST_ITERATIONS_HELD, TOLERANCE_HELD = 8, 1e-4
 
@@ -162,11 +163,14 @@ def _problem(
         one = OutputError(
             joint, start, bench.fitted, bench.output, weights, bench.estimate_states, bench.whiten, patience
         )
+        last = k == len(starts) - 1
         try:
-            at = _begin(one, near)
+            at = _begin(one, near, most=np.inf if last else 0.5 * WILD * enough or np.inf)
         except NumericsError:
-            if k == len(starts) - 1 and not best:
+            if last and not best:
                 raise
+            continue
+        if len(at.residuals) < len(bench.fitted):
             continue
         if best and at.cost >= best[0][1].cost:
             break
@@ -176,8 +180,9 @@ def _problem(
     return best[0]
 
 
-def _begin(problem: OutputError, near: Sequence[Trajectory]) -> Evaluation:
-    """A problem where its iteration starts: at its parameters, and at motions nearby as far as these are known."""
+def _begin(problem: OutputError, near: Sequence[Trajectory], most: float = np.inf) -> Evaluation:
+    """A problem where its iteration starts: at its parameters, and at motions nearby as far as these are known. most :
+    cost that is of interest, as of `OutputError.evaluate`."""
     unknowns, own = problem.start(), len(problem.free_states)
     guesses = []
     for k, (record, known) in enumerate(zip(problem.records, near, strict=False)):
@@ -189,7 +194,7 @@ def _begin(problem: OutputError, near: Sequence[Trajectory]) -> Evaluation:
         guesses.append(guess)
         first = len(problem.columns) + k * own
         unknowns[first : first + own] = guess[list(problem.free_states), 0]
-    return problem.evaluate(np.clip(unknowns, *problem.bounds()), guesses=guesses)
+    return problem.evaluate(np.clip(unknowns, *problem.bounds()), guesses=guesses, most=most)
 
 
 def _residuals(trajectories: Sequence[Trajectory], records: Sequence[Record], output: Quantity) -> tuple[Array, ...]:
@@ -213,7 +218,8 @@ def _hold_out(
             problem.patience,
         )
         at = _begin(one, near[k : k + 1])
-        found.append(solve(one, at.unknowns, most=MOST_ITERATIONS_HELD, tolerance=TOLERANCE_HELD, known=at).evaluation)
+        most, tolerance = MOST_ITERATIONS_HELD, TOLERANCE_HELD
+        found.append(solve(one, at.unknowns, most=most, tolerance=tolerance, known=at, most_small=1).evaluation)
     return tuple(found)
 
 
