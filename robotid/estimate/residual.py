@@ -45,8 +45,8 @@ class OutputError:
     """A least-squares problem over records. weights : (records,) that multiply the residuals.
 
     free_states : which states' first values are estimated, for every record alike. whiten : one filter a record that
-    takes (..., n) to (..., n), through which the residual is judged; none, and it is judged as it is. patience : how
-    often LSODA may help a simulation before that counts as failed.
+    takes (..., n) to (..., n), through which the residual is judged; none, and it is judged as it is. patience : as
+    of `simulate`.
     """
 
     joint: Joint

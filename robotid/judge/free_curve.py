@@ -15,7 +15,7 @@ from robotid.model.array import Array
 from robotid.model.port import Port
 from robotid.model.term import Motion, Partials, Term
 
-PATIENCE = 2  # windows of a record in which LSODA may help: a curve that needs more is no friction that exists
+PATIENCE = 4  # windows that may fail to settle: a curve with more is no friction that exists
 MOST_ITERATIONS = 4  # of a refit: the next sweep goes on
 
 

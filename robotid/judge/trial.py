@@ -22,9 +22,9 @@ from robotid.simulate.assemble import assemble
 from robotid.simulate.simulate import Trajectory, measured_guess
 
 UNIDENTIFIABLE = 1e-9  # smallest singular value of the scaled Jacobian
-PATIENCE = 20  # windows in which LSODA may help
+PATIENCE = 8  # windows that may fail to settle; a model near its best has three at most
 MOST_ITERATIONS, TOLERANCE = 12, 1e-4
-WILD = 20.0  # times the energy that is low enough: a start that leaves more is none, if there is another
+WILD = 20.0  # times the energy that is low enough: a start that leaves more is none
 CLOSE = 1e-3  # of the misfit: a step that gains less is not worth it while there is so much of it
 MOST_ITERATIONS_HELD, TOLERANCE_HELD = 8, 1e-4
 
@@ -125,7 +125,7 @@ def try_joint(
     patience: int = PATIENCE,
     most: int = MOST_ITERATIONS,
 ) -> Trial:
-    """The same for a joint as it is. patience : windows of a record in which LSODA may help; most : iterations."""
+    """The same for a joint as it is. patience : as of `simulate`; most : iterations."""
     problem, at = _problem(joint, starts, bench, near.fitted, enough, patience)
     misfit = max(0.0, 1.0 - bench.samples / max(2.0 * at.cost, 1e-300))
     tolerance = max(TOLERANCE, CLOSE * misfit)
@@ -163,14 +163,13 @@ def _problem(
         one = OutputError(
             joint, start, bench.fitted, bench.output, weights, bench.estimate_states, bench.whiten, patience
         )
-        last = k == len(starts) - 1
         try:
-            at = _begin(one, near, most=np.inf if last else 0.5 * WILD * enough or np.inf)
+            at = _begin(one, near, 0.5 * WILD * enough or np.inf)
+            if len(at.residuals) < len(bench.fitted):
+                raise NumericsError("the start is far from the records")
         except NumericsError:
-            if last and not best:
+            if k == len(starts) - 1 and not best:
                 raise
-            continue
-        if len(at.residuals) < len(bench.fitted):
             continue
         if best and at.cost >= best[0][1].cost:
             break

@@ -13,7 +13,7 @@ from robotid.model.joint import Joint
 from robotid.model.port import Signal
 from robotid.signals.record import Record
 from robotid.simulate.fallback import lsoda
-from robotid.simulate.solver import LEAST_SCALE, Problem, carry, march
+from robotid.simulate.solver import LARGEST_WINDOW, LEAST_SCALE, Problem, carry, march
 from robotid.simulate.steps import Steps, linearise, modes
 
 BLOCK = 2000  # intervals whose derivatives are in memory at once
@@ -70,7 +70,8 @@ def simulate(
 
     theta : (p,) in the order of joint.names, its changes those of records by their names; x0 : (nx,) first state, by
     default `initial_state`; guess : (nx, n) a trajectory nearby, by default the measured motion. Raises NumericsError
-    where even LSODA diverges, or has to help more often than patience allows, and where x0 is not finite.
+    where even LSODA diverges, where x0 is not finite, and where more windows fail to settle than patience allows in
+    LARGEST_WINDOW samples.
     """
     theta = joint.in_record(theta, record.name)
     x0 = initial_state(joint, theta, record) if x0 is None else x0
@@ -81,19 +82,19 @@ def simulate(
     problem = Problem(joint, theta, u[:-1], record.sampling_time, near, begin=record.begin)
     if near is not guess:
         problem = replace(problem, guess=follow_motor(problem, x0))
-    x, rescued = _march(problem, x0, patience)
+    if patience is not None:
+        problem.patience = round(patience * max(1.0, len(u) / LARGEST_WINDOW))
+    x, rescued = _march(problem, x0)
     if np.any(problem.scale > WILD * np.maximum(np.abs(x).max(axis=1), LEAST_SCALE)):
-        x, rescued = _march(replace(problem, guess=x), x0, patience)
+        x, rescued = _march(replace(problem, guess=x), x0)
     return _finish(problem, u, record, x, rescued)
 
 
-def _march(problem: Problem, x0: Array, patience: int | None) -> tuple[Array, tuple[tuple[int, int], ...]]:
+def _march(problem: Problem, x0: Array) -> tuple[Array, tuple[tuple[int, int], ...]]:
     rescued: list[tuple[int, int]] = []
 
     def rescue(problem: Problem, first: int, stop: int, start: Array) -> Array:
         rescued.append((first, stop))
-        if patience is not None and len(rescued) > patience:
-            raise NumericsError("the simulation needs LSODA too often", hint="check the parameters' guesses and bounds")
         return lsoda(problem, first, stop, start)
 
     return march(problem, x0, rescue), tuple(rescued)

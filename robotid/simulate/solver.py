@@ -35,7 +35,8 @@ TOLERANCE = 1e-5  # of the last Newton step, relative; the error left is of the 
 class Problem:
     """A simulation to be done: u (n,) torque held over each of the n intervals, guess (nx, n + 1) of the nodes.
 
-    begin [s] : time of the first node. scale (nx,) grows with the trajectory: the size against which a Newton step
+    begin [s] : time of the first node. patience : how many windows may fail to settle before that counts as divergence,
+    None for as many as there are. scale (nx,) grows with the trajectory: the size against which a Newton step
     counts as small, in parts of tolerance.
     """
 
@@ -46,6 +47,7 @@ class Problem:
     sampling_time: float
     guess: Array
     begin: float = field(default=0.0, kw_only=True)
+    patience: int | None = field(default=None, kw_only=True)
     scale: Array = field(init=False)
 
     def __post_init__(self) -> None:
@@ -154,6 +156,7 @@ class TrajectoryNewton(OdeSolver):
         self.problem, self.rescue = problem, rescue
         self.node, self.window = 0, LARGEST_WINDOW // 2
         self.rescued: list[tuple[int, int]] = []
+        self.unsettled = 0
         self.x = self.y[:, None]
         self.first = 0
 
@@ -165,6 +168,9 @@ class TrajectoryNewton(OdeSolver):
             x, settled, iterations = newton(problem, self.node, self.y, guess)
             self.nfev += 3 * iterations
             whole = settled == stop - self.node
+            self.unsettled += not whole
+            if problem.patience is not None and self.unsettled > problem.patience:
+                raise NumericsError("the simulation creeps", hint="check the parameters' guesses and bounds")
             if whole or settled >= SMALLEST_WINDOW:
                 self._advance(x[:, : settled + 1])
                 self.window = self._next_window(settled, whole, iterations)
