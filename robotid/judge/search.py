@@ -124,7 +124,8 @@ def _imitated(first: Trial, last: Trial, bench: Bench) -> Shape | None:
 
     if misfit_energy(first, bench) <= 0.0 or last.energy - samples <= 0.0:
         return None
-    again = try_model(first.structure, [first.parameters], bench, first.motions)  # by the noise as it shows now
+    # By the noise as it shows now.
+    again = try_model(first.structure, [first.parameters], bench, first.motions, patience=None)
     explained = share(again, again.energy - last.energy, again.held_energy - last.held_energy)
     free = next(iter(shapes(again, bench)), None) if explained <= enough else None
     if free is None or _stands(explained, free.energy / max(again.energy - samples, 1e-9), reached=bench.reached):

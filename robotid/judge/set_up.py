@@ -46,7 +46,8 @@ def set_up(
     held_pieces = tuple(piece for record in held for piece in record.pieces(horizon or record.duration))
     whiten_held = _held_whitening(bare, model.theta, whiten, held_pieces)
     bench = Bench(tuple(pieces), held_pieces, whiten, whiten_held, model.output, model.estimate_states, reached, errors)
-    return bench, try_model(model.joint.structure, [model.parameters], bench, Motions(tuple(trajectories)))
+    near = Motions(tuple(trajectories))
+    return bench, try_model(model.joint.structure, [model.parameters], bench, near, patience=None)
 
 
 def renew(trial: Trial, bench: Bench, terms: Terms) -> tuple[Bench, Trial]:
@@ -56,7 +57,7 @@ def renew(trial: Trial, bench: Bench, terms: Terms) -> tuple[Bench, Trial]:
     whiten, _ = estimate_noise(scans, bench.output, problem.row, lambda: _freed(scans, problem), errors=bench.errors)
     if max(w.torque for w in whiten) <= max(w.torque for w in bench.whiten):
         bench = replace(bench, whiten=whiten, whiten_held=_held_whitening(problem, theta, whiten, bench.held))
-    return bench, try_model(trial.structure, [trial.parameters], bench, trial.motions)
+    return bench, try_model(trial.structure, [trial.parameters], bench, trial.motions, patience=None)
 
 
 def _freed(scans: Sequence[Scan], problem: OutputError) -> list[Array]:

@@ -105,14 +105,15 @@ def try_model(
     near: Motions = NOWHERE,
     *,
     enough: float = 0.0,
+    patience: int | None = PATIENCE,
 ) -> Trial:
     """Refit all free parameters from the best of `starts`, the boldest first, or the first whose energy is low enough.
-    near : motions close by.
+    near : motions close by; patience : as of `simulate`.
 
     Raises NumericsError where the model cannot be simulated.
     """
     joint = assemble(structure, angle=bench.output == "position")
-    return try_joint(joint, starts, bench, near, enough=enough)
+    return try_joint(joint, starts, bench, near, enough=enough, patience=patience)
 
 
 def try_joint(
@@ -122,10 +123,10 @@ def try_joint(
     near: Motions = NOWHERE,
     *,
     enough: float = 0.0,
-    patience: int = PATIENCE,
+    patience: int | None = PATIENCE,
     most: int = MOST_ITERATIONS,
 ) -> Trial:
-    """The same for a joint as it is. patience : as of `simulate`; most : iterations."""
+    """The same for a joint as it is. most : iterations."""
     problem, at = _problem(joint, starts, bench, near.fitted, enough, patience)
     misfit = max(0.0, 1.0 - bench.samples / max(2.0 * at.cost, 1e-300))
     tolerance = max(TOLERANCE, CLOSE * misfit)
@@ -155,7 +156,7 @@ def _problem(
     bench: Bench,
     near: Sequence[Trajectory],
     enough: float,
-    patience: int,
+    patience: int | None,
 ) -> tuple[OutputError, Evaluation]:
     """The problem at the start of least cost. Raises NumericsError where none can be simulated."""
     weights, best = np.ones(len(bench.fitted)), list[tuple[OutputError, Evaluation]]()
