@@ -80,16 +80,17 @@ def accept(
 
 def _refit(now: Trial, hopeful: Sequence[Score], seen: Round, bench: Bench, log: Log) -> Iterator[tuple[Score, Trial]]:
     """Refits in the order of the scores; once one explains nearly all, only what scores nearly as well is tried."""
-    reached = False
+    reached, explained = False, 0.0
     for one in hopeful:
         if reached and one.energy < RIVAL * hopeful[0].energy:
             continue
         log(f"refitting with {one.candidate.name}")
         try:
-            after = _refitted(now, one, seen.trial, bench)
+            after = _refitted(now, one, seen.trial, bench, explained)
         except NumericsError:
             continue
-        reached = reached or now.energy - after.energy > REACHED * (now.energy - bench.samples)
+        explained = max(explained, now.energy - after.energy)
+        reached = explained > REACHED * (now.energy - bench.samples)
         yield one, after
 
 
@@ -109,20 +110,29 @@ def _criterion(trial: Trial, bench: Bench) -> float:
     return bench.samples * float(np.log(trial.energy)) + len(trial.problem.columns) * float(np.log(bench.samples))
 
 
-def _refitted(now: Trial, one: Score, seen: Trial, bench: Bench) -> Trial:
+def _refitted(now: Trial, one: Score, seen: Trial, bench: Bench, explained: float) -> Trial:
     """The model with a candidate, from where its score promises the end; from part of the way where that is too far,
-    and from short pieces where it breaks a large promise. seen : the model in which the candidate was seen."""
+    and from short pieces where it breaks a large promise. seen : the model in which the candidate was seen; explained :
+    energy that others explain. Raises NumericsError where it explains nothing."""
     starts = [_start(seen, one, way) for way in WAYS]
     structure, parameters, enough = starts[0][0], [p for _, p in starts], ENOUGH * now.energy
-    after = try_model(structure, parameters, bench, now.motions, enough=enough)
-    kept = now.energy - after.energy > KEPT * one.energy and after.held_energy <= now.held_energy
-    if kept or one.energy < DOUBTFUL * (now.energy - bench.samples):
-        return after
+    large = one.energy > max(explained, DOUBTFUL * (now.energy - bench.samples))
+    after: Trial | None = None
     try:
-        again = try_from_pieces(structure, parameters, bench, enough=enough)
+        after = try_model(structure, parameters, bench, now.motions, enough=enough, below=now.energy)
+        kept = now.energy - after.energy > KEPT * one.energy and after.held_energy <= now.held_energy
+        if kept or not large:
+            return after
     except NumericsError:
+        if not large:
+            raise
+    try:
+        again = try_from_pieces(structure, parameters, bench, enough=enough, below=now.energy)
+    except NumericsError:
+        if after is None:
+            raise
         return after
-    return min(after, again, key=lambda trial: trial.energy)
+    return again if after is None or again.energy < after.energy else after
 
 
 def _start(seen: Trial, one: Score, way: float) -> tuple[Structure, Parameters]:

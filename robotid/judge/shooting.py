@@ -21,11 +21,13 @@ from robotid.simulate.simulate import Trajectory
 PIECES = 8  # of each record
 
 
-def try_from_pieces(structure: Structure, starts: Sequence[Parameters], bench: Bench, *, enough: float) -> Trial:
-    """As `try_model`, by way of short pieces. Raises NumericsError where the model cannot be simulated."""
+def try_from_pieces(
+    structure: Structure, starts: Sequence[Parameters], bench: Bench, *, enough: float, below: float = np.inf
+) -> Trial:
+    """As `try_model`, by way of short pieces. Raises NumericsError as that does."""
     short = try_model(structure, starts, _shortened(bench), enough=enough)
     near = Motions(_joined(short.motions.fitted, bench.fitted), _joined(short.motions.held, bench.held))
-    return try_model(structure, [short.parameters], bench, near)
+    return try_model(structure, [short.parameters], bench, near, below=below)
 
 
 def _shortened(bench: Bench) -> Bench:

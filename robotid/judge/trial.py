@@ -105,15 +105,16 @@ def try_model(
     near: Motions = NOWHERE,
     *,
     enough: float = 0.0,
+    below: float = np.inf,
     patience: int | None = PATIENCE,
 ) -> Trial:
     """Refit all free parameters from the best of `starts`, the boldest first, or the first whose energy is low enough.
-    near : motions close by; patience : as of `simulate`.
+    near : motions close by; below : energy that a refit must undercut; patience : as of `simulate`.
 
-    Raises NumericsError where the model cannot be simulated.
+    Raises NumericsError where the model cannot be simulated, or its energy stays above.
     """
     joint = assemble(structure, angle=bench.output == "position")
-    return try_joint(joint, starts, bench, near, enough=enough, patience=patience)
+    return try_joint(joint, starts, bench, near, enough=enough, below=below, patience=patience)
 
 
 def try_joint(
@@ -123,6 +124,7 @@ def try_joint(
     near: Motions = NOWHERE,
     *,
     enough: float = 0.0,
+    below: float = np.inf,
     patience: int | None = PATIENCE,
     most: int = MOST_ITERATIONS,
 ) -> Trial:
@@ -131,6 +133,8 @@ def try_joint(
     misfit = max(0.0, 1.0 - bench.samples / max(2.0 * at.cost, 1e-300))
     tolerance = max(TOLERANCE, CLOSE * misfit)
     solution = solve(problem, at.unknowns, most=most, tolerance=tolerance, known=at, most_small=1)
+    if 2.0 * solution.evaluation.cost >= below:
+        raise NumericsError("the fit is no better than without")
     parameters = problem.parameters.with_values(problem.theta(solution.evaluation.unknowns))
     held = _hold_out(problem, parameters, bench, near.held)
     motions = Motions(solution.evaluation.trajectories, tuple(e.trajectories[0] for e in held))

@@ -183,4 +183,4 @@ def _why(share: float, growth: Growth, word: Verdict) -> str:
     best = growth.causes[0] if growth.causes else None
     if best is not None and share < best.explained:
         return f"scored {100 * share:.2g} % of the misfit, less than {best.effect}"
-    return f"scored {100 * share:.2g} % of the misfit, no more than chance"
+    return f"scored {100 * share:.2g} % of the misfit, which no refit bore out"
