@@ -21,7 +21,7 @@ from robotid.signals.record import Record
 NOTHING = 0.1  # of the misfit: a curve that explains less of it is no news
 IMITATES = 0.7  # of what a free curve explains: causes that do not reach it only imitate something else
 COMPLETE = 0.97  # of the misfit: causes that explain so much are the causes, where a model could reach the noise
-CLEARLY = 0.02  # of the misfit: by how much other causes must be better there than a free curve
+CLEARLY = 0.02  # of the misfit: by how much other causes must be better there than a free curve; one may be worse by it
 TRUSTED = 2  # causes that are added before the question is asked whether they only imitate
 
 
@@ -125,19 +125,21 @@ def _imitated(first: Trial, last: Trial, bench: Bench) -> Shape | None:
     if misfit_energy(first, bench) <= 0.0 or last.energy - samples <= 0.0:
         return None
     # By the noise as it shows now.
-    again = try_model(first.structure, [first.parameters], bench, first.motions, patience=None)
+    again = try_model(first.structure, [first.parameters], bench, first.motions, careful=True)
     explained = share(again, again.energy - last.energy, again.held_energy - last.held_energy)
     free = next(iter(shapes(again, bench)), None) if explained <= enough else None
-    if free is None or _stands(explained, free.energy / max(again.energy - samples, 1e-9), reached=bench.reached):
+    alone = len(last.structure.effects) == len(first.structure.effects) + 1
+    clearly = -CLEARLY if alone else CLEARLY
+    if free is None or _stands(explained, free.energy / max(again.energy - samples, 1e-9), clearly, bench):
         return None
     free = in_motion(free, again, bench)
     told = share(again, free.energy, free.held_energy)
-    return None if _stands(explained, told, reached=bench.reached) else free
+    return None if _stands(explained, told, clearly, bench) else free
 
 
-def _stands(explained: float, free: float, *, reached: bool) -> bool:
+def _stands(explained: float, free: float, clearly: float, bench: Bench) -> bool:
     """Whether causes stand that explain less than everything, beside a free curve."""
-    return explained > free + CLEARLY if reached else explained > IMITATES * free
+    return explained > free + clearly if bench.reached else explained > IMITATES * free
 
 
 def _as_unknown(growth: Growth, shape: Shape) -> Growth:

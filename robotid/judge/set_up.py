@@ -47,7 +47,7 @@ def set_up(
     whiten_held = _held_whitening(bare, model.theta, whiten, held_pieces)
     bench = Bench(tuple(pieces), held_pieces, whiten, whiten_held, model.output, model.estimate_states, reached, errors)
     near = Motions(tuple(trajectories))
-    return bench, try_model(model.joint.structure, [model.parameters], bench, near, patience=None)
+    return bench, try_model(model.joint.structure, [model.parameters], bench, near, careful=True)
 
 
 def renew(trial: Trial, bench: Bench, terms: Terms) -> tuple[Bench, Trial]:
@@ -57,7 +57,7 @@ def renew(trial: Trial, bench: Bench, terms: Terms) -> tuple[Bench, Trial]:
     whiten, _ = estimate_noise(scans, bench.output, problem.row, lambda: _freed(scans, problem), errors=bench.errors)
     if max(w.torque for w in whiten) <= max(w.torque for w in bench.whiten):
         bench = replace(bench, whiten=whiten, whiten_held=_held_whitening(problem, theta, whiten, bench.held))
-    return bench, try_model(trial.structure, [trial.parameters], bench, trial.motions, patience=None)
+    return bench, try_model(trial.structure, [trial.parameters], bench, trial.motions, careful=True)
 
 
 def _freed(scans: Sequence[Scan], problem: OutputError) -> list[Array]:

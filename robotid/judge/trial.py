@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robotid.errors import NumericsError
-from robotid.estimate.least_squares import Solution, solve
+from robotid.estimate.least_squares import MOST_SMALL, Solution, solve
 from robotid.estimate.residual import Evaluation, OutputError, observed
 from robotid.judge.simulated import measured
 from robotid.judge.whitening import Whitening
@@ -23,7 +23,7 @@ from robotid.simulate.simulate import Trajectory, measured_guess
 
 UNIDENTIFIABLE = 1e-9  # smallest singular value of the scaled Jacobian
 PATIENCE = 8  # windows that may fail to settle; a model near its best has three at most
-MOST_ITERATIONS, TOLERANCE = 12, 1e-4
+MOST_ITERATIONS, TOLERANCE, CAREFUL = 12, 1e-4, 1e-5
 WILD = 20.0  # times the energy that is low enough: a start that leaves more is none
 CLOSE = 1e-3  # of the misfit: a step that gains less is not worth it while there is so much of it
 MOST_ITERATIONS_HELD, TOLERANCE_HELD = 8, 1e-4
@@ -106,15 +106,16 @@ def try_model(
     *,
     enough: float = 0.0,
     below: float = np.inf,
-    patience: int | None = PATIENCE,
+    careful: bool = False,
 ) -> Trial:
     """Refit all free parameters from the best of `starts`, the boldest first, or the first whose energy is low enough.
-    near : motions close by; below : energy that a refit must undercut; patience : as of `simulate`.
+    near : motions close by; below : energy that a refit must undercut; careful : as close to the minimum as it
+    gets, however long it takes, as the model that is accused deserves.
 
     Raises NumericsError where the model cannot be simulated, or its energy stays above.
     """
     joint = assemble(structure, angle=bench.output == "position")
-    return try_joint(joint, starts, bench, near, enough=enough, below=below, patience=patience)
+    return try_joint(joint, starts, bench, near, enough=enough, below=below, careful=careful)
 
 
 def try_joint(
@@ -125,14 +126,15 @@ def try_joint(
     *,
     enough: float = 0.0,
     below: float = np.inf,
-    patience: int | None = PATIENCE,
+    careful: bool = False,
+    patience: int = PATIENCE,
     most: int = MOST_ITERATIONS,
 ) -> Trial:
-    """The same for a joint as it is. most : iterations."""
-    problem, at = _problem(joint, starts, bench, near.fitted, enough, patience)
+    """The same for a joint as it is. patience : as of `simulate`, unless careful; most : iterations."""
+    problem, at = _problem(joint, starts, bench, near.fitted, enough, None if careful else patience)
     misfit = max(0.0, 1.0 - bench.samples / max(2.0 * at.cost, 1e-300))
-    tolerance = max(TOLERANCE, CLOSE * misfit)
-    solution = solve(problem, at.unknowns, most=most, tolerance=tolerance, known=at, most_small=1)
+    tolerance, most_small = (CAREFUL, MOST_SMALL) if careful else (max(TOLERANCE, CLOSE * misfit), 1)
+    solution = solve(problem, at.unknowns, most=most, tolerance=tolerance, known=at, most_small=most_small)
     if 2.0 * solution.evaluation.cost >= below:
         raise NumericsError("the fit is no better than without")
     parameters = problem.parameters.with_values(problem.theta(solution.evaluation.unknowns))
