@@ -20,7 +20,7 @@ SMALLEST_DAMPING, LARGEST_DAMPING = 1e-14, 1e10
 FIRST_DAMPING = 1e-3
 SLOWEST_GROWTH = 4  # of the damping at a step in vain; twice as fast at each further one (Nielsen 1999)
 IN_NOISE = 0.1  # of the decrease that fitting pure noise brings, unknowns / samples: less is not worth a step
-MOST_SMALL = 3
+MOST_SMALL = 3  # steps in a row that gain less than they promised and less than the tolerance
 
 
 @dataclass(frozen=True, slots=True, eq=False)

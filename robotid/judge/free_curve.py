@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robotid.judge.trial import Bench, Trial, try_joint
+from robotid.judge.trial import Bench, Trial, try_model
 from robotid.model.array import Array
 from robotid.model.port import Port
 from robotid.model.term import Motion, Partials, Term
@@ -65,4 +65,4 @@ def with_curve(trial: Trial, bench: Bench, term: FreeCurve, moved: Array) -> Tri
     values = parameters.values.copy()
     values[list(trial.problem.columns)] += moved
     start = parameters.with_values(np.clip(values, parameters.lower, parameters.upper))
-    return try_joint(extended, [start, parameters], bench, trial.motions, patience=PATIENCE, most=MOST_ITERATIONS)
+    return try_model(extended, [start, parameters], bench, trial.motions, patience=PATIENCE, most=MOST_ITERATIONS)

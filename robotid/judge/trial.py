@@ -99,27 +99,7 @@ class Trial:
 
 
 def try_model(
-    structure: Structure,
-    starts: Sequence[Parameters],
-    bench: Bench,
-    near: Motions = NOWHERE,
-    *,
-    enough: float = 0.0,
-    below: float = np.inf,
-    careful: bool = False,
-) -> Trial:
-    """Refit all free parameters from the best of `starts`, the boldest first, or the first whose energy is low enough.
-    near : motions close by; below : energy that a refit must undercut; careful : as close to the minimum as it
-    gets, however long it takes, as the model that is accused deserves.
-
-    Raises NumericsError where the model cannot be simulated, or its energy stays above.
-    """
-    joint = assemble(structure, angle=bench.output == "position")
-    return try_joint(joint, starts, bench, near, enough=enough, below=below, careful=careful)
-
-
-def try_joint(
-    joint: Joint,
+    model: Structure | Joint,
     starts: Sequence[Parameters],
     bench: Bench,
     near: Motions = NOWHERE,
@@ -130,7 +110,14 @@ def try_joint(
     patience: int = PATIENCE,
     most: int = MOST_ITERATIONS,
 ) -> Trial:
-    """The same for a joint as it is. patience : as of `simulate`, unless careful; most : iterations."""
+    """Refit all free parameters from the best of `starts`, the boldest first, or the first whose energy is low enough.
+    near : motions close by; below : energy that a refit must undercut; careful : as close to the minimum as it gets,
+    however long it takes, as the model that is accused deserves; patience : as of `simulate`, unless careful; most :
+    iterations.
+
+    Raises NumericsError where the model cannot be simulated, or its energy stays above.
+    """
+    joint = model if isinstance(model, Joint) else assemble(model, angle=bench.output == "position")
     problem, at = _problem(joint, starts, bench, near.fitted, enough, None if careful else patience)
     misfit = max(0.0, 1.0 - bench.samples / max(2.0 * at.cost, 1e-300))
     tolerance, most_small = (CAREFUL, MOST_SMALL) if careful else (max(TOLERANCE, CLOSE * misfit), 1)
