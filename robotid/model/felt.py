@@ -36,6 +36,11 @@ class Placed:
     reads_acceleration: bool
     acts: bool = True
 
+    def values(self, theta: Array) -> list[float]:
+        """The term's own of all parameters (p,)."""
+        own: list[float] = theta[self.at].tolist()
+        return own
+
 
 @dataclass(frozen=True, slots=True)
 class Lever:

@@ -197,7 +197,7 @@ class Joint:
         if self.nx > self.speeds.stop:
             x = x.copy()
             for place, m in zip(self.placed, self.motions(x, None, s, t, theta), strict=True):
-                for row, value in enumerate(place.term.settled(m, own_values(theta, place)), start=place.z.start):
+                for row, value in enumerate(place.term.settled(m, place.values(theta)), start=place.z.start):
                     x[row] = value
         return x
 
@@ -224,9 +224,7 @@ class Joint:
             if isinstance(place.term, Bend):
                 felts[k] = self._at(place, ports[place.port], x, s, theta)
                 watched = self._watched(place.term, x, s, t)
-                ports[place.port] = bent(
-                    place, ports[place.port], felts[k].m, watched, own_values(theta, place), self.nx
-                )
+                ports[place.port] = bent(place, ports[place.port], felts[k].m, watched, place.values(theta), self.nx)
         for k, place in enumerate(places):
             if k not in felts:
                 felts[k] = self._at(place, ports[place.port], x, s, theta)
@@ -251,9 +249,7 @@ class Joint:
         m = replace(felt.m, z=x[place.z])
         if term.edges:
             given = place.acts and len(s) > self.masses
-            m = replace(
-                m, side=s[place.side] if given else np.sign(stacked(term.distance(m, own_values(theta, place)), x))
-            )
+            m = replace(m, side=s[place.side] if given else np.sign(stacked(term.distance(m, place.values(theta)), x)))
         return replace(felt, m=m)
 
     def directions(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
@@ -267,7 +263,7 @@ class Joint:
     def distances(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
         """Distances of all edges, (edges, n). Arguments as of `evaluate`."""
         felts = zip(self.placed, self._feel(x, s, t, theta), strict=True)
-        found = [place.term.distance(felt.m, own_values(theta, place)) for place, felt in felts]
+        found = [place.term.distance(felt.m, place.values(theta)) for place, felt in felts]
         return stacked([distance for own in found for distance in own], x)
 
     def distance_slopes(
@@ -279,7 +275,7 @@ class Joint:
         response = None if columns is None else np.zeros((self.edges, len(columns) + 1, x.shape[1]))
         where = {} if columns is None else {self.nx + c: k for k, c in enumerate(columns)}
         for place, felt in zip(self.placed, self._feel(x, s, t, theta), strict=True):
-            partials = place.term.distance_partials(felt.m, own_values(theta, place))
+            partials = place.term.distance_partials(felt.m, place.values(theta))
             for row, d in enumerate(partials, start=place.side.start - self.masses):
                 tangent = felt.chain(d, own_tangent(place, d, self.nx))
                 for in_state, k, value in _entries(tangent, self.nx, response, where):
@@ -307,7 +303,7 @@ class Joint:
             plain = place.acts and place.term.reads is None and not place.reads_acceleration
             named = not reading.terms or place.term.name in reading.terms
             if plain and named and place.port is (reading.port or reader.port):
-                p, felt = own_values(theta, place), felts[k]
+                p, felt = place.values(theta), felts[k]
                 factor = dict(place.q).get(j, 0.0) / own
                 total = total + factor * place.term.torque(felt.m, p)
                 d = place.term.partials(felt.m, p)
@@ -318,7 +314,7 @@ class Joint:
         force = np.zeros((self.masses, len(u)))
         force[0] = u
         for place, felt in zip(self.placed, felts, strict=False):
-            tau = place.term.torque(felt.m, own_values(theta, place))
+            tau = place.term.torque(felt.m, place.values(theta))
             for lever in felt.levers:
                 force[lever.j] -= lever.c * tau
         return force
@@ -328,7 +324,7 @@ class Joint:
         mass = np.zeros((self.masses, self.masses, 1))
         for place, felt in zip(self.placed, felts, strict=False):
             if place.reads_acceleration:
-                a = place.term.partials(felt.m, own_values(theta, place)).a
+                a = place.term.partials(felt.m, place.values(theta)).a
                 added = np.zeros((self.masses, self.masses, np.size(a)))
                 for i, ci in place.q:
                     for j, cj in place.q:
@@ -398,7 +394,7 @@ class Joint:
         """What a term's torque adds to the derivatives of the force; at the null of a candidate the rest vanishes."""
         if isinstance(place.term, Bend):
             return
-        p = own_values(theta, place)
+        p = place.values(theta)
         d = place.term.partials(felt.m, p)
         own = own_tangent(place, d, self.nx)
         for target, k, value in _entries(felt.chain(d, own) if place.acts else own, self.nx, response, where):
@@ -418,7 +414,7 @@ class Joint:
     def _add_memory(
         self, place: Placed, felt: Felt, theta: Array, f: Array, A: Array, B: Array | None, where: dict[int, int]
     ) -> None:
-        p = own_values(theta, place)
+        p = place.values(theta)
         rates, slopes = place.term.rate(felt.m, p), place.term.rate_partials(felt.m, p)
         for row, rate, d in zip(range(place.z.start, place.z.stop), rates, slopes, strict=True):
             f[row] = rate
@@ -427,12 +423,6 @@ class Joint:
                 matrix = A if in_state else B
                 if matrix is not None:
                     matrix[row, k] += value
-
-
-def own_values(theta: Array, place: Placed) -> list[float]:
-    """The parameters of a term."""
-    values: list[float] = theta[place.at].tolist()
-    return values
 
 
 def _entries(

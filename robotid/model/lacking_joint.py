@@ -9,7 +9,7 @@ import numpy as np
 
 from robotid.model.array import Array
 from robotid.model.felt import Felt, absent
-from robotid.model.joint import Joint, own_values, reads_of
+from robotid.model.joint import Joint, reads_of
 from robotid.model.port import Port
 from robotid.model.term import Motion, Term
 
@@ -57,7 +57,7 @@ class LackingJoint(Joint):
         """Generalised momenta of what dampers feel of changes of position with theta[columns], (nv, k, n)."""
         momenta = np.zeros((self.masses, len(columns), felts[0].m.v.size))
         for place, felt in zip(self.placed, felts, strict=False):
-            slope = place.term.partials(felt.m, own_values(theta, place)).v
+            slope = place.term.partials(felt.m, place.values(theta)).v
             for k, c in enumerate(columns):
                 moved = felt.x.get(self.nx + c, 0.0)
                 for lever in () if absent(slope) or absent(moved) else felt.levers:
