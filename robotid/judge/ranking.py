@@ -30,13 +30,16 @@ class Round:
 @lru_cache(maxsize=1)  # the noise is measured and the candidates are ranked on the same columns
 def look(trial: Trial, skip: tuple[str, ...]) -> tuple[Scan, ...]:
     """Every record of the fit with all columns of all candidates. skip : effects that are none."""
-    return _scans(trial, candidates(trial.structure, trial.problem.output, skip))
+    p = trial.problem
+    return _scans(trial, candidates(trial.structure, p.output, skip), p.columns, p.free_states)
 
 
-def _scans(trial: Trial, missing: Sequence[Candidate]) -> tuple[Scan, ...]:
+def _scans(
+    trial: Trial, missing: Sequence[Candidate], fitted: Sequence[int], free_states: Sequence[int]
+) -> tuple[Scan, ...]:
     p = trial.problem
     return tuple(
-        scan(t, record, residual, p.output, p.columns, p.free_states, missing)
+        scan(t, record, residual, p.output, fitted, free_states, missing)
         for t, record, residual in zip(trial.motions.fitted, p.records, trial.residuals, strict=True)
     )
 
@@ -50,7 +53,7 @@ def rank(trial: Trial, bench: Bench, terms: Terms) -> Round:
     more = periods(known, trial, scans, bench)
     columns = trial.problem.columns
     if more:
-        scans = tuple(_with_more(one, new) for one, new in zip(scans, _scans(trial, more), strict=True))
+        scans = tuple(_with_more(one, new) for one, new in zip(scans, _scans(trial, more, (), ()), strict=True))
     missing = (*known, *more, *other)
     projected = project([_with_differences(one, other, columns) for one in scans], bench.whiten)
     scores = score(projected, missing)
@@ -60,7 +63,7 @@ def rank(trial: Trial, bench: Bench, terms: Terms) -> Round:
 
 def _with_more(one: Scan, new: Scan) -> Scan:
     """A record with the columns of further candidates."""
-    return replace(one, signals=np.concatenate([one.signals[:-1], new.signals[new.states + new.fitted :]]))
+    return replace(one, signals=np.concatenate([one.signals[:-1], new.signals]))
 
 
 def _with_differences(one: Scan, other: Sequence[Candidate], columns: Sequence[int]) -> Scan:

@@ -53,8 +53,7 @@ def shapes(trial: Trial, bench: Bench) -> list[Shape]:
     """The curves that explain most of what a model leaves, best first; all variables are seen coarsely before."""
     kept = tuple(map(at_measured_speed, trial.motions.fitted, bench.fitted))
     coarse = _fit(trial, bench, [basis_along(kept, v, COARSE) for v in variables(kept[0])])
-    fine = [_fit(trial, bench, [basis_along(kept, one.variable, KNOTS)])[0] for one in coarse[:FINALISTS]]
-    return sorted(fine, key=lambda s: -s.energy)
+    return _fit(trial, bench, [basis_along(kept, one.variable, KNOTS) for one in coarse[:FINALISTS]])
 
 
 def in_motion(shape: Shape, trial: Trial, bench: Bench) -> Shape:

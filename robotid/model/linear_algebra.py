@@ -47,9 +47,7 @@ def times(gain: Array, columns: Array) -> Array:
     """gain (nv, nv, 1 or n) times columns (nv, n) or (nv, k, n)."""
     if gain.shape[0] == 1:
         return np.asarray(gain[0] * columns)
-    if columns.ndim == 2:
-        return np.asarray((gain * columns[None]).sum(axis=1))
-    return np.asarray((gain[:, :, None] * columns[None]).sum(axis=1))
+    return product(gain, columns[:, None])[:, 0] if columns.ndim == 2 else product(gain, columns)
 
 
 def with_held(mass: Array, locked: Mask) -> Array:

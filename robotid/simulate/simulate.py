@@ -16,7 +16,7 @@ from robotid.simulate.fallback import lsoda
 from robotid.simulate.solver import LARGEST_WINDOW, LEAST_SCALE, Problem, carry, march
 from robotid.simulate.steps import Steps, linearise, modes
 
-BLOCK = 2000  # intervals whose derivatives are in memory at once
+BLOCK = 4000  # intervals whose derivatives are in memory at once
 WILD = 100.0  # times the motion itself: a guess so large that what counts as small beside it is not
 
 

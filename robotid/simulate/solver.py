@@ -28,7 +28,7 @@ SMALLEST_WINDOW = 8
 FEW_ITERATIONS = 5
 RUNAWAY = 1e9  # rad, rad/s: no machine gets there
 LEAST_SCALE = 1e-12  # of a state that does not move
-TOLERANCE = 1e-5  # of the last Newton step, relative; the error left is of the order of its square
+TOLERANCE = 1e-4  # of the last Newton step, relative; the error left is of the order of its square
 
 
 @dataclass(slots=True, eq=False)

@@ -20,7 +20,8 @@ from robotid.model.linear_algebra import product, solve
 
 CROSSING_ITERATIONS = 5
 MOST_CROSSINGS = 3  # in one interval
-CROSSING_TOLERANCE = 1e-5  # before the last, quadratically convergent, correction
+INSTANT_TOLERANCE = 1e-3  # of the interval, before the last, quadratically convergent, correction
+CROSSING_TOLERANCE = 1e-5  # of where it ends, likewise
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,14 +181,14 @@ def cross(
         speed = h * (border.slopes * step.end).sum(axis=0)
         late = np.clip(share - border.value / np.where(speed == 0.0, 1.0, speed), 0.0, 1.0) - share
         z, share = z + step.end * (h * late), share + late
-        if np.abs(late).max() < CROSSING_TOLERANCE:
+        if np.abs(late).max() < INSTANT_TOLERANCE:
             break
     after = motive.lasting((1.0 - share) * h, motive.t + share * h)
     z[border.stops] = 0.0
     s = mode.s.copy()
     s[first, np.arange(len(first))] *= -1.0
     follows = modes(after, z, s[joint.masses :])
-    end = z + after.h * joint.evaluate(z, after.u, follows.s, after.t, motive.theta, follows.locked).f
+    end = x1
     for _ in range(CROSSING_ITERATIONS):
         rest = _advance(after, z, end, follows, crossings)
         end = end + rest.c
