@@ -18,7 +18,7 @@ from robotid.model.array import Array, Mask
 from robotid.model.channel import Channel
 from robotid.model.felt import Felt, Lever, Placed, Tangent, absent, bent, combine, own_tangent
 from robotid.model.geometry import Selection, coordinates, position, rotates
-from robotid.model.linear_algebra import inverse, stacked, times, with_held
+from robotid.model.linear_algebra import hold, inverse, stacked, times, with_held
 from robotid.model.parameters import Parameter, Parameters
 from robotid.model.port import Port, Signal
 from robotid.model.structure import Structure, changed
@@ -374,9 +374,9 @@ class Joint:
                 if c < 0:
                     response[-1 - c, k] = 1.0
         if locked is not None:
-            jacobian[np.broadcast_to(locked[:, None], jacobian.shape)] = 0.0
+            hold(jacobian, locked)
             if response is not None:
-                response[np.broadcast_to(locked[:, None], response.shape)] = 0.0
+                hold(response, locked)
         A[self.speeds] = times(gain, jacobian)
         if response is not None and B is not None:
             B[self.speeds] = times(gain, response)

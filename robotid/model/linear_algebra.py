@@ -9,21 +9,22 @@ import numpy as np
 from robotid.model.array import Array, Mask
 
 
-def solve(matrices: Array, columns: Array) -> Array:
-    """Solve many small systems by Gauss-Jordan elimination. matrices (d, d, n), columns (d, k, n) -> (d, k, n).
+def solve(matrices: Array, *columns: Array) -> Array:
+    """Solve many small systems by Gauss-Jordan elimination. matrices (d, d, n), columns (d, k, n) each -> all of them
+    side by side, (d, sum of k, n).
 
     Without pivoting: for matrices near the identity, as those of an implicit step or a mass matrix are.
     """
     d = len(matrices)
-    if d == 1:
-        return np.asarray(columns / matrices)
-    work = np.concatenate([matrices, columns], axis=1)
+    work = np.concatenate([matrices, *columns], axis=1)
+    scratch = np.empty_like(work[0])
     for i in range(d):
         pivot = work[i, i + 1 :]
         pivot /= work[i, i]
         for j in range(d):
             if j != i:
-                work[j, i + 1 :] -= work[j, i] * pivot
+                row = work[j, i + 1 :]
+                row -= np.multiply(work[j, i], pivot, out=scratch[i + 1 :])
     return work[:, d:]
 
 
@@ -38,8 +39,9 @@ def inverse(matrices: Array) -> Array:
 def product(a: Array, b: Array) -> Array:
     """Matrix products at every sample. a (i, j, n), b (j, k, n) -> (i, k, n)."""
     total = a[:, 0, None] * b[None, 0]
+    scratch = np.empty_like(total)
     for j in range(1, len(b)):
-        total += a[:, j, None] * b[None, j]
+        total += np.multiply(a[:, j, None], b[None, j], out=scratch)
     return np.asarray(total)
 
 
@@ -58,6 +60,12 @@ def with_held(mass: Array, locked: Mask) -> Array:
         held[:, j][:, locked[j]] = 0.0
         held[j, j, locked[j]] = 1.0
     return held
+
+
+def hold(columns: Array, locked: Mask) -> None:
+    """Set the rows of locked coordinates (nv, n) to zero in columns (nv, k, n)."""
+    for rows, held in zip(columns, locked, strict=True):
+        rows[:, np.flatnonzero(held)] = 0.0
 
 
 def stacked(values: Sequence[Array | float], x: Array) -> Array:

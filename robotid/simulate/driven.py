@@ -52,7 +52,7 @@ def _newton_step(defect: Array, slope: Array, late: Array) -> Array:
     """Change of the states, (k, n), that solves the linearised rule; those at the first sample stay."""
     eye = np.eye(len(defect))[:, :, None]
     right, left = eye - late[:, None] * slope[:, :, 1:], eye + (1.0 - late)[:, None] * slope[:, :, :-1]
-    solved = solve(right, np.concatenate([left, defect[:, None]], axis=1))
+    solved = solve(right, left, defect[:, None])
     columns = np.zeros((len(defect), 1, defect.shape[1] + 1))
     columns[:, 0, 1:] = solved[:, -1]
     return np.asarray(carry(Steps(solved[:, :-1], solved[:, -1], None, defect), columns)[:, 0])

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotid.model.array import Array, Index, Mask
-from robotid.model.joint import Joint
+from robotid.model.joint import Dynamics, Joint
 from robotid.model.linear_algebra import product, solve
 
 CROSSING_ITERATIONS = 5
@@ -152,17 +152,41 @@ def regular(motive: Motive, x0: Array, x1: Array, mode: Mode) -> Steps:
     )
     f0, f1, a0, a1 = ends.f[:, :n], ends.f[:, n:], ends.A[:, :, :n], ends.A[:, :, n:]
     middle = joint.evaluate((x0 + x1) / 2 + h / 8 * (f0 - f1), u, mode.s, t + h / 2, theta, mode.locked, columns)
-    am, eye = middle.A, np.eye(joint.nx)[:, :, None]
-    right = eye - h / 6 * (a1 + 2 * am) + h**2 / 12 * product(am, a1)
-    left = eye + h / 6 * (a0 + 2 * am) + h**2 / 12 * product(am, a0)
-    defect = x1 - x0 - h / 6 * (f0 + 4 * middle.f + f1)
-    columns_of = [left, -defect[:, None]]
+    sixth = h / 6
+    defect = x1 - x0 - sixth * (f0 + 4 * middle.f + f1)
+    columns_of = [_side(sixth, a0, middle.A), -defect[:, None]]
     if middle.B is not None and ends.B is not None:
-        b0, b1 = ends.B[:, :, :n], ends.B[:, :, n:]
-        columns_of.append(h / 6 * (b0 + 4 * middle.B + b1) + h**2 / 12 * product(am, b0 - b1))
-    solved = solve(right, np.concatenate(columns_of, axis=1))
+        columns_of.append(_forcing(sixth, ends.B, middle))
+    solved = solve(_side(-sixth, a1, middle.A), *columns_of)
     nx = joint.nx
     return Steps(solved[:, :nx], solved[:, nx], solved[:, nx + 1 :] if len(columns_of) == 3 else None, f1)
+
+
+def _side(step: Array, a: Array, am: Array) -> Array:
+    """1 + step (a + 2 am) + 3 step^2 am a, (nx, nx, n): what multiplies one end. In place: memory is what it costs."""
+    side = product(am, a)
+    side *= 3 * step
+    side += a
+    side += am
+    side += am
+    side *= step
+    for i in range(len(side)):
+        side[i, i] += 1.0
+    return side
+
+
+def _forcing(sixth: Array, ends: Array, middle: Dynamics) -> Array:
+    """h / 6 (b0 + 4 bm + b1) + h^2 / 12 am (b0 - b1), (nx, k + 1, n)."""
+    n = ends.shape[2] // 2
+    b0, b1, bm = ends[:, :, :n], ends[:, :, n:], middle.B
+    assert bm is not None
+    forcing = product(middle.A, b0 - b1)
+    forcing *= 3 * sixth
+    forcing += b0
+    forcing += b1
+    forcing += np.multiply(4.0, bm, out=bm)
+    forcing *= sixth
+    return forcing
 
 
 def cross(
