@@ -26,7 +26,8 @@ SETTLED = 1e-6  # relative change of the levels
 TIE = 1e-12  # of one line: keeps spectra apart that are the same
 KINSHIP = 35 / 18  # neighbouring frequencies per independent one under a Hann taper
 SURPRISE = 4.0  # standard deviations of a band's mean that pass for chance
-EVIDENCE = 10.0  # twice the gain in log-likelihood that proves a torque noise
+EVIDENCE = 10.0  # twice the gain in log-likelihood that proves a torque noise beside a misfit
+HINT = 4.0  # the same where there is none: less caution, for noise that is overlooked is taken for an effect
 PARTS = 8  # of a record, some of them without reversals
 SHORTEST = 512  # samples that can be divided further
 FEW = 32  # frequencies of a band too narrow to bound a level
@@ -78,11 +79,43 @@ def noise_floor(trajectory: Trajectory, record: Record, residual: Array, output:
 
 
 def noise_levels(cases: Sequence[tuple[Trajectory, Record, Array]], output: Quantity) -> tuple[Noise, ...]:
-    """Noise in every residual (n,). Where a misfit hides the torque's noise it is taken from where it shows best."""
+    """Noise in every residual (n,). That of the torque is the same in all, and taken from where it shows best."""
     spectra = [spectrum(trajectory, residual, output) for trajectory, _, residual in cases]
     found = [_best(case, seen, output) for case, seen in zip(cases, spectra, strict=True)]
-    quietest = min(levels.torque for levels in found)
-    return tuple(_noise(seen, levels, quietest) for seen, levels in zip(spectra, found, strict=True))
+    torque = _torque(found)
+    return tuple(_noise(seen, levels, torque) for seen, (levels, _) in zip(spectra, found, strict=True))
+
+
+def _torque(found: Sequence[tuple[Levels, Spectrum]]) -> float:
+    """Variance of the torque's noise: that of the record that shows least of it, or more where records of nothing but
+    noise agree on it and a misfit leaves room for it in the others. In one record alone a misfit may pass for it."""
+    noise = [seen for levels, seen in found if levels.sure]
+    least = min(levels.torque for levels, _ in found)
+    if len(noise) < 2 or not all(seen.power.any() for seen in noise):
+        return least
+    torque = _agreed(noise)
+    return max(least, min([torque, *(_room(seen, levels.output, torque) for levels, seen in found if not levels.sure)]))
+
+
+def _agreed(noise: Sequence[Spectrum]) -> float:
+    """Variance of the torque's noise with which an output noise of its own explains each spectrum, 0 without any."""
+    above = [(seen.power[ABSORBED:], seen.response[ABSORBED:]) for seen in noise]
+    power, response = (np.concatenate(parts) for parts in zip(*above, strict=True))
+    own = np.repeat(np.eye(len(above)), [len(part) for part, _ in above], axis=1)
+    (*levels, torque), cost = whittle(power, np.vstack([own, response]))
+    _, dearer = whittle(power, own)
+    models = [level + torque * seen.response for level, seen in zip(levels, noise, strict=True)]
+    agree = all(_explains(seen.power, model, seen.bands) for seen, model in zip(noise, models, strict=True))
+    return float(torque) if agree and dearer - cost > HINT else 0.0
+
+
+def _room(seen: Spectrum, level: float, torque: float) -> float:
+    """The largest variance of the torque's noise, up to `torque`, for which a spectrum has room beside the output's: a
+    misfit can only add to what noise does in a band, where that tells of the torque at all."""
+    wide = [band for band in seen.bands if band.stop - band.start >= FEW]
+    power, response = (np.array([part[band].mean() for band in wide]) for part in (seen.power, seen.response))
+    telling = torque * response > DARK * level
+    return min(torque, max(0.0, float(np.min((power - level)[telling] / response[telling], initial=torque))))
 
 
 def spectrum(trajectory: Trajectory, residual: Array, output: Quantity) -> Spectrum:
@@ -116,25 +149,23 @@ def steady(seen: Spectrum, residual: Array) -> Spectrum:
     return Spectrum(power / 2, np.interp(frequency, np.linspace(0, 0.5, len(seen.response)), seen.response))
 
 
-def _best(case: tuple[Trajectory, Record, Array], seen: Spectrum, output: Quantity) -> Levels:
-    """From the residual as a whole where it is noise; else from what shows the noise best."""
+def _best(case: tuple[Trajectory, Record, Array], seen: Spectrum, output: Quantity) -> tuple[Levels, Spectrum]:
+    """From the residual as a whole where it is noise; else from what shows the noise best, and the spectrum of that."""
     trajectory, record, residual = case
-    levels = _levels(seen)
+    levels, shown = _levels(seen), seen
     period = round(record.period / record.sampling_time) if record.period else len(residual)
     if not levels.sure and 2 * period <= len(residual):
         settled = residual[period if 3 * period <= len(residual) else 0 :]
         difference = (settled[period:] - settled[:-period]) / np.sqrt(2.0)
-        levels = replace(_levels(spectrum(trajectory, difference, output)), band=levels.band)
+        shown = spectrum(trajectory, difference, output)
+        levels = replace(_levels(shown), band=levels.band)
     if not levels.sure and len(residual) >= SHORTEST:
         levels = replace(levels, torque=min(levels.torque, _levels(steady(seen, residual)).torque))
-    return levels
+    return levels, shown
 
 
 def _levels(seen: Spectrum) -> Levels:
     bands = seen.bands
-    power = np.array([seen.power[band].mean() for band in bands])
-    response = np.array([seen.response[band].mean() for band in bands])
-    wide = np.array([band.stop - band.start >= FEW for band in bands])
     if not seen.power.any():
         return Levels(0.0, 0.0, 0, True)
     for k in range(max(1, len(bands) - 2)):
@@ -147,11 +178,9 @@ def _levels(seen: Spectrum) -> Levels:
         k += 1
     alone, dearer = whittle(seen.power[above], both[:1])
     level, torque = (alone[0], 0.0) if dearer - cost < EVIDENCE else levels
-    level = max(level, DARK * float(power.min()))
-    if k > 0:  # a misfit can only add to what the noise does in a band, where that tells of the torque at all
-        telling = wide & (torque * response > DARK * level)
-        torque = min(torque, max(0.0, float(np.min((power - level)[telling] / response[telling], initial=torque))))
-    return Levels(float(level), float(torque), k, k == 0)
+    level = max(float(level), DARK * min(float(seen.power[band].mean()) for band in bands))
+    torque = _room(seen, level, float(torque)) if k > 0 else torque
+    return Levels(level, float(torque), k, k == 0)
 
 
 def whittle(power: Array, bases: Array) -> tuple[Array, float]:
@@ -177,10 +206,9 @@ def _explains(power: Array, model: Array, bands: Sequence[slice]) -> bool:
     return bool(np.all(np.abs(ratio - 1) * np.sqrt(count / KINSHIP) < SURPRISE))
 
 
-def _noise(seen: Spectrum, levels: Levels, quietest: float) -> Noise:
+def _noise(seen: Spectrum, levels: Levels, torque: float) -> Noise:
     """A noise is not larger than what is seen, and of the torque's a fit takes what is in the lowest frequencies."""
     whole = levels.band == 0
-    torque = levels.torque if levels.sure else min(levels.torque, quietest)
     density = levels.output + torque * seen.response
     density[:ABSORBED] = np.minimum(density, seen.power)[:ABSORBED] if whole else density[ABSORBED]
     sums = [(density[band].sum(), seen.power[band].sum()) for band in (slice(ABSORBED), *seen.bands)]

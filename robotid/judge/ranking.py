@@ -10,7 +10,7 @@ import numpy as np
 
 from robotid.judge.candidates import Candidate, Difference, candidates, differences
 from robotid.judge.periods import periods
-from robotid.judge.score import DEPENDENT, Projected, Scan, Score, project, scan, score, significance
+from robotid.judge.score import DEPENDENT, Projected, Scan, Score, project, scans, score, significance
 from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Trial
 from robotid.model.structure import RECORD_CHANGE
@@ -31,17 +31,8 @@ class Round:
 def look(trial: Trial, skip: tuple[str, ...]) -> tuple[Scan, ...]:
     """Every record of the fit with all columns of all candidates. skip : effects that are none."""
     p = trial.problem
-    return _scans(trial, candidates(trial.structure, p.output, skip), p.columns, p.free_states)
-
-
-def _scans(
-    trial: Trial, missing: Sequence[Candidate], fitted: Sequence[int], free_states: Sequence[int]
-) -> tuple[Scan, ...]:
-    p = trial.problem
-    return tuple(
-        scan(t, record, residual, p.output, fitted, free_states, missing)
-        for t, record, residual in zip(trial.motions.fitted, p.records, trial.residuals, strict=True)
-    )
+    missing = candidates(trial.structure, p.output, skip)
+    return scans(trial.cases, p.output, p.columns, p.free_states, missing)
 
 
 def rank(trial: Trial, bench: Bench, terms: Terms) -> Round:
@@ -49,13 +40,14 @@ def rank(trial: Trial, bench: Bench, terms: Terms) -> Round:
     names = list(dict.fromkeys(record.name for record in bench.fitted))
     wanted = len(names) > 1 and RECORD_CHANGE not in terms.skip
     other = differences(trial.problem.joint, trial.problem.columns, names) if wanted else ()
-    scans, known = look(trial, terms.skip), candidates(trial.structure, bench.output, terms.skip)
-    more = periods(known, trial, scans, bench)
+    seen, known = look(trial, terms.skip), candidates(trial.structure, bench.output, terms.skip)
+    more = periods(known, trial, seen, bench)
     columns = trial.problem.columns
     if more:
-        scans = tuple(_with_more(one, new) for one, new in zip(scans, _scans(trial, more, (), ()), strict=True))
+        new = scans(trial.cases, bench.output, (), (), more)
+        seen = tuple(_with_more(*both) for both in zip(seen, new, strict=True))
     missing = (*known, *more, *other)
-    projected = project([_with_differences(one, other, columns) for one in scans], bench.whiten)
+    projected = project([_with_differences(one, other, columns) for one in seen], bench.whiten)
     scores = score(projected, missing)
     best = best_of_each(scores)
     return Round(trial, projected, tuple(scores), _inflation(projected, best))

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import repeat
 
 import numpy as np
 from scipy.stats import f as fisher
 
 from robotid.judge.candidates import Candidate
 from robotid.judge.columns import columns
+from robotid.judge.simulated import Case
 from robotid.judge.whitening import Whitening
 from robotid.model.array import Array
 from robotid.signals.record import Quantity, Record
@@ -96,6 +98,21 @@ def scan(
     k = len(fitted)
     signals = np.concatenate([found.known[k:], found.known[:k], found.missing, found.more, residual[None]])
     return Scan(record, trajectory, signals, len(free_states), k)
+
+
+def scans(
+    cases: Sequence[Case],
+    output: Quantity,
+    fitted: Sequence[int],
+    free_states: Sequence[int],
+    missing: Sequence[Candidate],
+    more: Sequence[Array] | None = None,
+) -> tuple[Scan, ...]:
+    """All columns of every record. more : further forces, (nv, m, n) each; the rest as of `scan`."""
+    return tuple(
+        scan(*case, output, fitted, free_states, missing, force)
+        for case, force in zip(cases, more or repeat(None), strict=False)
+    )
 
 
 def unexplained(one: Scan) -> Array:

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from robotid.estimate.residual import OutputError, observed
+from robotid.estimate.residual import OutputError
 from robotid.judge.candidates import candidates
 from robotid.judge.noise import estimate_noise
 from robotid.judge.ranking import look
-from robotid.judge.score import Scan, scan, unexplained
-from robotid.judge.simulated import Model, measured, simulate_record
+from robotid.judge.score import Scan, scans, unexplained
+from robotid.judge.simulated import Model, simulate_record
 from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Motions, Trial, try_model
 from robotid.judge.unknown import free_forces
@@ -38,11 +38,9 @@ def set_up(
         model.joint, model.parameters, tuple(pieces), model.output, np.ones(len(pieces)), model.estimate_states
     )
     missing = candidates(model.joint.structure, model.output, terms.skip)
-    scans = []
-    for piece, t in zip(pieces, trajectories, strict=True):
-        residual = measured(piece, model.output) - observed(t, model.output)
-        scans.append(scan(t, piece, residual, model.output, bare.columns, bare.free_states, missing))
-    whiten, reached = estimate_noise(scans, model.output, bare.row, lambda: _freed(scans, bare), errors=errors)
+    cases = [case for run in runs for case in run.cases(model.output)]
+    seen = scans(cases, model.output, bare.columns, bare.free_states, missing)
+    whiten, reached = estimate_noise(seen, model.output, bare.row, lambda: _freed(seen, bare), errors=errors)
     held_pieces = tuple(piece for record in held for piece in record.pieces(horizon or record.duration))
     whiten_held = _held_whitening(bare, model.theta, whiten, held_pieces)
     bench = Bench(tuple(pieces), held_pieces, whiten, whiten_held, model.output, model.estimate_states, reached, errors)
@@ -53,21 +51,20 @@ def set_up(
 def renew(trial: Trial, bench: Bench, terms: Terms) -> tuple[Bench, Trial]:
     """The bench with the noise as it shows behind a better model, never larger, and that model refitted on it."""
     problem, theta = trial.problem, trial.parameters.values
-    scans = look(trial, terms.skip)
-    whiten, _ = estimate_noise(scans, bench.output, problem.row, lambda: _freed(scans, problem), errors=bench.errors)
+    seen = look(trial, terms.skip)
+    whiten, _ = estimate_noise(seen, bench.output, problem.row, lambda: _freed(seen, problem), errors=bench.errors)
     if max(w.torque for w in whiten) <= max(w.torque for w in bench.whiten):
         bench = replace(bench, whiten=whiten, whiten_held=_held_whitening(problem, theta, whiten, bench.held))
     return bench, try_model(trial.structure, [trial.parameters], bench, trial.motions, careful=True)
 
 
-def _freed(scans: Sequence[Scan], problem: OutputError) -> list[Array]:
+def _freed(seen: Sequence[Scan], problem: OutputError) -> list[Array]:
     """What of each residual neither candidates nor free curves explain, (n,) each."""
-    found = []
-    for one in scans:
-        t, more = one.trajectory, free_forces(one.trajectory, one.record)
-        curves = scan(t, one.record, one.residual, problem.output, problem.columns, problem.free_states, (), more)
-        found.append(unexplained(replace(curves, signals=np.concatenate([one.signals[:-1], curves.signals]))))
-    return found
+    cases = [(one.trajectory, one.record, one.residual) for one in seen]
+    more = [free_forces(trajectory, record) for trajectory, record, _ in cases]
+    curves = scans(cases, problem.output, problem.columns, problem.free_states, (), more)
+    both = (np.concatenate([one.signals[:-1], other.signals]) for one, other in zip(seen, curves, strict=True))
+    return [unexplained(replace(one, signals=signals)) for one, signals in zip(curves, both, strict=True)]
 
 
 def _held_whitening(

@@ -18,6 +18,9 @@ from robotid.signals.record import Quantity, Record
 from robotid.simulate.assemble import assemble
 from robotid.simulate.simulate import Trajectory
 
+Case = tuple[Trajectory, Record, Array]
+"""A simulated record with its residual, (n,)."""
+
 TOLERANCE = 1e-4  # of the cost; the first states of a record need no more
 MOST_ITERATIONS = 8
 
@@ -77,6 +80,11 @@ class Simulated:
     def signal(self, quantity: Quantity) -> Array:
         """Simulated position or speed as its sensor would show it, (n,)."""
         return np.concatenate([observed(t, quantity) for t in self.trajectories])
+
+    def cases(self, quantity: Quantity) -> list[Case]:
+        """Piece by piece, with the residuals of a quantity."""
+        pairs = zip(self.trajectories, self.pieces, strict=True)
+        return [(t, piece, measured(piece, quantity) - observed(t, quantity)) for t, piece in pairs]
 
 
 def simulate_record(model: Model, record: Record, horizon: float | None = None) -> Simulated:

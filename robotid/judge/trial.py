@@ -10,7 +10,7 @@ import numpy as np
 from robotid.errors import NumericsError
 from robotid.estimate.least_squares import MOST_SMALL, Solution, solve
 from robotid.estimate.residual import Evaluation, OutputError, observed
-from robotid.judge.simulated import measured
+from robotid.judge.simulated import Case, measured
 from robotid.judge.whitening import Whitening
 from robotid.model.array import Array
 from robotid.model.joint import Joint
@@ -78,6 +78,11 @@ class Trial:
     @property
     def structure(self) -> Structure:
         return self.problem.joint.structure
+
+    @property
+    def cases(self) -> list[Case]:
+        """The fitted records."""
+        return list(zip(self.motions.fitted, self.problem.records, self.residuals, strict=True))
 
     @property
     def energy(self) -> float:
@@ -198,22 +203,19 @@ def _hold_out(
     problem: OutputError, parameters: Parameters, bench: Bench, near: Sequence[Trajectory]
 ) -> tuple[Evaluation, ...]:
     """Each held-out record with the parameters held and its own first states."""
-    found = []
-    for k, (record, whiten) in enumerate(zip(bench.held, bench.whiten_held, strict=True)):
-        one = OutputError(
-            problem.joint,
-            parameters.held,
-            (record,),
-            bench.output,
-            np.ones(1),
-            bench.estimate_states,
-            (whiten,),
-            problem.patience,
-        )
-        at = _begin(one, near[k : k + 1])
-        most, tolerance = MOST_ITERATIONS_HELD, TOLERANCE_HELD
-        found.append(solve(one, at.unknowns, most=most, tolerance=tolerance, known=at, most_small=1).evaluation)
-    return tuple(found)
+    known = [near[k : k + 1] for k in range(len(bench.held))]
+    alone = replace(problem, parameters=parameters.held, weights=np.ones(1))
+    problems = (
+        replace(alone, records=(r,), whiten=(whiten,)) for r, whiten in zip(bench.held, bench.whiten_held, strict=True)
+    )
+    return tuple(map(_with_first_states, problems, known))
+
+
+def _with_first_states(problem: OutputError, near: Sequence[Trajectory]) -> Evaluation:
+    """A record with the first states that suit it best."""
+    at = _begin(problem, near)
+    most, tolerance = MOST_ITERATIONS_HELD, TOLERANCE_HELD
+    return solve(problem, at.unknowns, most=most, tolerance=tolerance, known=at, most_small=1).evaluation
 
 
 def extended(trial: Trial, effect: str, values: Mapping[str, float]) -> tuple[Structure, Parameters]:

@@ -16,7 +16,7 @@ from robotid.errors import NumericsError
 from robotid.judge.bases import Basis, Variable, applied, at_measured_speed, basis_along, variables
 from robotid.judge.free_curve import FreeCurve, with_curve
 from robotid.judge.location import BY_SPEED, Curve
-from robotid.judge.score import Projected, beyond, project, scan
+from robotid.judge.score import Projected, beyond, project, scan, scans
 from robotid.judge.trial import Bench, Trial
 from robotid.judge.whitening import whitened_energy
 from robotid.model.array import Array
@@ -105,12 +105,9 @@ def free_forces(trajectory: Trajectory, record: Record) -> Array:
 def _fit(trial: Trial, bench: Bench, bases: Sequence[Basis], acting: Array | float = 0.0) -> list[Shape]:
     """Each basis by itself to the residual, all columns in one solve, best first. acting : values of the curve that
     acts already."""
-    p, scans = trial.problem, []
-    cases = zip(trial.motions.fitted, bench.fitted, trial.residuals, strict=True)
-    for k, (t, record, residual) in enumerate(cases):
-        forces = np.concatenate([basis.forces[k] for basis in bases], axis=1)
-        scans.append(scan(t, record, residual, bench.output, p.columns, p.free_states, (), forces))
-    projected = project(scans, bench.whiten)
+    p = trial.problem
+    forces = [np.concatenate(parts, axis=1) for parts in zip(*(basis.forces for basis in bases), strict=True)]
+    projected = project(scans(trial.cases, bench.output, p.columns, p.free_states, (), forces), bench.whiten)
     torque = PRIOR * float(np.sqrt(np.mean(np.concatenate([r.tau_m for r in bench.fitted]) ** 2)))
     edges = np.cumsum([0, *(len(basis.knots) for basis in bases)]).tolist()
     parts = zip(bases, edges[:-1], edges[1:], strict=True)

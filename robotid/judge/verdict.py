@@ -12,11 +12,11 @@ from robotid.judge.changes import Change
 from robotid.judge.diagnosis import Cause, Diagnosis, Misfit, Rejected, Verdict
 from robotid.judge.growth import Found, Growth
 from robotid.judge.ranking import best_of_each
-from robotid.judge.simulated import Model, Simulated, joined, measured, simulate_record
+from robotid.judge.simulated import Case, Model, Simulated, joined, measured, simulate_record
 from robotid.judge.thinning import thinned
 from robotid.judge.trial import Trial
 from robotid.judge.validation import Trace
-from robotid.judge.where import Case, cases_of, look_where
+from robotid.judge.where import look_where
 from robotid.model.array import Array
 from robotid.model.units import sliding
 from robotid.signals.metrics import fit_percent
@@ -33,7 +33,7 @@ def verdict(model: Model, records: Sequence[Record], growth: Growth, horizon: fl
     """The diagnosis of a model on records, or on stretches of them, from the search for what it lacks."""
     names = dict.fromkeys(record.name for record in records)
     runs = {name: joined([simulate_record(model, r, horizon) for r in records if r.name == name]) for name in names}
-    cases = [case for run in runs.values() for case in cases_of(run, model.output)]
+    cases = [case for run in runs.values() for case in run.cases(model.output)]
     where = look_where(cases, _cases_after(growth) if growth.causes else (), model.output)
     residuals = {name: run.measured(model.output) - run.signal(model.output) for name, run in runs.items()}
     after = _after(growth) if growth.causes else {}
@@ -76,8 +76,7 @@ def _word(growth: Growth, misfit: float, floor: float) -> Verdict:
 def _cases_after(growth: Growth) -> list[Case]:
     """The records once the causes are there."""
     bench, last = growth.bench, growth.last
-    fitted = zip(last.motions.fitted, bench.fitted, last.residuals, strict=True)
-    return [*fitted, *zip(last.motions.held, bench.held, last.held_residuals, strict=True)]
+    return [*last.cases, *zip(last.motions.held, bench.held, last.held_residuals, strict=True)]
 
 
 def _after(growth: Growth) -> dict[str, Array]:

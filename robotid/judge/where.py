@@ -11,15 +11,12 @@ from robotid.errors import NumericsError
 from robotid.judge.location import Curve, locate
 from robotid.judge.missing_torque import MissingTorque, missing_torque
 from robotid.judge.noise_floor import Noise, noise_levels
-from robotid.judge.simulated import Simulated
+from robotid.judge.simulated import Case
 from robotid.judge.thinning import thinned
 from robotid.judge.validation import Trace
 from robotid.model.array import Array
 from robotid.signals.record import Quantity, Record
 from robotid.simulate.simulate import Trajectory
-
-Case = tuple[Trajectory, Record, Array]
-
 
 MOST = 1.5  # of the quietest record's floor: more is misfit that passes for noise
 
@@ -51,15 +48,6 @@ def look_where(before: Sequence[Case], after: Sequence[Case], output: Quantity) 
         missing={name: _trace(name, found, left) for name in _torques(found)},
         curves=locate(found) if found else (),
     )
-
-
-def cases_of(run: Simulated, output: Quantity) -> Iterator[Case]:
-    """A simulated record, piece by piece, with its residuals."""
-    first, simulated, whole = 0, run.signal(output), run.measured(output)
-    for trajectory, piece in zip(run.trajectories, run.pieces, strict=True):
-        last = first + len(piece)
-        yield trajectory, piece, np.asarray(whole[first:last] - simulated[first:last])
-        first = last
 
 
 def _missing(
