@@ -85,3 +85,17 @@ def test_without_a_residual_there_is_no_noise() -> None:
 
 def test_the_torques_noise_counts_by_what_it_does_to_the_output() -> None:
     assert truth(1, torque_noise=10 * TORQUE_NOISE) > 1.2 * SPEED_NOISE
+
+
+def test_records_that_agree_show_a_noise_of_the_torque_that_each_alone_hides() -> None:
+    cases = [case(hidden("constant_torque", NOTHING, number=number)) for number in (1, 2, 3)]
+    assert min(noise_levels([one], "speed")[0].torque for one in cases) == 0.0
+    assert [noise.torque for noise in noise_levels(cases, "speed")] == pytest.approx([TORQUE_NOISE] * 3, rel=0.4)
+
+
+def test_a_record_with_a_misfit_has_the_noise_of_the_torque_that_the_others_agree_on() -> None:
+    clean = [case(hidden("constant_torque", NOTHING, number=number)) for number in (1, 2)]
+    wrong = case(hidden("constant_torque", {"tau0": 0.1}, number=3))
+    assert noise_levels([wrong], "speed")[0].torque > 5 * TORQUE_NOISE
+    found = [noise.torque for noise in noise_levels([*clean, wrong], "speed")]
+    assert found == pytest.approx([TORQUE_NOISE] * 3, rel=0.4)
