@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robotid.errors import NumericsError
-from robotid.estimate.linear_regression import Block, Solution, relative_error, solve
+from robotid.estimate.linear_regression import SAMPLES_A_PARAMETER, Block, Solution, relative_error, solve
 from robotid.estimate.regressor import Filtering, Merged, Regression, merge, regress
 from robotid.estimate.result import Estimate
 from robotid.model.array import Array
@@ -87,16 +87,18 @@ def choose_cutoff(joint: Joint, parameters: Parameters, record: Record, order: i
         raise NumericsError("the torque is constant", where=record.name, hint="record a motion that excites the joint")
     if joint.masses == 1:
         return highest
-    lowest = min(highest, FEWEST_PERIODS / record.duration)
-    candidates = np.geomspace(lowest, highest, CANDIDATES).tolist()
+    lowest = FEWEST_PERIODS / record.duration  # below it, too few samples are left
+    candidates = np.geomspace(max(lowest, highest), lowest, CANDIDATES).tolist()
     return float(min(candidates, key=lambda cutoff: _misfit(joint, parameters, record, Filtering(cutoff, order))))
 
 
 def _misfit(joint: Joint, parameters: Parameters, record: Record, filtering: Filtering) -> float:
+    """Of the rigid model at a cut-off, infinite where too little of the record is left to fit it."""
     g = regress(joint, parameters, record, filtering)
     theta = np.linalg.lstsq(g.columns.T, g.tau, rcond=None)[0]
-    spare = len(g.tau) - len(theta)
-    return relative_error(g.tau - theta @ g.columns, g.torque) / np.sqrt(spare / len(g.tau)) if spare > 0 else np.inf
+    if len(g.tau) < SAMPLES_A_PARAMETER * len(theta):
+        return np.inf
+    return relative_error(g.tau - theta @ g.columns, g.torque) / np.sqrt(1 - len(theta) / len(g.tau))
 
 
 def _columns(unknowns: Sequence[Merged], regression: Regression) -> Array:

@@ -185,6 +185,14 @@ def test_a_short_record_is_refused() -> None:
         fit(FRICTION, cut, cutoff=5.0)
 
 
+def test_of_a_slow_record_enough_is_left_to_fit_a_flexible_joint() -> None:
+    """Nearly all of the torque lies below a frequency at which next to nothing of the record is left."""
+    record = rigid_record()
+    slow = replace(record, tau_m=record.tau_m + 100 * np.sin(0.7 * T))
+    result = fit(ARM, slow, cutoff=None)
+    assert result.cutoff["r"] >= 10 / slow.duration
+
+
 def test_no_record_is_refused() -> None:
     with pytest.raises(NumericsError, match="no record serves the rigid initialisation"):
         fit(FRICTION)
