@@ -98,7 +98,7 @@ def _misfit(joint: Joint, parameters: Parameters, record: Record, filtering: Fil
     theta = np.linalg.lstsq(g.columns.T, g.tau, rcond=None)[0]
     if len(g.tau) < SAMPLES_A_PARAMETER * len(theta):
         return np.inf
-    return relative_error(g.tau - theta @ g.columns, g.torque) / np.sqrt(1 - len(theta) / len(g.tau))
+    return float(relative_error(g.tau - theta @ g.columns, g.torque) / np.sqrt(1 - len(theta) / len(g.tau)))
 
 
 def _columns(unknowns: Sequence[Merged], regression: Regression) -> Array:
