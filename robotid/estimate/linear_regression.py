@@ -78,8 +78,13 @@ def _with_uncertainty(theta: Array, blocks: Sequence[Block], weights: Array) -> 
     return Solution(theta, variance * inverse, inverse @ middle @ inverse, residuals, condition)
 
 
+def too_few(columns: Array) -> bool:
+    """Whether columns (p, n) have too few samples to regress on."""
+    return bool(columns.shape[1] < SAMPLES_A_PARAMETER * max(1, len(columns)))
+
+
 def _require_excitation(names: Sequence[str], columns: Array) -> None:
-    if columns.shape[1] < SAMPLES_A_PARAMETER * max(1, len(names)):
+    if too_few(columns):
         raise NumericsError(
             f"{columns.shape[1]} filtered samples are too few for {len(names)} parameters",
             where="init_rigid",

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robotid.errors import NumericsError
-from robotid.estimate.linear_regression import SAMPLES_A_PARAMETER, Block, Solution, relative_error, solve
+from robotid.estimate.linear_regression import Block, Solution, relative_error, solve, too_few
 from robotid.estimate.regressor import Filtering, Merged, Regression, merge, regress
 from robotid.estimate.result import Estimate
 from robotid.model.array import Array
@@ -95,9 +95,9 @@ def choose_cutoff(joint: Joint, parameters: Parameters, record: Record, order: i
 def _misfit(joint: Joint, parameters: Parameters, record: Record, filtering: Filtering) -> float:
     """Of the rigid model at a cut-off, infinite where too little of the record is left to fit it."""
     g = regress(joint, parameters, record, filtering)
-    theta = np.linalg.lstsq(g.columns.T, g.tau, rcond=None)[0]
-    if len(g.tau) < SAMPLES_A_PARAMETER * len(theta):
+    if too_few(g.columns):
         return np.inf
+    theta = np.linalg.lstsq(g.columns.T, g.tau, rcond=None)[0]
     return float(relative_error(g.tau - theta @ g.columns, g.torque) / np.sqrt(1 - len(theta) / len(g.tau)))
 
 

@@ -28,11 +28,10 @@ def estimate_noise(
     Where even all candidates and free curves leave more than the sensors' noise, the model lacks what no catalogue has:
     that may count as a white error of the torque, as large as it takes, lest its every detail be explained.
     """
-    cases = [(one.trajectory, one.record, one.residual) for one in scans]
-    noise = noise_levels(cases, output)
+    noise = noise_levels([one.case for one in scans], output)
     typical = float(np.median([n.output for n in noise]))
     levels = [max(n.output, BLUNT * typical) ** 2 for n in noise]
-    torque = min(n.torque for n in noise) ** 2
+    torque = noise[0].torque ** 2  # of all
     before = _excess(scans, [one.residual for one in scans], row, levels, torque)
     left: Sequence[Array] = [unexplained(one) for one in scans]
     if _excess(scans, left, row, levels, torque) > UNEXPLAINED:

@@ -17,6 +17,7 @@ from scipy.signal import welch
 from scipy.signal.windows import hann
 
 from robotid.estimate.covariance import ABSORBED, held_response, impulse_response
+from robotid.judge.simulated import Case
 from robotid.model.array import Array
 from robotid.signals.record import Quantity, Record
 from robotid.simulate.simulate import Trajectory
@@ -78,7 +79,7 @@ def noise_floor(trajectory: Trajectory, record: Record, residual: Array, output:
     return noise_levels([(trajectory, record, residual)], output)[0].floor
 
 
-def noise_levels(cases: Sequence[tuple[Trajectory, Record, Array]], output: Quantity) -> tuple[Noise, ...]:
+def noise_levels(cases: Sequence[Case], output: Quantity) -> tuple[Noise, ...]:
     """Noise in every residual (n,). That of the torque is the same in all, and taken from where it shows best."""
     spectra = [spectrum(trajectory, residual, output) for trajectory, _, residual in cases]
     found = [_best(case, seen, output) for case, seen in zip(cases, spectra, strict=True)]
@@ -115,7 +116,7 @@ def _room(seen: Spectrum, level: float, torque: float) -> float:
     wide = [band for band in seen.bands if band.stop - band.start >= FEW]
     power, response = (np.array([part[band].mean() for band in wide]) for part in (seen.power, seen.response))
     telling = torque * response > DARK * level
-    return min(torque, max(0.0, float(np.min((power - level)[telling] / response[telling], initial=torque))))
+    return max(0.0, float(np.min((power - level)[telling] / response[telling], initial=torque)))
 
 
 def spectrum(trajectory: Trajectory, residual: Array, output: Quantity) -> Spectrum:
@@ -149,7 +150,7 @@ def steady(seen: Spectrum, residual: Array) -> Spectrum:
     return Spectrum(power / 2, np.interp(frequency, np.linspace(0, 0.5, len(seen.response)), seen.response))
 
 
-def _best(case: tuple[Trajectory, Record, Array], seen: Spectrum, output: Quantity) -> tuple[Levels, Spectrum]:
+def _best(case: Case, seen: Spectrum, output: Quantity) -> tuple[Levels, Spectrum]:
     """From the residual as a whole where it is noise; else from what shows the noise best, and the spectrum of that."""
     trajectory, record, residual = case
     levels, shown = _levels(seen), seen

@@ -40,6 +40,10 @@ class Scan:
     def residual(self) -> Array:
         return np.asarray(self.signals[-1])
 
+    @property
+    def case(self) -> Case:
+        return self.trajectory, self.record, self.residual
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Projected:

@@ -31,21 +31,16 @@ def set_up(
     errors: bool = False,
 ) -> tuple[Bench, Trial]:
     """The bench for a fitted model, its noise found in the residuals, and the model refitted on it."""
-    runs = [simulate_record(model, record, horizon) for record in fitted]
-    pieces = [piece for run in runs for piece in run.pieces]
-    trajectories = [t for run in runs for t in run.trajectories]
-    bare = OutputError(
-        model.joint, model.parameters, tuple(pieces), model.output, np.ones(len(pieces)), model.estimate_states
-    )
+    cases = [case for r in fitted for case in simulate_record(model, r, horizon).cases(model.output)]
+    trajectories, pieces, _ = zip(*cases, strict=True)
+    bare = OutputError(model.joint, model.parameters, pieces, model.output, np.ones(len(pieces)), model.estimate_states)
     missing = candidates(model.joint.structure, model.output, terms.skip)
-    cases = [case for run in runs for case in run.cases(model.output)]
     seen = scans(cases, model.output, bare.columns, bare.free_states, missing)
     whiten, reached = estimate_noise(seen, model.output, bare.row, lambda: _freed(seen, bare), errors=errors)
     held_pieces = tuple(piece for record in held for piece in record.pieces(horizon or record.duration))
     whiten_held = _held_whitening(bare, model.theta, whiten, held_pieces)
-    bench = Bench(tuple(pieces), held_pieces, whiten, whiten_held, model.output, model.estimate_states, reached, errors)
-    near = Motions(tuple(trajectories))
-    return bench, try_model(model.joint.structure, [model.parameters], bench, near, careful=True)
+    bench = Bench(pieces, held_pieces, whiten, whiten_held, model.output, model.estimate_states, reached, errors)
+    return bench, try_model(model.joint.structure, [model.parameters], bench, Motions(trajectories), careful=True)
 
 
 def renew(trial: Trial, bench: Bench, terms: Terms) -> tuple[Bench, Trial]:
@@ -60,7 +55,7 @@ def renew(trial: Trial, bench: Bench, terms: Terms) -> tuple[Bench, Trial]:
 
 def _freed(seen: Sequence[Scan], problem: OutputError) -> list[Array]:
     """What of each residual neither candidates nor free curves explain, (n,) each."""
-    cases = [(one.trajectory, one.record, one.residual) for one in seen]
+    cases = [one.case for one in seen]
     more = [free_forces(trajectory, record) for trajectory, record, _ in cases]
     curves = scans(cases, problem.output, problem.columns, problem.free_states, (), more)
     both = (np.concatenate([one.signals[:-1], other.signals]) for one, other in zip(seen, curves, strict=True))

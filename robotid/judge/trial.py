@@ -203,12 +203,12 @@ def _hold_out(
     problem: OutputError, parameters: Parameters, bench: Bench, near: Sequence[Trajectory]
 ) -> tuple[Evaluation, ...]:
     """Each held-out record with the parameters held and its own first states."""
-    known = [near[k : k + 1] for k in range(len(bench.held))]
     alone = replace(problem, parameters=parameters.held, weights=np.ones(1))
-    problems = (
-        replace(alone, records=(r,), whiten=(whiten,)) for r, whiten in zip(bench.held, bench.whiten_held, strict=True)
+    held = enumerate(zip(bench.held, bench.whiten_held, strict=True))
+    return tuple(
+        _with_first_states(replace(alone, records=(record,), whiten=(whiten,)), near[k : k + 1])
+        for k, (record, whiten) in held
     )
-    return tuple(map(_with_first_states, problems, known))
 
 
 def _with_first_states(problem: OutputError, near: Sequence[Trajectory]) -> Evaluation:

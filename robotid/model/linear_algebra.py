@@ -55,10 +55,10 @@ def times(gain: Array, columns: Array) -> Array:
 def with_held(mass: Array, locked: Mask) -> Array:
     """The mass matrix with rows and columns of locked coordinates those of the identity, (nv, nv, n)."""
     held = np.broadcast_to(mass, (*mass.shape[:2], locked.shape[1])).copy()
-    for j in np.flatnonzero(locked.any(axis=1)):
-        held[j][:, locked[j]] = 0.0
-        held[:, j][:, locked[j]] = 0.0
-        held[j, j, locked[j]] = 1.0
+    hold(held, locked)
+    hold(held.swapaxes(0, 1), locked)
+    for j, at in enumerate(locked):
+        held[j, j, at] = 1.0
     return held
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotid.model.array import Array, Index, Mask
-from robotid.model.joint import Dynamics, Joint
+from robotid.model.joint import Joint
 from robotid.model.linear_algebra import product, solve
 
 CROSSING_ITERATIONS = 5
@@ -156,7 +156,7 @@ def regular(motive: Motive, x0: Array, x1: Array, mode: Mode) -> Steps:
     defect = x1 - x0 - sixth * (f0 + 4 * middle.f + f1)
     columns_of = [_side(sixth, a0, middle.A), -defect[:, None]]
     if middle.B is not None and ends.B is not None:
-        columns_of.append(_forcing(sixth, ends.B, middle))
+        columns_of.append(_forcing(sixth, ends.B[:, :, :n], middle.B, ends.B[:, :, n:], middle.A))
     solved = solve(_side(-sixth, a1, middle.A), *columns_of)
     nx = joint.nx
     return Steps(solved[:, :nx], solved[:, nx], solved[:, nx + 1 :] if len(columns_of) == 3 else None, f1)
@@ -175,16 +175,13 @@ def _side(step: Array, a: Array, am: Array) -> Array:
     return side
 
 
-def _forcing(sixth: Array, ends: Array, middle: Dynamics) -> Array:
+def _forcing(sixth: Array, b0: Array, bm: Array, b1: Array, am: Array) -> Array:
     """h / 6 (b0 + 4 bm + b1) + h^2 / 12 am (b0 - b1), (nx, k + 1, n)."""
-    n = ends.shape[2] // 2
-    b0, b1, bm = ends[:, :, :n], ends[:, :, n:], middle.B
-    assert bm is not None
-    forcing = product(middle.A, b0 - b1)
+    forcing = product(am, b0 - b1)
     forcing *= 3 * sixth
     forcing += b0
     forcing += b1
-    forcing += np.multiply(4.0, bm, out=bm)
+    forcing += 4 * bm
     forcing *= sixth
     return forcing
 
