@@ -24,6 +24,7 @@ MOST_ALIKE = 0.1  # of the energy explained, however much chance there is
 REACHED = 0.97  # of the misfit: a cause that explains so much explains it
 RIVAL = 0.9  # of the best score: candidates below it are not tried against one that explains nearly all
 HOPEFUL = 0.5  # of the best score: candidates below it are not refitted
+GOES = 2  # at candidates, where none of the best can be refitted
 LEAST = 1e-3  # of the first model's misfit energy: a cause that removes less is one of the simulation's own errors
 WAYS = (1.0, 0.5, 0.1)  # of the way to what a score promises, where refits start
 STILL = 0.1  # of what a cause explained when it was named: one without which more is lost has not lost its worth
@@ -39,11 +40,17 @@ Tried = list[tuple[Score, Trial]]
 
 
 def refit_hopeful(now: Trial, seen: Round, bench: Bench, terms: Terms, log: Log) -> Tried:
-    """The candidates of a round that score best, refitted."""
-    hopeful = [s for s in best_of_each(seen.scores) if p_value(s, seen, bench) < terms.level]
-    hopeful = [s for s in hopeful if s.energy > max(HOPEFUL * hopeful[0].energy, terms.worth**2 * bench.samples)]
-    hopeful = [*hopeful[: terms.refits], *_elsewhere(now, hopeful, seen, bench)]
-    return _in_order(list(_refit(now, hopeful, seen, bench, log)), bench, terms)
+    """The candidates of a round that score best, refitted; where none of them can be, those that follow."""
+    worthy = [s for s in best_of_each(seen.scores) if p_value(s, seen, bench) < terms.level]
+    worthy = [s for s in worthy if s.energy > terms.worth**2 * bench.samples]
+    for _ in range(GOES):
+        hopeful = [s for s in worthy if s.energy > HOPEFUL * worthy[0].energy][: terms.refits]
+        chosen = [*hopeful, *_elsewhere(now, hopeful, seen, bench)]
+        tried = list(_refit(now, chosen, seen, bench, log))
+        if tried:
+            return _in_order(tried, bench, terms)
+        worthy = worthy[len(hopeful) :]
+    return []
 
 
 def _elsewhere(now: Trial, hopeful: Sequence[Score], seen: Round, bench: Bench) -> list[Score]:

@@ -22,7 +22,7 @@ EDGE = 0.5  # per cent of the samples beyond the first and the last knot
 @dataclass(frozen=True, slots=True)
 class Variable:
     """Something along which a torque may be ordered. counted : as in `Curve.along`, by direction, by speed or as it is;
-    turns : the torque acts on the gear rather than on the motor; split : it may jump at zero."""
+    gear : the torque acts on the gear rather than on the motor; split : it may jump at zero."""
 
     along: str
     unit: str

@@ -1,7 +1,7 @@
-"""A torque of any shape along the motor's speed, as a term of the model: what a curve explains once it acts.
+"""A torque of any shape along one variable of the motion, as a term of the model: what a curve explains once it acts.
 
-Along the speed a curve feeds back on what it depends on; the columns of a curve, along the motion as it was, leave that
-out. Along an angle or the time there is little of it.
+A curve feeds back on what it depends on, and moves the motion that it lies along; the columns of a curve, along the
+motion as it was, leave that out.
 """
 
 from __future__ import annotations
@@ -10,46 +10,76 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from robotid.judge.bases import Variable
+from robotid.judge.location import BY_DIRECTION, BY_SPEED
 from robotid.judge.trial import Bench, Trial, try_model
 from robotid.model.array import Array
+from robotid.model.joint import Joint
 from robotid.model.port import Port
 from robotid.model.term import Motion, Partials, Term
 
 PATIENCE = 4  # windows that may fail to settle: a curve with more is no friction that exists
 MOST_ITERATIONS = 4  # of a refit: the next sweep goes on
+ARGUMENT = {"dphi_m": "v", "phi_m": "x", "twist": "x", "t": "t"}  # of a term's motion, by variable
 
 
 class FreeCurve(Term):
-    """An applied torque, piecewise linear along the speed.
+    """An applied torque, piecewise linear along a variable of its port's motion.
 
-    knots [rad/s], values [Nm] (k,); a knot that is there twice is one on either side of a jump, which is dry friction.
+    knots (k,), a knot that is there twice is one on either side of a jump, which is dry friction; values [Nm] (k,), or
+    what the variable counts. Along what is no state, such as the acceleration, no curve can act: see `can_act`.
     """
 
     name = "free_curve"
-    ports = (Port.MOTOR,)
+    ports = (Port.MOTOR, Port.GEAR)
     parameters = ()
-    formula = "-curve(v)"
+    formula = "-curve"
     source = "none: a shape, not a law"
-    signature = "any along the speed"
+    signature = "any along one variable"
 
-    def __init__(self, knots: Array, values: Array) -> None:
+    def __init__(self, variable: Variable, knots: Array, values: Array) -> None:
+        self._variable = variable
         twice = np.flatnonzero(np.diff(knots) == 0.0)
         cut = [int(twice[0]) + 1] if twice.size else []
         self._sides = list(zip(np.split(knots, cut), np.split(values, cut), strict=True))
 
+    @property
+    def argument(self) -> str:
+        """What of the motion it runs along."""
+        return ARGUMENT[self._variable.along]
+
+    @property
+    def port(self) -> Port:
+        """Where it acts."""
+        return Port.GEAR if self._variable.gear else Port.MOTOR
+
     def torque(self, m: Motion, p: Sequence[float]) -> Array:
-        return -self._level(m)[0]
+        return np.asarray(-self._level(m)[0] * self._factor(m))
 
     def partials(self, m: Motion, p: Sequence[float]) -> Partials:
-        _, slope, jump = self._level(m)
-        return Partials(v=-slope, s=-jump if len(self._sides) > 1 else 0.0)
+        level, slope, jump = self._level(m)
+        factor, counted = self._factor(m), self._variable.counted
+        along = {self.argument: -slope * factor}
+        v = -level if counted == BY_SPEED else along.get("v", 0.0)
+        s = -level if counted == BY_DIRECTION else -jump if len(self._sides) > 1 else 0.0
+        return Partials(x=along.get("x", 0.0), v=v, s=s)
+
+    def _factor(self, m: Motion) -> Array | float:
+        factors: dict[str, Array | float] = {"": 1.0, BY_DIRECTION: m.s, BY_SPEED: m.v}
+        return factors[self._variable.counted]
 
     def _level(self, m: Motion) -> tuple[Array, Array, Array]:
         """The curve, its slope, and its derivative to the direction, (n,) each."""
-        found = [_piecewise(m.v, knots, values) for knots, values in self._sides]
+        x: Array = getattr(m, self.argument)
+        found = [_piecewise(x, knots, values) for knots, values in self._sides]
         (low, slope_low), (high, slope_high) = found[0], found[-1]
         right = (1.0 + m.s) / 2
         return low + right * (high - low), slope_low + right * (slope_high - slope_low), (high - low) / 2
+
+
+def can_act(variable: Variable) -> bool:
+    """Whether a curve along a variable can be a term."""
+    return variable.along in ARGUMENT
 
 
 def _piecewise(x: Array, knots: Array, values: Array) -> tuple[Array, Array]:
@@ -58,11 +88,11 @@ def _piecewise(x: Array, knots: Array, values: Array) -> tuple[Array, Array]:
     return np.interp(x, knots, values), slopes[np.searchsorted(knots, x)]
 
 
-def with_curve(trial: Trial, bench: Bench, term: FreeCurve, moved: Array) -> Trial:
-    """The model refitted with a curve as it is, from parameters (k,) moved along with it. Raises NumericsError."""
-    joint, parameters = trial.problem.joint, trial.parameters
-    extended = joint.with_more(terms=[(Port.MOTOR, term)])
+def with_curve(joint: Joint, near: Trial, bench: Bench, term: FreeCurve, moved: Array) -> Trial:
+    """A joint refitted with a curve as it is, from the parameters of a trial close by, moved (k,) along with the curve.
+    Raises NumericsError."""
+    extended, parameters = joint.with_more(terms=[(term.port, term)]), near.parameters
     values = parameters.values.copy()
-    values[list(trial.problem.columns)] += moved
+    values[list(near.problem.columns)] += moved
     start = parameters.with_values(np.clip(values, parameters.lower, parameters.upper))
-    return try_model(extended, [start, parameters], bench, trial.motions, patience=PATIENCE, most=MOST_ITERATIONS)
+    return try_model(extended, [start, parameters], bench, near.motions, patience=PATIENCE, most=MOST_ITERATIONS)

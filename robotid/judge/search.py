@@ -14,7 +14,7 @@ from robotid.judge.set_up import renew, set_up
 from robotid.judge.simulated import Model
 from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Trial, try_model
-from robotid.judge.unknown import Shape, in_motion, shapes
+from robotid.judge.unknown import Shape, in_motion, shapes, told_by
 from robotid.model.structure import RECORD_CHANGE
 from robotid.signals.record import Record
 
@@ -43,7 +43,7 @@ def search(
 
 def grow(first: Trial, bench: Bench, terms: Terms, log: Log) -> Growth:
     """Extend a model cause by cause."""
-    looked, now = first, first
+    looked, now, before = first, first, bench
     causes, turned, rounds, imitated = list[Found](), list[Turned](), list[Round](), None
     while len(causes) < terms.causes and len(rounds) < 2 * terms.causes:
         log(f"scoring the catalogue for cause {len(causes) + 1}")
@@ -63,11 +63,11 @@ def grow(first: Trial, bench: Bench, terms: Terms, log: Log) -> Growth:
     growth = Growth(bench, first, now, tuple(causes), tuple(turned), tuple(rounds))
     if causes and len(causes) != TRUSTED:
         imitated = _imitated(first, now, bench)
-    growth = _with_unknown(growth, terms) if imitated is None else _as_unknown(growth, imitated)
+    growth = _with_unknown(growth, terms) if imitated is None else _as_unknown(growth, imitated, before)
     if RECORD_CHANGE in terms.skip:
         return growth
     log("comparing the records held out")
-    return replace(growth, changes=changes(growth.last, bench))
+    return replace(growth, changes=changes(growth.last, growth.bench))
 
 
 def _together(first: Trial, now: Trial, tried: Tried, seen: Round, bench: Bench, terms: Terms, log: Log) -> list[Found]:
@@ -142,13 +142,15 @@ def _stands(explained: float, free: float, clearly: float, bench: Bench) -> bool
     return explained > free + clearly if bench.reached else explained > IMITATES * free
 
 
-def _as_unknown(growth: Growth, shape: Shape) -> Growth:
-    """The search with its causes turned down for a curve."""
-    share = min(1.0, shape.energy / max(misfit_energy(growth.first, growth.bench), 1e-9))
+def _as_unknown(growth: Growth, better: Shape, before: Bench) -> Growth:
+    """The search with its causes turned down for a curve that explains the misfit better, as the noise behind the first
+    model tells it: behind models that only imitate the noise is uncertain. before : the bench with that noise."""
+    shape = told_by(growth.first, before, better.variable)
+    share = min(1.0, shape.energy / max(misfit_energy(growth.first, before), 1e-9))
     why = f"only imitates: a free curve along {shape.curve.along} explains {100 * share:.0f} % of the misfit"
     imitations = [Turned(c.effect, c.explained, c.gain, why) for c in growth.causes]
     turned = (*imitations, *growth.turned)
-    return replace(growth, last=growth.first, causes=(), turned=turned, shape=shape, share=share)
+    return replace(growth, bench=before, last=growth.first, causes=(), turned=turned, shape=shape, share=share)
 
 
 def _curve_stands(shape: Shape, growth: Growth, terms: Terms) -> bool:

@@ -14,7 +14,7 @@ from scipy.optimize import linprog
 
 from robotid.errors import NumericsError
 from robotid.judge.bases import Basis, Variable, applied, at_measured_speed, basis_along, variables
-from robotid.judge.free_curve import FreeCurve, with_curve
+from robotid.judge.free_curve import FreeCurve, can_act, with_curve
 from robotid.judge.location import BY_SPEED, Curve
 from robotid.judge.score import Projected, beyond, project, scan, scans
 from robotid.judge.trial import Bench, Trial
@@ -23,10 +23,11 @@ from robotid.model.array import Array
 from robotid.signals.record import Record
 from robotid.simulate.simulate import Trajectory
 
-KNOTS, COARSE = 24, 12
+KNOTS, COARSE = 48, 12
 FADED, RIDGE = 0.03, 1e-9  # energy of a curve that is left, over the whole, where the fit may have taken it
 FINALISTS = 2  # seen with all knots
-SWEEPS = 3  # of a curve that acts
+SWEEPS = 4  # of a curve that acts
+SETTLED = 1e-3  # of what a curve explains: a sweep that gains less is the last
 PRIOR = 0.5  # of the torque's RMS: as large as a missing torque is likely to be
 
 
@@ -51,28 +52,40 @@ class Shape:
 
 def shapes(trial: Trial, bench: Bench) -> list[Shape]:
     """The curves that explain most of what a model leaves, best first; all variables are seen coarsely before."""
+    coarse = _along(trial, bench, variables(trial.motions.fitted[0]), COARSE)
+    return _along(trial, bench, [one.variable for one in coarse[:FINALISTS]], KNOTS)
+
+
+def told_by(trial: Trial, bench: Bench, variable: Variable) -> Shape:
+    """The curve along a variable as it is once it acts."""
+    return in_motion(_along(trial, bench, [variable], KNOTS)[0], trial, bench)
+
+
+def _along(trial: Trial, bench: Bench, variables: Sequence[Variable], knots: int) -> list[Shape]:
     kept = tuple(map(at_measured_speed, trial.motions.fitted, bench.fitted))
-    coarse = _fit(trial, bench, [basis_along(kept, v, COARSE) for v in variables(kept[0])])
-    return _fit(trial, bench, [basis_along(kept, one.variable, KNOTS) for one in coarse[:FINALISTS]])
+    return _fit(trial, bench, [basis_along(kept, variable, knots) for variable in variables])
 
 
 def in_motion(shape: Shape, trial: Trial, bench: Bench) -> Shape:
     """The curve as it is once it acts: what is still left asks for changes of it, and the records held out are
-    simulated with it. Along all but the speed the first look does."""
-    if shape.variable.along != "dphi_m":
+    simulated with it. Where it cannot act, the first look stays."""
+    if not can_act(shape.variable):
         return _held_out(shape, trial, bench)
     whole = whitened_energy(trial.residuals, bench.whiten)
     whole_held = whitened_energy(trial.held_residuals, bench.whiten_held)
-    best, now = None, shape
+    joint, best, now, after = trial.problem.joint, None, shape, trial
     for _ in range(SWEEPS):
         try:
-            after = with_curve(trial, bench, FreeCurve(now.basis.knots, now.values), now.moved)
+            after = with_curve(joint, after, bench, FreeCurve(now.variable, now.basis.knots, now.values), now.moved)
         except NumericsError:
             break
         explained = whole - after.energy
         if best is not None and explained <= best.energy:
             break
+        gained = explained - (best.energy if best is not None else 0.0)
         best = replace(now, energy=explained, held_energy=whole_held - after.held_energy)
+        if gained < SETTLED * explained:
+            break
         now = _fit(after, bench, [now.basis], now.values)[0]
     return best or _held_out(shape, trial, bench)
 
