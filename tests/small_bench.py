@@ -84,7 +84,8 @@ def searched(made: list[Record], terms: Terms | None = None) -> Growth:
 
 def bench(made: list[Record], terms: Terms | None = None) -> tuple[Bench, Trial]:
     """The records with their noise as it shows, and the model as it is fitted to them."""
-    return set_up(fitted_model(fitted(made)), made[:2], made[2:], None, terms or Terms())
+    benched, looked = set_up(fitted_model(fitted(made)), made[:2], made[2:], None, terms or Terms())
+    return benched, looked.trial
 
 
 def _triangle(t: Array, amplitude: float, period: float) -> Array:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
@@ -17,9 +16,17 @@ from robotid.model.structure import RECORD_CHANGE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """A model with all columns of all candidates on every record of its fit."""
+
+    trial: Trial
+    scans: tuple[Scan, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Round:
-    """One look at a model. trial : the model as it was looked at; inflation : energy of the residual per direction that
-    no single candidate explains."""
+    """What one look at a model tells. trial : the model as it was looked at; inflation : energy of the residual per
+    direction that no single candidate explains."""
 
     trial: Trial
     projected: Projected
@@ -27,20 +34,27 @@ class Round:
     inflation: float
 
 
-@lru_cache(maxsize=1)  # the noise is measured and the candidates are ranked on the same columns
-def look(trial: Trial, skip: tuple[str, ...]) -> tuple[Scan, ...]:
-    """Every record of the fit with all columns of all candidates. skip : effects that are none."""
+def look(trial: Trial, skip: tuple[str, ...]) -> Look:
+    """skip : effects that are none."""
     p = trial.problem
     missing = candidates(trial.structure, p.output, skip)
-    return scans(trial.cases, p.output, p.columns, p.free_states, missing)
+    return Look(trial, scans(trial.cases, p.output, p.columns, p.free_states, missing))
 
 
-def rank(trial: Trial, bench: Bench, terms: Terms) -> Round:
+def look_again(trial: Trial, before: Sequence[Scan]) -> Look:
+    """A model that differs little from the one that these columns are of: its residuals beside the same columns."""
+    pairs = zip(before, trial.cases, strict=True)
+    signals = ((one, t, np.concatenate([one.signals[:-1], residual[None]])) for one, (t, _, residual) in pairs)
+    return Look(trial, tuple(replace(one, trajectory=t, signals=rows) for one, t, rows in signals))
+
+
+def rank(looked: Look, bench: Bench, terms: Terms) -> Round:
     """All candidates by what they would explain, and every parameter as different in each record."""
+    trial, seen = looked.trial, looked.scans
     names = list(dict.fromkeys(record.name for record in bench.fitted))
     wanted = len(names) > 1 and RECORD_CHANGE not in terms.skip
     other = differences(trial.problem.joint, trial.problem.columns, names) if wanted else ()
-    seen, known = look(trial, terms.skip), candidates(trial.structure, bench.output, terms.skip)
+    known = candidates(trial.structure, bench.output, terms.skip)
     more = periods(known, trial, seen, bench)
     columns = trial.problem.columns
     if more:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from robotid.judge.acceptance import Tried, accept, drop, found, objection, refit_hopeful
 from robotid.judge.changes import changes
 from robotid.judge.growth import Found, Growth, Log, Turned, misfit_energy, share_removed
-from robotid.judge.ranking import Round, rank
+from robotid.judge.ranking import Look, Round, look, rank
 from robotid.judge.score import significance
 from robotid.judge.set_up import renew, set_up
 from robotid.judge.simulated import Model
@@ -31,19 +31,19 @@ def search(
     """What a model lacks, by the noise of the sensors; and where that is out of reach and names nothing, as it is on
     most machines, by that of torque errors besides."""
     log("measuring the noise")
-    bench, first = set_up(model, fitted, held, horizon, terms)
-    growth = grow(first, bench, terms, log)
+    bench, looked = set_up(model, fitted, held, horizon, terms)
+    growth = grow(looked, bench, terms, log)
     if growth.causes or bench.reached:
         return growth
     log("allowing for errors of the torque")
-    bench, first = set_up(model, fitted, held, horizon, terms, errors=True)
-    blunt = grow(first, bench, terms, log)
+    bench, looked = set_up(model, fitted, held, horizon, terms, errors=True)
+    blunt = grow(looked, bench, terms, log)
     return blunt if blunt.causes or growth.shape is None else growth
 
 
-def grow(first: Trial, bench: Bench, terms: Terms, log: Log) -> Growth:
+def grow(looked: Look, bench: Bench, terms: Terms, log: Log) -> Growth:
     """Extend a model cause by cause."""
-    looked, now, before = first, first, bench
+    first, now, before = looked.trial, looked.trial, bench
     causes, turned, rounds, imitated = list[Found](), list[Turned](), list[Round](), None
     while len(causes) < terms.causes and len(rounds) < 2 * terms.causes:
         log(f"scoring the catalogue for cause {len(causes) + 1}")
@@ -55,7 +55,8 @@ def grow(first: Trial, bench: Bench, terms: Terms, log: Log) -> Growth:
         if not new:
             break
         causes, now = _without_worthless(first, [*causes, *new], bench, terms, turned, log)
-        looked, (bench, now) = now, renew(now, bench, terms)
+        looked = look(now, terms.skip)
+        bench, now = renew(looked, bench)
         imitated = _imitated(first, now, bench) if len(causes) == TRUSTED else None
         if imitated is not None:
             break
@@ -76,7 +77,7 @@ def _together(first: Trial, now: Trial, tried: Tried, seen: Round, bench: Bench,
         return []
     alone = found(first, now, tried, seen, bench)
     log(f"looking for a second cause beside {alone.effect}")
-    more = rank(alone.after, bench, terms)
+    more = rank(look(alone.after, terms.skip), bench, terms)
     pairs = refit_hopeful(alone.after, more, bench, terms, log)
     for k, (_, after) in enumerate(pairs):
         if objection(first, now, after, bench, terms) is None:
@@ -101,7 +102,8 @@ def _without_worthless(
 def _with_unknown(growth: Growth, terms: Terms) -> Growth:
     """The search with the curve that explains most of what it leaves, where that is worth a word."""
     bench, whole = growth.bench, misfit_energy(growth.first, growth.bench)
-    if growth.last.energy - bench.samples < terms.worth**2 * bench.samples or whole <= 0.0:
+    remaining = growth.last.energy - bench.samples
+    if whole <= 0.0 or remaining < max(terms.worth**2 * bench.samples, NOTHING * whole):
         return growth
     left = next(iter(shapes(growth.last, bench)), None)
     if left is None or left.energy < NOTHING * whole or not _curve_stands(left, growth, terms):

@@ -10,7 +10,7 @@ import numpy as np
 from robotid.estimate.residual import OutputError
 from robotid.judge.candidates import candidates
 from robotid.judge.noise import estimate_noise
-from robotid.judge.ranking import look
+from robotid.judge.ranking import Look, look, look_again
 from robotid.judge.score import Scan, scans, unexplained
 from robotid.judge.simulated import Model, simulate_record
 from robotid.judge.terms import Terms
@@ -19,6 +19,8 @@ from robotid.judge.unknown import free_forces
 from robotid.judge.whitening import Whitening, whitening
 from robotid.model.array import Array
 from robotid.signals.record import Record
+
+ALIKE = 0.02  # of the cost: a refit that gains less leaves the model as it was looked at
 
 
 def set_up(
@@ -29,8 +31,8 @@ def set_up(
     terms: Terms,
     *,
     errors: bool = False,
-) -> tuple[Bench, Trial]:
-    """The bench for a fitted model, its noise found in the residuals, and the model refitted on it."""
+) -> tuple[Bench, Look]:
+    """The bench for a fitted model, its noise found in the residuals, and a look at the model refitted on it."""
     cases = [case for r in fitted for case in simulate_record(model, r, horizon).cases(model.output)]
     trajectories, pieces, _ = zip(*cases, strict=True)
     bare = OutputError(model.joint, model.parameters, pieces, model.output, np.ones(len(pieces)), model.estimate_states)
@@ -40,13 +42,15 @@ def set_up(
     held_pieces = tuple(piece for record in held for piece in record.pieces(horizon or record.duration))
     whiten_held = _held_whitening(bare, model.theta, whiten, held_pieces)
     bench = Bench(pieces, held_pieces, whiten, whiten_held, model.output, model.estimate_states, reached, errors)
-    return bench, try_model(model.joint.structure, [model.parameters], bench, Motions(trajectories), careful=True)
+    first = try_model(model.joint.structure, [model.parameters], bench, Motions(trajectories), careful=True)
+    begun, ended = first.solution.cost[0], first.solution.cost[-1]
+    return bench, look_again(first, seen) if begun - ended < ALIKE * ended else look(first, terms.skip)
 
 
-def renew(trial: Trial, bench: Bench, terms: Terms) -> tuple[Bench, Trial]:
+def renew(looked: Look, bench: Bench) -> tuple[Bench, Trial]:
     """The bench with the noise as it shows behind a better model, never larger, and that model refitted on it."""
+    trial, seen = looked.trial, looked.scans
     problem, theta = trial.problem, trial.parameters.values
-    seen = look(trial, terms.skip)
     whiten, _ = estimate_noise(seen, bench.output, problem.row, lambda: _freed(seen, problem), errors=bench.errors)
     if max(w.torque for w in whiten) <= max(w.torque for w in bench.whiten):
         bench = replace(bench, whiten=whiten, whiten_held=_held_whitening(problem, theta, whiten, bench.held))

@@ -17,6 +17,7 @@ from robotid.model.array import Array
 
 WINDOW = 40_000  # samples solved at once: a few hundred bytes a state each
 OVERLAP = 1_000  # samples solved twice at the border of two windows
+EXCERPT = 5_000  # samples that tell how much the input changes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,8 +65,8 @@ class Chain:
 
     def excerpt(self) -> Chain:
         """The middle of a long system, to choose `step` by."""
-        spare = len(self.y) - WINDOW
-        return self if spare <= 2 * OVERLAP else self._part(spare // 2, spare // 2 + WINDOW, np.zeros(len(self.G)))
+        spare = len(self.y) - EXCERPT
+        return self if spare <= 2 * OVERLAP else self._part(spare // 2, spare // 2 + EXCERPT, np.zeros(len(self.G)))
 
     def _part(self, begin: int, end: int, first: Array) -> Chain:
         """Samples begin .. end - 1, from about this state unless they are the first ones."""

@@ -25,7 +25,7 @@ UNIDENTIFIABLE = 1e-9  # smallest singular value of the scaled Jacobian
 PATIENCE = 8  # windows that may fail to settle; a model near its best has three at most
 MOST_ITERATIONS, TOLERANCE, CAREFUL = 12, 1e-4, 1e-5
 WILD = 20.0  # times the energy that is low enough: a start that leaves more is none
-CLOSE = 1e-3  # of the misfit: a step that gains less is not worth it while there is so much of it
+CLOSE = 3e-3  # of the misfit: a step that gains less is not worth it while there is so much of it
 MOST_ITERATIONS_HELD, TOLERANCE_HELD = 8, 1e-4
 
 
@@ -125,7 +125,8 @@ def try_model(
     joint = model if isinstance(model, Joint) else assemble(model, angle=bench.output == "position")
     problem, at = _problem(joint, starts, bench, near.fitted, enough, None if careful else patience)
     misfit = max(0.0, 1.0 - bench.samples / max(2.0 * at.cost, 1e-300))
-    tolerance, most_small = (CAREFUL, MOST_SMALL) if careful else (max(TOLERANCE, CLOSE * misfit), 1)
+    close, most_small = (CAREFUL, MOST_SMALL) if careful else (TOLERANCE, 1)
+    tolerance = max(close, CLOSE * misfit)
     solution = solve(problem, at.unknowns, most=most, tolerance=tolerance, known=at, most_small=most_small)
     if 2.0 * solution.evaluation.cost >= below:
         raise NumericsError("the fit is no better than without")

@@ -42,7 +42,7 @@ class Placed:
         return own
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Lever:
     """Where a torque acts: on coordinate j, by factor c; dc is the tangent of a factor that changes."""
 
@@ -51,7 +51,7 @@ class Lever:
     dc: Tangent = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Felt:
     """A motion m, the tangents of its position, speed, direction and of the torque read, and the levers of a torque."""
 

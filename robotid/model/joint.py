@@ -26,7 +26,7 @@ from robotid.model.term import Bend, Motion, Partials, Term
 from robotid.model.units import sliding
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Dynamics:
     """Right-hand side and derivatives at n points.
 

@@ -15,7 +15,7 @@ from robotid.model.parameters import Parameter
 from robotid.model.port import Port
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Motion:
     """Motion of one port over n samples.
 
@@ -40,7 +40,7 @@ class Motion:
     side: Array = field(default_factory=lambda: np.zeros((0, 1)))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Partials:
     """Derivatives of one quantity (a torque, or the rate of a state), each (n,) or a plain number.
 

@@ -24,7 +24,7 @@ INSTANT_TOLERANCE = 1e-3  # of the interval, before the last, quadratically conv
 CROSSING_TOLERANCE = 1e-5  # of where it ends, likewise
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Steps:
     """Linearised steps x[n+1] = x1[n] + c + G (x[n] - x0[n]) + S dtheta.
 
@@ -44,7 +44,7 @@ class Steps:
             self.S[:, :, where] = other.S
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Motive:
     """What acts during n steps: torque u, start times t, lengths h, each (n,), theta, and derivative columns wanted."""
 
@@ -64,7 +64,7 @@ class Motive:
         return Motive(self.joint, self.theta, self.u, t, h, self.columns)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Mode:
     """Directions of motion and sides of edges s (nv + edges, n), and which coordinates friction holds at rest (nv, n),
     None where none is."""
@@ -218,7 +218,7 @@ def cross(
     return _chain(step, rest, border, end - x1)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Border:
     """What changes sign in a crossing, for m steps: its value (m,), its slopes to the states (nx, m), its response to
     theta[columns] and u (k + 1, m) or None; stops : the states (row, step) that are exactly zero there."""

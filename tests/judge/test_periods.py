@@ -21,11 +21,11 @@ def test_the_number_of_periods_is_found_between_the_points_of_the_grid(effect: s
     missing = candidates(trial.structure, benched.output)
     grid = {c.values[2] for c in missing if c.name == effect}
     assert min(abs(n - point) for point in grid) > 0.1
-    scans = look(trial, ())
-    found = [c.values[2] for c in periods(missing, trial, scans, benched) if c.name == effect]
+    looked = look(trial, ())
+    found = [c.values[2] for c in periods(missing, trial, looked.scans, benched) if c.name == effect]
     span = max(float(abs(r.phi_m).max()) for r in benched.fitted) * 2
     assert min(abs(n - point) for point in found) < np.pi / span  # within the main lobe, from where a refit finds it
-    seen = rank(trial, benched, Terms())
+    seen = rank(looked, benched, Terms())
     tried = refit_hopeful(trial, seen, benched, Terms(skip=("record_change",)), lambda _: None)
     assert tried[0][0].candidate.name == effect
     assert tried[0][0].candidate.values[2] in found
