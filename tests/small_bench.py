@@ -12,7 +12,7 @@ from robotid.estimate.result import FitResult
 from robotid.judge.growth import Growth
 from robotid.judge.search import search
 from robotid.judge.set_up import set_up
-from robotid.judge.simulated import fitted_model
+from robotid.judge.simulated import Simulated, fitted_model, simulate_record
 from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Trial
 from robotid.model.array import Array
@@ -79,12 +79,19 @@ def fitted(made: list[Record]) -> FitResult:
 
 def searched(made: list[Record], terms: Terms | None = None) -> Growth:
     """What a search finds on such records."""
-    return search(fitted_model(fitted(made)), made[:2], made[2:], None, terms or Terms(), lambda _: None)
+    runs = simulated(made)
+    return search(fitted_model(fitted(made)), runs[:2], made[2:], None, terms or Terms(), lambda _: None)
+
+
+def simulated(made: list[Record]) -> list[Simulated]:
+    """All records by the model as it is fitted."""
+    model = fitted_model(fitted(made))
+    return [simulate_record(model, record) for record in made]
 
 
 def bench(made: list[Record], terms: Terms | None = None) -> tuple[Bench, Trial]:
     """The records with their noise as it shows, and the model as it is fitted to them."""
-    benched, looked = set_up(fitted_model(fitted(made)), made[:2], made[2:], None, terms or Terms())
+    benched, looked = set_up(fitted_model(fitted(made)), simulated(made)[:2], made[2:], None, terms or Terms())
     return benched, looked.trial
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from robotid.errors import NumericsError
 from robotid.estimate.covariance import coloured_information, impulse_response
 from robotid.estimate.least_squares import Iteration, Solution, solve
-from robotid.estimate.residual import OutputError, observed
+from robotid.estimate.residual import Evaluation, OutputError, observed
 from robotid.estimate.result import End, Estimate, FitResult
 from robotid.model.array import Array
 from robotid.model.joint import Joint
@@ -46,8 +46,10 @@ def fit_model(
     records: Sequence[Record],
     options: FitOptions,
     log: Callable[[Iteration], None] | None = None,
+    others: Sequence[Parameters] = (),
 ) -> FitResult:
-    """Fit one joint to a combination of records from the parameters' values.
+    """Fit one joint to a combination of records from the parameters' values, or from those of `others` that suit the
+    records better.
 
     Raises NumericsError where nothing converges.
     """
@@ -55,14 +57,22 @@ def fit_model(
     pieces = [piece for record in records for piece in record.pieces(options.horizon or record.duration)]
     factors = np.array([options.weights.get(piece.name, 1.0) for piece in pieces])
     problem = OutputError(joint, parameters, tuple(pieces), options.output, factors.copy(), options.estimate_states)
-    solution = _best_of(problem, options, log)
+    solution = _best_of(problem, others, options, log)
     solution = _reweigh(problem, solution, factors, options, log)
     return _result(name, problem, solution, time.perf_counter() - begin)
 
 
-def _best_of(problem: OutputError, options: FitOptions, log: Callable[[Iteration], None] | None) -> Solution:
-    start = problem.start()
-    best = solve(problem, start, most=options.most, tolerance=options.tolerance, log=log)
+def _best_of(
+    problem: OutputError,
+    others: Sequence[Parameters],
+    options: FitOptions,
+    log: Callable[[Iteration], None] | None,
+) -> Solution:
+    start, known = problem.start(), None
+    if others:
+        known = _best_start(problem, start, others)
+        start = start if known is None else known.unknowns
+    best = solve(problem, start, most=options.most, tolerance=options.tolerance, log=log, known=known)
     rng = np.random.default_rng(options.seed)
     for _ in range(options.multistart):
         other = start.copy()
@@ -72,6 +82,21 @@ def _best_of(problem: OutputError, options: FitOptions, log: Callable[[Iteration
         except NumericsError:
             continue
         best = found if found.evaluation.cost < best.evaluation.cost else best
+    return best
+
+
+def _best_start(problem: OutputError, start: Array, others: Sequence[Parameters]) -> Evaluation | None:
+    """The start from which the records are simulated best, None where they cannot be from any."""
+    best: Evaluation | None = None
+    for values in (None, *(parameters.values[list(problem.columns)] for parameters in others)):
+        unknowns = start.copy()
+        if values is not None:
+            unknowns[: len(problem.columns)] = values
+        try:
+            at = problem.evaluate(np.clip(unknowns, *problem.bounds()), most=np.inf if best is None else best.cost)
+        except NumericsError:
+            continue
+        best = at if best is None or at.cost < best.cost else best
     return best
 
 

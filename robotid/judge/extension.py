@@ -11,14 +11,11 @@ import numpy as np
 
 from robotid.errors import NumericsError
 from robotid.estimate.grey_box import FitOptions, fit_model
-from robotid.estimate.residual import OutputError
 from robotid.estimate.result import FitResult
 from robotid.judge.diagnosis import Extension, Rejected, Score
 from robotid.judge.simulated import Model, fitted_model, simulate_record
 from robotid.judge.trial import carried
 from robotid.judge.verdict import root_mean_square, trace, unit_of
-from robotid.model.joint import Joint
-from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure, rests_on
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
@@ -54,8 +51,8 @@ class Refit:
         joint = assemble(structure, angle=self.before.output == "position")
         used = [r for r in self.records if r.name in self.before.records]
         self.say(f"fitting with {', '.join(effects)}" if effects else "fitting")
-        start = _best([carried(old.parameters, structure, values) for values in self.starts], joint, used, old)
-        return fit_model(self.before.name, joint, start, used, self.options)
+        first, *others = (carried(old.parameters, structure, values) for values in self.starts)
+        return fit_model(self.before.name, joint, first, used, self.options, others=others)
 
 
 def extend(refit: Refit, effects: Sequence[str]) -> Extension:
@@ -117,20 +114,6 @@ def gains(refit: Refit, effects: Sequence[str]) -> tuple[list[float], FitResult 
 def _others(effects: Sequence[str], effect: str) -> list[str]:
     """The effects that can be without one."""
     return [e for e in effects if e != effect and not rests_on(e, effect)]
-
-
-def _best(starts: Sequence[Parameters], joint: Joint, records: Sequence[Record], old: Model) -> Parameters:
-    """The start from which the records are simulated best."""
-
-    def cost(start: Parameters) -> float:
-        weights = np.ones(len(records))
-        problem = OutputError(joint, start, tuple(records), old.output, weights, old.estimate_states)
-        try:
-            return problem.evaluate(problem.start()).cost
-        except NumericsError:
-            return np.inf
-
-    return starts[0] if len(starts) == 1 else min(starts, key=cost)
 
 
 def _scores(model: Model, records: Sequence[Record], horizon: float | None) -> dict[str, Score]:

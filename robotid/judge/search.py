@@ -11,7 +11,7 @@ from robotid.judge.growth import Found, Growth, Log, Turned, misfit_energy, shar
 from robotid.judge.ranking import Look, Round, look, rank
 from robotid.judge.score import significance
 from robotid.judge.set_up import renew, set_up
-from robotid.judge.simulated import Model
+from robotid.judge.simulated import Model, Simulated
 from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Trial, try_model
 from robotid.judge.unknown import Shape, in_motion, shapes, told_by
@@ -26,10 +26,11 @@ TRUSTED = 2  # causes that are added before the question is asked whether they o
 
 
 def search(
-    model: Model, fitted: Sequence[Record], held: Sequence[Record], horizon: float | None, terms: Terms, log: Log
+    model: Model, fitted: Sequence[Simulated], held: Sequence[Record], horizon: float | None, terms: Terms, log: Log
 ) -> Growth:
-    """What a model lacks, by the noise of the sensors; and where that is out of reach and names nothing, as it is on
-    most machines, by that of torque errors besides."""
+    """What a model lacks that was simulated so, by the noise of the sensors; and where that is out of reach and names
+    nothing, as it is on most machines, by that of torque errors besides. held : records held out; horizon [s] : of
+    the pieces that start afresh."""
     log("measuring the noise")
     bench, looked = set_up(model, fitted, held, horizon, terms)
     growth = grow(looked, bench, terms, log)

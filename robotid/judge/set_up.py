@@ -12,7 +12,7 @@ from robotid.judge.candidates import candidates
 from robotid.judge.noise import estimate_noise
 from robotid.judge.ranking import Look, look, look_again
 from robotid.judge.score import Scan, scans, unexplained
-from robotid.judge.simulated import Model, simulate_record
+from robotid.judge.simulated import Model, Simulated
 from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Motions, Trial, try_model
 from robotid.judge.unknown import free_forces
@@ -25,7 +25,7 @@ ALIKE = 0.02  # of the cost: a refit that gains less leaves the model as it was 
 
 def set_up(
     model: Model,
-    fitted: Sequence[Record],
+    fitted: Sequence[Simulated],
     held: Sequence[Record],
     horizon: float | None,
     terms: Terms,
@@ -33,7 +33,7 @@ def set_up(
     errors: bool = False,
 ) -> tuple[Bench, Look]:
     """The bench for a fitted model, its noise found in the residuals, and a look at the model refitted on it."""
-    cases = [case for r in fitted for case in simulate_record(model, r, horizon).cases(model.output)]
+    cases = [case for run in fitted for case in run.cases(model.output)]
     trajectories, pieces, _ = zip(*cases, strict=True)
     bare = OutputError(model.joint, model.parameters, pieces, model.output, np.ones(len(pieces)), model.estimate_states)
     missing = candidates(model.joint.structure, model.output, terms.skip)

@@ -12,7 +12,7 @@ from robotid.judge.changes import Change
 from robotid.judge.diagnosis import Cause, Diagnosis, Misfit, Rejected, Verdict
 from robotid.judge.growth import Found, Growth
 from robotid.judge.ranking import best_of_each
-from robotid.judge.simulated import Case, Model, Simulated, joined, measured, simulate_record
+from robotid.judge.simulated import Case, Model, Simulated, joined, measured
 from robotid.judge.thinning import thinned
 from robotid.judge.trial import Trial
 from robotid.judge.validation import Trace
@@ -29,10 +29,10 @@ CHANCE = 3.0  # standard deviations of the energy of noise: less is no misfit to
 LEAST = 1e-12  # of the output: where even the noise is nothing
 
 
-def verdict(model: Model, records: Sequence[Record], growth: Growth, horizon: float | None) -> Diagnosis:
-    """The diagnosis of a model on records, or on stretches of them, from the search for what it lacks."""
-    names = dict.fromkeys(record.name for record in records)
-    runs = {name: joined([simulate_record(model, r, horizon) for r in records if r.name == name]) for name in names}
+def verdict(model: Model, simulated: Sequence[Simulated], growth: Growth) -> Diagnosis:
+    """The diagnosis of a model simulated on records, or on stretches of them, from the search for what it lacks."""
+    names = dict.fromkeys(run.record.name for run in simulated)
+    runs = {name: joined([run for run in simulated if run.record.name == name]) for name in names}
     cases = [case for run in runs.values() for case in run.cases(model.output)]
     where = look_where(cases, _cases_after(growth) if growth.causes else (), model.output)
     residuals = {name: run.measured(model.output) - run.signal(model.output) for name, run in runs.items()}

@@ -14,6 +14,8 @@ from robotid.model.array import Array
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port
 
+NO_SIDES = np.zeros((0, 1))
+
 
 @dataclass(slots=True)
 class Motion:
@@ -37,7 +39,7 @@ class Motion:
     tau: Array | float = 0.0
     xw: Array | float = 0.0
     vw: Array | float = 0.0
-    side: Array = field(default_factory=lambda: np.zeros((0, 1)))
+    side: Array = field(default_factory=lambda: NO_SIDES)
 
 
 @dataclass(slots=True)

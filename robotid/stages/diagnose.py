@@ -9,7 +9,7 @@ from robotid.estimate.result import Fits
 from robotid.judge.diagnosis import Diagnosis
 from robotid.judge.extension import Refit, gains
 from robotid.judge.search import search
-from robotid.judge.simulated import fitted_model
+from robotid.judge.simulated import fitted_model, simulate_record
 from robotid.judge.stretches import stretches
 from robotid.judge.terms import Terms
 from robotid.judge.verdict import verdict
@@ -38,11 +38,12 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
     for remark in remarks:
         say(remark)
     records = [s for r in recordings.records for s in stretches(r, section.samples)]
-    fitted = [r for r in records if r.name in model.records]
+    simulated = [simulate_record(model, r, settings.fit.horizon) for r in records]
+    fitted = [run for run in simulated if run.record.name in model.records]
     held = [r for r in records if r.name not in model.records]
     growth = search(model, fitted, held, settings.fit.horizon, terms, say)
     say("measuring where the misfit sits")
-    diagnosis = verdict(model, records, growth, settings.fit.horizon)
+    diagnosis = verdict(model, simulated, growth)
     diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
     say("measuring the gains")
     return separated(settings, _with_gains(diagnosis, refitting(settings, diagnosis, fits, recordings, say)), growth)

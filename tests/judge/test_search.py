@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from small_bench import SPEED_NOISE, fitted, records, searched
+from small_bench import SPEED_NOISE, fitted, records, searched, simulated
 
 from robotid.judge.diagnosis import Diagnosis
 from robotid.judge.growth import Growth
@@ -23,7 +23,7 @@ QUICK = Terms(skip=("power_friction",))
 
 
 def told(made: list[Record], growth: Growth) -> Diagnosis:
-    return verdict(fitted_model(fitted(made)), made, growth, None)
+    return verdict(fitted_model(fitted(made)), simulated(made), growth)
 
 
 def only_in_the_fit() -> list[Record]:

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
-from small_bench import AXIS, SAMPLING_TIME, TRUTH, fitted, records_of, searched
+from small_bench import AXIS, SAMPLING_TIME, TRUTH, fitted, records_of, searched, simulated
 
 from robotid.judge.diagnosis import Diagnosis
 from robotid.judge.location import Curve
@@ -84,7 +84,7 @@ def diagnosed(case: str) -> tuple[list[Record], Diagnosis]:
     joint = Joint(AXIS, [*listed, (Port.MOTOR, term)], angle=True)
     made = records_of(joint, TRUTH | {"motor.unlisted.A": size})
     growth = searched(made, Terms(skip=("power_friction", "record_change"), causes=2))
-    return made, verdict(fitted_model(fitted(made)), made, growth, None)
+    return made, verdict(fitted_model(fitted(made)), simulated(made), growth)
 
 
 def correlation(curve: Curve, made: list[Record], term: Unlisted) -> float:
