@@ -23,9 +23,9 @@ from robotid.model.array import Array
 from robotid.signals.record import Record
 from robotid.simulate.simulate import Trajectory
 
-KNOTS, COARSE = 48, 12
+COARSE, FINE = 12, (24, 48)  # knots; of the finalists as many as the residual asks for
 FADED, RIDGE = 0.03, 1e-9  # energy of a curve that is left, over the whole, where the fit may have taken it
-FINALISTS = 2  # seen with all knots
+FINALISTS = 2
 SWEEPS = 4  # of a curve that acts
 SETTLED = 1e-3  # of what a curve explains: a sweep that gains less is the last
 PRIOR = 0.5  # of the torque's RMS: as large as a missing torque is likely to be
@@ -52,18 +52,22 @@ class Shape:
 
 def shapes(trial: Trial, bench: Bench) -> list[Shape]:
     """The curves that explain most of what a model leaves, best first; all variables are seen coarsely before."""
-    coarse = _along(trial, bench, variables(trial.motions.fitted[0]), COARSE)
-    return _along(trial, bench, [one.variable for one in coarse[:FINALISTS]], KNOTS)
+    coarse = _along(trial, bench, variables(trial.motions.fitted[0]), [COARSE])
+    return _along(trial, bench, [one.variable for one in coarse[:FINALISTS]], FINE)
 
 
 def told_by(trial: Trial, bench: Bench, variable: Variable) -> Shape:
     """The curve along a variable as it is once it acts."""
-    return in_motion(_along(trial, bench, [variable], KNOTS)[0], trial, bench)
+    return in_motion(_along(trial, bench, [variable], FINE)[0], trial, bench)
 
 
-def _along(trial: Trial, bench: Bench, variables: Sequence[Variable], knots: int) -> list[Shape]:
+def _along(trial: Trial, bench: Bench, variables: Sequence[Variable], counts: Sequence[int]) -> list[Shape]:
+    """A curve along each variable, best first, of as many knots as count by the Bayesian information criterion."""
     kept = tuple(map(at_measured_speed, trial.motions.fitted, bench.fitted))
-    return _fit(trial, bench, [basis_along(kept, variable, knots) for variable in variables])
+    found = _fit(trial, bench, [basis_along(kept, v, count) for v in variables for count in counts])
+    price = float(np.log(bench.samples))
+    best = {s.variable: s for s in sorted(found, key=lambda s: s.energy - price * len(s.values))}
+    return sorted(best.values(), key=lambda s: -s.energy)
 
 
 def in_motion(shape: Shape, trial: Trial, bench: Bench) -> Shape:
