@@ -16,14 +16,12 @@ from scipy.signal import find_peaks
 
 from robotid.judge.candidates import Candidate
 from robotid.judge.columns import as_measured
-from robotid.judge.score import Scan, left_over
-from robotid.judge.trial import Bench, Trial
+from robotid.judge.trial import Trial
 from robotid.model.array import Array
 from robotid.model.lacking_joint import LackingJoint
 from robotid.model.port import Port
 from robotid.model.term import Bend, Term
 from robotid.signals.record import Record
-from robotid.simulate.adjoint import force_gradient
 from robotid.simulate.simulate import Trajectory
 
 COORDINATES = {Port.MOTOR: 0, Port.ARM: 1}
@@ -35,16 +33,13 @@ MOST_BINS = 2**21
 SURROUNDINGS = 101  # points of the spectrum that a peak must stand out from
 
 
-def periods(missing: Sequence[Candidate], trial: Trial, scans: Sequence[Scan], bench: Bench) -> tuple[Candidate, ...]:
-    """More points for the candidates that go round with an angle, at the peaks of the misfit's spectrum."""
+def periods(
+    missing: Sequence[Candidate], trial: Trial, records: Sequence[Record], gradients: Sequence[Array]
+) -> tuple[Candidate, ...]:
+    """More points for the candidates that go round with an angle, at the peaks of the misfit's spectrum. gradients
+    (nv, n) : what the residual of each record gains from a generalised force."""
     round_ = {c.name: c for c in missing if _counted(c) is not None}
-    if not round_:
-        return ()
-    row, gradients = trial.problem.row, []
-    residuals = left_over(scans, bench.whiten)
-    for t, record, whiten, residual in zip(trial.motions.fitted, bench.fitted, bench.whiten, residuals, strict=True):
-        gradients.append(force_gradient(t, record, row, whiten.transposed(residual)))
-    return tuple(new for c in round_.values() for new in _at_peaks(c, trial, bench.fitted, gradients))
+    return tuple(new for c in round_.values() for new in _at_peaks(c, trial, records, gradients))
 
 
 def _counted(candidate: Candidate) -> int | None:

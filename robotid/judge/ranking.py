@@ -9,10 +9,13 @@ import numpy as np
 
 from robotid.judge.candidates import Candidate, Difference, candidates, differences
 from robotid.judge.periods import periods
-from robotid.judge.score import DEPENDENT, Projected, Scan, Score, project, scans, score, significance
+from robotid.judge.resonances import resonances
+from robotid.judge.score import DEPENDENT, Projected, Scan, Score, left_over, project, scans, score, significance
 from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Trial
+from robotid.model.array import Array
 from robotid.model.structure import RECORD_CHANGE
+from robotid.simulate.adjoint import force_gradient
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,7 +58,8 @@ def rank(looked: Look, bench: Bench, terms: Terms) -> Round:
     wanted = len(names) > 1 and RECORD_CHANGE not in terms.skip
     other = differences(trial.problem.joint, trial.problem.columns, names) if wanted else ()
     known = candidates(trial.structure, bench.output, terms.skip)
-    more = periods(known, trial, seen, bench)
+    gradients = residual_gradients(looked, bench)
+    more = (*periods(known, trial, bench.fitted, gradients), *resonances(known, trial, gradients))
     columns = trial.problem.columns
     if more:
         new = scans(trial.cases, bench.output, (), (), more)
@@ -65,6 +69,14 @@ def rank(looked: Look, bench: Bench, terms: Terms) -> Round:
     scores = score(projected, missing)
     best = best_of_each(scores)
     return Round(trial, projected, tuple(scores), _inflation(projected, best))
+
+
+def residual_gradients(looked: Look, bench: Bench) -> list[Array]:
+    """What the whitened residual of each record, less what the fit could still take, gains from a generalised force at
+    each sample, (nv, n) each."""
+    trial, residuals = looked.trial, left_over(looked.scans, bench.whiten)
+    cases = zip(trial.motions.fitted, bench.fitted, bench.whiten, residuals, strict=True)
+    return [force_gradient(t, record, trial.problem.row, w.transposed(residual)) for t, record, w, residual in cases]
 
 
 def _with_more(one: Scan, new: Scan) -> Scan:

@@ -18,6 +18,7 @@ class Parameter:
     null is the value at which the effect vanishes (None where it never does). A parameter with a grid is a
     *shape* parameter: unidentifiable while the effect is absent, so the missing effect is scored over the grid.
     turns : it counts periods of an angle, so that records of many turns ask for points between those of any grid.
+    rings : it is the frequency of a resonance [rad/s], which little damping makes narrower than the gaps of any grid.
     """
 
     symbol: str
@@ -28,6 +29,7 @@ class Parameter:
     null: float | None = None
     grid: tuple[float, ...] = ()
     turns: bool = False
+    rings: bool = False
 
     @property
     def is_shape(self) -> bool:

@@ -32,6 +32,7 @@ class ThirdMass(Term):
             guess=70.0,
             bounds=(0.1, 1e5),
             grid=(20.0, 28.0, 40.0, 57.0, 80.0, 113.0, 160.0, 226.0, 320.0),
+            rings=True,
         ),
         Parameter("zeta", "1", "damping ratio of the link", guess=0.05, bounds=(0.0, 10.0), grid=(0.02, 0.1)),
     )

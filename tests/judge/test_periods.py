@@ -9,7 +9,7 @@ from small_bench import bench, records
 from robotid.judge.acceptance import refit_hopeful
 from robotid.judge.candidates import candidates
 from robotid.judge.periods import periods
-from robotid.judge.ranking import look, rank
+from robotid.judge.ranking import look, rank, residual_gradients
 from robotid.judge.terms import Terms
 
 
@@ -22,7 +22,8 @@ def test_the_number_of_periods_is_found_between_the_points_of_the_grid(effect: s
     grid = {c.values[2] for c in missing if c.name == effect}
     assert min(abs(n - point) for point in grid) > 0.1
     looked = look(trial, ())
-    found = [c.values[2] for c in periods(missing, trial, looked.scans, benched) if c.name == effect]
+    gradients = residual_gradients(looked, benched)
+    found = [c.values[2] for c in periods(missing, trial, benched.fitted, gradients) if c.name == effect]
     span = max(float(abs(r.phi_m).max()) for r in benched.fitted) * 2
     assert min(abs(n - point) for point in found) < np.pi / span  # within the main lobe, from where a refit finds it
     seen = rank(looked, benched, Terms())
