@@ -110,17 +110,19 @@ def _length(f: Findings, name: str) -> int:
 
 
 def _responses(f: Findings) -> Iterator[Plate]:
+    """Measured responses, beside those of the models where there are any."""
     section = "Frequency responses"
     frfs = f.flex.frfs if f.flex is not None else ()
-    if frfs:
+    models = {} if f.validation is None else bode_models(f.validation)
+    beside = f.validation is not None and f.validation.frfs and models
+    if frfs and not beside:
         names = listed([frf.record for frf in frfs])
         alt = (
             f"Magnitude of the measured responses of {names} from motor torque to motor acceleration against frequency,"
             " with bands of two standard deviations."
         )
         yield Plate("responses", section, "Measured responses", alt, partial(responses_figure, frfs, f.units))
-    models = {} if f.validation is None else bode_models(f.validation)
-    if f.validation is not None and f.validation.frfs and models:
+    if f.validation is not None and beside:
         for motion in ("speed", "acceleration"):
             alt = (
                 f"Bode magnitude of {listed(list(models))}, linearised, from motor torque to motor {motion}, beside the"

@@ -20,7 +20,7 @@ from robotid.report.plates import Plate, plates
 from robotid.report.save import FORMATS, check_format, save_figure
 
 NAMES = [
-    "time-small", "time-large", "responses", "bode-speed", "bode-acceleration", "parameters", "iterations",
+    "time-small", "time-large", "bode-speed", "bode-acceleration", "parameters", "iterations",
     "correlations-small", "correlations-large", "misfit-dphi_m-by-direction", "misfit-reversal", "misfit-twist",
     "misfit-tau_m", "misfit-ddphi_m", "misfit-phi_a-by-speed", "misfit-record", "misfit-phi_m-mod-2-pi", "misfit-t",
     "misfit-frequency", "missing-small", "missing-large", "causes", "gain", "perturbation", "record-small",
@@ -57,6 +57,12 @@ def test_quantities_have_units(name: str) -> None:
     without = [label for label in written if not re.search(r"\[.+\]", label.replace("\n", " "))]
     assert set(without) <= {"record", "iteration", "cost over its end", "with itself", "with the torque"}
     assert written or name in ("parameters", "perturbation")
+
+
+def test_measured_responses_stand_alone_only_without_a_model_beside_them() -> None:
+    names = [plate.name for plate in plates(replace(findings(), validation=None))]
+    assert "responses" in names
+    assert "bode-speed" not in names
 
 
 @pytest.mark.parametrize("form", FORMATS)
