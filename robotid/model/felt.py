@@ -23,7 +23,8 @@ Tangent = dict[int, "Array | float"]
 class Placed:
     """A term at its port. at : slice of theta; x, v : the port's position and speed as sums over the state; q : its
     selection S of the coordinates; z : slice of its memory in the state; side : slice of its edges in the
-    directions. acts : False for a candidate, an effect at its null that feels the motion but adds nothing to it."""
+    directions. bend : the term where it bends the motion rather than absorb a torque; acts : False for a candidate, an
+    effect at its null that feels the motion but adds nothing to it."""
 
     port: Port
     term: Term
@@ -34,7 +35,8 @@ class Placed:
     z: slice
     side: slice
     reads_acceleration: bool
-    acts: bool = True
+    bend: Bend | None
+    acts: bool
 
     def values(self, theta: Array) -> list[float]:
         """The term's own of all parameters (p,)."""
@@ -66,6 +68,12 @@ class Felt:
         """Tangent of a quantity with these partials; own : that to the term's own states and parameters."""
         return combine([(d.x, self.x), (d.v, self.v), (d.s, self.s), (d.tau, self.tau), (1.0, own)])
 
+    def accelerated(self, a: Array) -> Felt:
+        """The same motion at an acceleration (n,)."""
+        m = self.m
+        m = Motion(m.x, m.v, a, m.s, m.t, m.z, m.tau, m.xw, m.vw, m.side)
+        return Felt(m, self.x, self.v, self.s, self.tau, self.levers)
+
 
 def combine(parts: Iterable[tuple[Array | float, Tangent]]) -> Tangent:
     """Sum of tangents, each times a factor."""
@@ -88,11 +96,13 @@ def _one(factor: Array | float) -> bool:
     return isinstance(factor, float) and factor == 1.0
 
 
-def own_tangent(place: Placed, d: Partials, nx: int) -> Tangent:
-    """Derivatives to the term's own states and parameters; a candidate's states are none of the joint's."""
-    states = dict(enumerate(d.z, start=place.z.start)) if place.acts else {}
-    theta = dict(enumerate(d.theta, start=nx + place.at.start))
-    return {key: value for key, value in (states | theta).items() if not absent(value)}
+def own_tangent(place: Placed, d: Partials, nx: int, *, parameters: bool = True) -> Tangent:
+    """Derivatives to the term's own states and, where wanted, parameters; a candidate's states are none of the
+    joint's."""
+    own = dict(enumerate(d.z, start=place.z.start)) if place.acts and d.z else {}
+    if parameters:
+        own |= dict(enumerate(d.theta, start=nx + place.at.start))
+    return {key: value for key, value in own.items() if not absent(value)}
 
 
 def bent(place: Placed, felt: Felt, m: Motion, watched: Felt | None, p: Sequence[float], nx: int) -> Felt:
@@ -101,8 +111,8 @@ def bent(place: Placed, felt: Felt, m: Motion, watched: Felt | None, p: Sequence
     felt : before it; m : the same motion with the bend's own memory and sides; watched : the raw motion of the port
     that the bend watches.
     """
-    bend = place.term
-    assert isinstance(bend, Bend)
+    bend = place.bend
+    assert bend is not None
     if watched is not None:
         m = replace(m, xw=watched.m.x, vw=watched.m.v)
     dx, dv, ds = bend.bend_partials(m, p)

@@ -157,7 +157,8 @@ class Joint:
         v = tuple((self.speeds.start + j, c) for j, c in q)
         x = position(port, nv, r) if self.keeps_angle or port not in rotates(nv) else ()
         at, z = slice(theta, theta + len(term.parameters)), slice(memory, memory + len(term.states))
-        return Placed(port, term, at, x, v, q, z, slice(sides, sides + len(term.edges)), probe.a, acts)
+        side = slice(sides, sides + len(term.edges))
+        return Placed(port, term, at, x, v, q, z, side, probe.a, term if isinstance(term, Bend) else None, acts)
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -188,7 +189,7 @@ class Joint:
         """What each term feels at states x (nx, n), accelerations ddq (nv, n) or None for rest, directions s."""
         felts = self._feel(x, s, t, theta)
         return [
-            felt.m if ddq is None else replace(felt.m, a=_sum(place.q, ddq))
+            felt.m if ddq is None else felt.accelerated(_sum(place.q, ddq)).m
             for place, felt in zip(self.placed, felts, strict=True)
         ]
 
@@ -218,13 +219,13 @@ class Joint:
         places = self.placed if places is None else places
         ports = {port: self._raw(place, x, s, t) for port, place in {p.port: p for p in places}.items()}
         felts: dict[int, Felt] = {}
+        bends = [(k, place.bend) for k, place in enumerate(places) if place.bend]
         # Errors of the teeth come before play between them, whatever the order of the list.
-        for k in sorted(range(len(places)), key=lambda k: getattr(places[k].term, "watches", None) is None):
+        for k, bend in sorted(bends, key=lambda one: one[1].watches is None):
             place = places[k]
-            if isinstance(place.term, Bend):
-                felts[k] = self._at(place, ports[place.port], x, s, theta)
-                watched = self._watched(place.term, x, s, t)
-                ports[place.port] = bent(place, ports[place.port], felts[k].m, watched, place.values(theta), self.nx)
+            felts[k] = self._at(place, ports[place.port], x, s, theta)
+            watched = self._watched(bend, x, s, t)
+            ports[place.port] = bent(place, ports[place.port], felts[k].m, watched, place.values(theta), self.nx)
         for k, place in enumerate(places):
             if k not in felts:
                 felts[k] = self._at(place, ports[place.port], x, s, theta)
@@ -364,7 +365,7 @@ class Joint:
         A[:flow, self.speeds] = self._flow[:, :, None]
         where = {} if columns is None else {self.nx + c: k for k, c in enumerate(columns)}
         for place, felt in zip(self.placed, felts, strict=True):
-            moving = replace(felt, m=replace(felt.m, a=_sum(place.q, ddq))) if place.reads_acceleration else felt
+            moving = felt.accelerated(_sum(place.q, ddq)) if place.reads_acceleration else felt
             self._add_torque(place, moving, theta, jacobian, response, where)
             if place.term.states:
                 self._add_memory(place, felt, theta, f, A, B, where)
@@ -392,11 +393,11 @@ class Joint:
         where: dict[int, int],
     ) -> None:
         """What a term's torque adds to the derivatives of the force; at the null of a candidate the rest vanishes."""
-        if isinstance(place.term, Bend):
+        if place.bend:
             return
         p = place.values(theta)
         d = place.term.partials(felt.m, p)
-        own = own_tangent(place, d, self.nx)
+        own = own_tangent(place, d, self.nx, parameters=response is not None)
         for target, k, value in _entries(felt.chain(d, own) if place.acts else own, self.nx, response, where):
             matrix = jacobian if target else response
             if matrix is not None:
