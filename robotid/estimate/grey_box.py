@@ -48,8 +48,8 @@ def fit_model(
     log: Callable[[Iteration], None] | None = None,
     others: Sequence[Parameters] = (),
 ) -> FitResult:
-    """Fit one joint to a combination of records from the parameters' values, or from those of `others` that suit the
-    records better.
+    """Fit one joint to a combination of records from the parameters' values, or where free from those of `others` if
+    these suit the records better.
 
     Raises NumericsError where nothing converges.
     """

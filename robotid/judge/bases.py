@@ -71,8 +71,14 @@ def variables(trajectory: Trajectory) -> list[Variable]:
 
 
 def basis_along(trajectories: Sequence[Trajectory], variable: Variable, count: int) -> Basis:
+    """Curves of so many knots, evenly spaced over where the motions are."""
+    knots = _knots(np.concatenate([_signals(t, variable)[0] for t in trajectories]), variable, count)
+    return basis_at(knots, trajectories, variable)
+
+
+def basis_at(knots: Array, trajectories: Sequence[Trajectory], variable: Variable) -> Basis:
+    """Curves with these knots (k,)."""
     signals = [_signals(t, variable) for t in trajectories]
-    knots = _knots(np.concatenate([x for x, _ in signals]), variable, count)
     hats = [_hats(x, knots) * factor for x, factor in signals]
     forces = tuple(_on_joint(t, h, variable) for t, h in zip(trajectories, hats, strict=True))
     size = float(np.sqrt(np.mean(np.concatenate([factor for _, factor in signals]) ** 2)))

@@ -18,7 +18,7 @@ from robotid.model.joint import Joint
 from robotid.model.port import Port
 from robotid.model.term import Motion, Partials, Term
 
-PATIENCE = 4  # windows that may fail to settle: a curve with more is no friction that exists
+PATIENCE = 4  # windows that may fail to settle: a curve with more is no torque that exists
 MOST_ITERATIONS = 4  # of a refit: the next sweep goes on
 ARGUMENT = {"dphi_m": "v", "phi_m": "x", "twist": "x", "t": "t"}  # of a term's motion, by variable
 
@@ -77,9 +77,10 @@ class FreeCurve(Term):
         return low + right * (high - low), slope_low + right * (slope_high - slope_low), (high - low) / 2
 
 
-def can_act(variable: Variable) -> bool:
-    """Whether a curve along a variable can be a term."""
-    return variable.along in ARGUMENT
+def can_act(variable: Variable, joint: Joint) -> bool:
+    """Whether a curve along a variable can be a term; at a gear whose motion is bent it would feel another twist."""
+    bent = any(place.bend is not None and place.port is Port.GEAR for place in joint.placed)
+    return variable.along in ARGUMENT and not (variable.gear and bent)
 
 
 def _piecewise(x: Array, knots: Array, values: Array) -> tuple[Array, Array]:

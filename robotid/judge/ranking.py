@@ -20,9 +20,10 @@ from robotid.simulate.adjoint import force_gradient
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Look:
-    """A model with all columns of all candidates on every record of its fit."""
+    """A model with the columns of all candidates, `missing`, on every record of its fit."""
 
     trial: Trial
+    missing: tuple[Candidate, ...]
     scans: tuple[Scan, ...]
 
 
@@ -38,26 +39,25 @@ class Round:
 
 
 def look(trial: Trial, skip: tuple[str, ...]) -> Look:
-    """skip : effects that are none."""
+    """All candidates' columns through a model. skip : effects that are out of the question."""
     p = trial.problem
     missing = candidates(trial.structure, p.output, skip)
-    return Look(trial, scans(trial.cases, p.output, p.columns, p.free_states, missing))
+    return Look(trial, missing, scans(trial.cases, p.output, p.columns, p.free_states, missing))
 
 
-def look_again(trial: Trial, before: Sequence[Scan]) -> Look:
+def look_again(trial: Trial, missing: tuple[Candidate, ...], before: Sequence[Scan]) -> Look:
     """A model that differs little from the one that these columns are of: its residuals beside the same columns."""
     pairs = zip(before, trial.cases, strict=True)
     signals = ((one, t, np.concatenate([one.signals[:-1], residual[None]])) for one, (t, _, residual) in pairs)
-    return Look(trial, tuple(replace(one, trajectory=t, signals=rows) for one, t, rows in signals))
+    return Look(trial, missing, tuple(replace(one, trajectory=t, signals=rows) for one, t, rows in signals))
 
 
 def rank(looked: Look, bench: Bench, terms: Terms) -> Round:
     """All candidates by what they would explain, and every parameter as different in each record."""
-    trial, seen = looked.trial, looked.scans
+    trial, known, seen = looked.trial, looked.missing, looked.scans
     names = list(dict.fromkeys(record.name for record in bench.fitted))
     wanted = len(names) > 1 and RECORD_CHANGE not in terms.skip
     other = differences(trial.problem.joint, trial.problem.columns, names) if wanted else ()
-    known = candidates(trial.structure, bench.output, terms.skip)
     gradients = residual_gradients(looked, bench)
     more = (*periods(known, trial, bench.fitted, gradients), *resonances(known, trial, gradients))
     columns = trial.problem.columns

@@ -45,7 +45,7 @@ def _others(candidate: Candidate, k: int) -> tuple[float, ...]:
 
 
 def _at_peaks(candidate: Candidate, k: int, trial: Trial, gradients: Sequence[Array]) -> Iterator[Candidate]:
-    grid = candidate.effect.parameters[k].grid
+    grid, size = candidate.effect.parameters[k].grid, candidate.effect.parameters[candidate.scored[0]]
     points = [_with(candidate, k, float(w)) for w in np.geomspace(min(grid), max(grid), POINTS)]
     gain = np.zeros(POINTS)
     for trajectory, gradient in zip(map(with_angle, trial.motions.fitted), gradients, strict=True):
@@ -53,14 +53,15 @@ def _at_peaks(candidate: Candidate, k: int, trial: Trial, gradients: Sequence[Ar
         joint = LackingJoint(trajectory.joint, [(Port(str(candidate.place)), candidate.effect)])
         theta, x = np.concatenate([trajectory.theta, candidate.values]), trajectory.x
         v = joint.candidate_motions(x, np.sign(x[joint.speeds]), trajectory.t, theta)[0].v
-        felt = sum((-c * gradient[j] for j, c in joint.candidates[0].q), np.zeros(x.shape[1]))
+        absorbed = sum((-c * gradient[j] for j, c in joint.candidates[0].q), np.zeros(x.shape[1]))
         n = 2 * len(v)  # padded: a record is no period
         omega: Array = np.linspace(0.0, np.pi / trajectory.sampling_time, len(v) + 1)
         seen = slice(1, int(np.searchsorted(omega, BEYOND * max(grid))))
-        cross = (np.conj(np.fft.rfft(felt, n)) * np.fft.rfft(v, n))[seen]
+        cross = (np.conj(np.fft.rfft(absorbed, n)) * np.fft.rfft(v, n))[seen]
         gain += [float(np.real(_response(one, omega[seen]) @ cross)) for one in points]
-    found, _ = find_peaks(np.abs(gain))
-    yield from (points[i] for i in sorted(found, key=lambda i: -abs(gain[i]))[:PEAKS])
+    height = gain if size.bounds[0] == size.null else np.abs(gain)
+    found, _ = find_peaks(np.maximum(height, 0.0))
+    yield from (points[i] for i in sorted(found, key=lambda i: -height[i])[:PEAKS])
 
 
 def _with(candidate: Candidate, k: int, value: float) -> Candidate:
@@ -68,7 +69,7 @@ def _with(candidate: Candidate, k: int, value: float) -> Candidate:
 
 
 def _response(candidate: Candidate, omega: Array) -> Array:
-    """Torque of the first scored parameter, per unit, to the speed that a linear effect feels, (n,) complex."""
+    """Torque of the first scored parameter, per unit, to the speed that a linear, underdamped effect feels, (n,)."""
     term = candidate.effect
     assert isinstance(term, Term)
     q = len(term.states)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from robotid.judge.acceptance import Tried, accept, drop, found, objection, refit_hopeful
 from robotid.judge.changes import changes
 from robotid.judge.growth import Found, Growth, Log, Turned, misfit_energy, share_removed
@@ -14,7 +16,7 @@ from robotid.judge.set_up import renew, set_up
 from robotid.judge.simulated import Model, Simulated
 from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Trial, try_model
-from robotid.judge.unknown import Shape, in_motion, shapes, told_by
+from robotid.judge.unknown import Shape, acting_along, in_motion, shapes
 from robotid.model.structure import RECORD_CHANGE
 from robotid.signals.record import Record
 
@@ -110,9 +112,10 @@ def _with_unknown(growth: Growth, terms: Terms) -> Growth:
     if left is None or left.energy < NOTHING * whole or not _curve_stands(left, growth, terms):
         return growth
     left = in_motion(left, growth.last, bench)
-    if bench.held and left.held_energy < terms.worth**2 * sum(map(len, bench.held)):
+    share = _share(left, growth.first, bench)
+    if share < NOTHING or (bench.held and left.held_energy < terms.worth**2 * sum(map(len, bench.held))):
         return growth
-    return replace(growth, shape=left, share=min(1.0, left.energy / whole))
+    return replace(growth, shape=left, share=share)
 
 
 def _imitated(first: Trial, last: Trial, bench: Bench) -> Shape | None:
@@ -148,12 +151,19 @@ def _stands(explained: float, free: float, clearly: float, bench: Bench) -> bool
 def _as_unknown(growth: Growth, better: Shape, before: Bench) -> Growth:
     """The search with its causes turned down for a curve that explains the misfit better, as the noise behind the first
     model tells it: behind models that only imitate the noise is uncertain. before : the bench with that noise."""
-    shape = told_by(growth.first, before, better.variable)
-    share = min(1.0, shape.energy / max(misfit_energy(growth.first, before), 1e-9))
+    shape, bench = acting_along(better.variable, growth.first, before), before
+    if _share(shape, growth.first, before) < NOTHING:
+        shape, bench = better, growth.bench
+    share = _share(shape, growth.first, bench)
     why = f"only imitates: a free curve along {shape.curve.along} explains {100 * share:.0f} % of the misfit"
     imitations = [Turned(c.effect, c.explained, c.gain, why) for c in growth.causes]
     turned = (*imitations, *growth.turned)
-    return replace(growth, bench=before, last=growth.first, causes=(), turned=turned, shape=shape, share=share)
+    return replace(growth, bench=bench, last=growth.first, causes=(), turned=turned, shape=shape, share=share)
+
+
+def _share(shape: Shape, first: Trial, bench: Bench) -> float:
+    """Of the first model's misfit."""
+    return float(np.clip(shape.energy / max(misfit_energy(first, bench), 1e-9), 0.0, 1.0))
 
 
 def _curve_stands(shape: Shape, growth: Growth, terms: Terms) -> bool:

@@ -44,7 +44,7 @@ def set_up(
     bench = Bench(pieces, held_pieces, whiten, whiten_held, model.output, model.estimate_states, reached, errors)
     first = try_model(model.joint.structure, [model.parameters], bench, Motions(trajectories), careful=True)
     begun, ended = first.solution.cost[0], first.solution.cost[-1]
-    return bench, look_again(first, seen) if begun - ended < ALIKE * ended else look(first, terms.skip)
+    return bench, look_again(first, missing, seen) if begun - ended < ALIKE * ended else look(first, terms.skip)
 
 
 def renew(looked: Look, bench: Bench) -> tuple[Bench, Trial]:

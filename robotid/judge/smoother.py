@@ -64,9 +64,12 @@ class Chain:
         return Smoothed(x, w, evidence)
 
     def excerpt(self) -> Chain:
-        """The middle of a long system, to choose `step` by."""
-        spare = len(self.y) - EXCERPT
-        return self if spare <= 2 * OVERLAP else self._part(spare // 2, spare // 2 + EXCERPT, np.zeros(len(self.G)))
+        """The part of a long system in which the output moves most, to choose `step` by."""
+        if len(self.y) <= EXCERPT:
+            return self
+        way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(self.y)))])
+        begin = int(np.argmax(way[EXCERPT:] - way[:-EXCERPT]))
+        return self._part(begin, begin + EXCERPT, np.zeros(len(self.G)))
 
     def _part(self, begin: int, end: int, first: Array) -> Chain:
         """Samples begin .. end - 1, from about this state unless they are the first ones."""

@@ -116,17 +116,17 @@ def try_model(
     most: int = MOST_ITERATIONS,
 ) -> Trial:
     """Refit all free parameters from the best of `starts`, the boldest first, or the first whose energy is low enough.
-    near : motions close by; below : energy that a refit must undercut; careful : as close to the minimum as it gets,
-    however long it takes, as the model that is accused deserves; patience : as of `simulate`, unless careful; most :
-    iterations.
+    near : motions close by; below : energy that a refit must undercut; careful : the closer to the minimum the less
+    misfit is left, and however many windows fail to settle, as the model that is accused deserves; patience : as of
+    `simulate`, unless careful; most : iterations.
 
     Raises NumericsError where the model cannot be simulated, or its energy stays above.
     """
     joint = model if isinstance(model, Joint) else assemble(model, angle=bench.output == "position")
     problem, at = _problem(joint, starts, bench, near.fitted, enough, None if careful else patience)
     misfit = max(0.0, 1.0 - bench.samples / max(2.0 * at.cost, 1e-300))
-    close, most_small = (CAREFUL, MOST_SMALL) if careful else (TOLERANCE, 1)
-    tolerance = max(close, CLOSE * misfit)
+    finest, most_small = (CAREFUL, MOST_SMALL) if careful else (TOLERANCE, 1)
+    tolerance = max(finest, CLOSE * misfit)
     solution = solve(problem, at.unknowns, most=most, tolerance=tolerance, known=at, most_small=most_small)
     if 2.0 * solution.evaluation.cost >= below:
         raise NumericsError("the fit is no better than without")

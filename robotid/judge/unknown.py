@@ -13,7 +13,7 @@ from scipy.linalg import eigh
 from scipy.optimize import linprog
 
 from robotid.errors import NumericsError
-from robotid.judge.bases import Basis, Variable, applied, at_measured_speed, basis_along, variables
+from robotid.judge.bases import Basis, Variable, applied, at_measured_speed, basis_along, basis_at, variables
 from robotid.judge.free_curve import FreeCurve, can_act, with_curve
 from robotid.judge.location import BY_SPEED, Curve
 from robotid.judge.score import Projected, beyond, project, scan, scans
@@ -52,45 +52,58 @@ class Shape:
 
 def shapes(trial: Trial, bench: Bench) -> list[Shape]:
     """The curves that explain most of what a model leaves, best first; all variables are seen coarsely before."""
-    coarse = _along(trial, bench, variables(trial.motions.fitted[0]), [COARSE])
-    return _along(trial, bench, [one.variable for one in coarse[:FINALISTS]], FINE)
+    kept = _measured(trial, bench)
+    coarse = _along(kept, trial, bench, variables(kept[0]), [COARSE])
+    return _along(kept, trial, bench, [one.variable for one in coarse[:FINALISTS]], FINE)
 
 
-def told_by(trial: Trial, bench: Bench, variable: Variable) -> Shape:
+def acting_along(variable: Variable, trial: Trial, bench: Bench) -> Shape:
     """The curve along a variable as it is once it acts."""
-    return in_motion(_along(trial, bench, [variable], FINE)[0], trial, bench)
+    return in_motion(_along(_measured(trial, bench), trial, bench, [variable], FINE)[0], trial, bench)
 
 
-def _along(trial: Trial, bench: Bench, variables: Sequence[Variable], counts: Sequence[int]) -> list[Shape]:
-    """A curve along each variable, best first, of as many knots as count by the Bayesian information criterion."""
-    kept = tuple(map(at_measured_speed, trial.motions.fitted, bench.fitted))
-    found = _fit(trial, bench, [basis_along(kept, v, count) for v in variables for count in counts])
-    price = float(np.log(bench.samples))
-    best = {s.variable: s for s in sorted(found, key=lambda s: s.energy - price * len(s.values))}
-    return sorted(best.values(), key=lambda s: -s.energy)
+def _measured(trial: Trial, bench: Bench) -> tuple[Trajectory, ...]:
+    return tuple(map(at_measured_speed, trial.motions.fitted, bench.fitted))
+
+
+def _along(
+    kept: Sequence[Trajectory], trial: Trial, bench: Bench, chosen: Sequence[Variable], counts: Sequence[int]
+) -> list[Shape]:
+    """A curve along each variable, best first, of as many knots as the Bayesian information criterion asks for."""
+    n = bench.samples
+
+    def criterion(shape: Shape) -> float:
+        return n * float(np.log(max(trial.energy - shape.energy, 1e-9))) + len(shape.values) * float(np.log(n))
+
+    found = _fit(trial, bench, [basis_along(kept, v, count) for v in chosen for count in counts])
+    best: dict[Variable, Shape] = {}
+    for shape in sorted(found, key=criterion):
+        best.setdefault(shape.variable, shape)
+    return list(best.values())
 
 
 def in_motion(shape: Shape, trial: Trial, bench: Bench) -> Shape:
     """The curve as it is once it acts: what is still left asks for changes of it, and the records held out are
-    simulated with it. Where it cannot act, the first look stays."""
-    if not can_act(shape.variable):
+    simulated with it. Where it cannot act, or only does harm, the first look stays."""
+    joint = trial.problem.joint
+    if not can_act(shape.variable, joint):
         return _held_out(shape, trial, bench)
     whole = whitened_energy(trial.residuals, bench.whiten)
     whole_held = whitened_energy(trial.held_residuals, bench.whiten_held)
-    joint, best, now, after = trial.problem.joint, None, shape, trial
+    best, now, after = None, shape, trial
     for _ in range(SWEEPS):
         try:
             after = with_curve(joint, after, bench, FreeCurve(now.variable, now.basis.knots, now.values), now.moved)
         except NumericsError:
             break
         explained = whole - after.energy
-        if best is not None and explained <= best.energy:
+        gained = explained - (0.0 if best is None else best.energy)
+        if gained <= 0.0:
             break
-        gained = explained - (best.energy if best is not None else 0.0)
         best = replace(now, energy=explained, held_energy=whole_held - after.held_energy)
         if gained < SETTLED * explained:
             break
-        now = _fit(after, bench, [now.basis], now.values)[0]
+        now = _fit(after, bench, [basis_at(now.basis.knots, _measured(after, bench), now.variable)], now.values)[0]
     return best or _held_out(shape, trial, bench)
 
 

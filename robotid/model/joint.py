@@ -219,7 +219,7 @@ class Joint:
         places = self.placed if places is None else places
         ports = {port: self._raw(place, x, s, t) for port, place in {p.port: p for p in places}.items()}
         felts: dict[int, Felt] = {}
-        bends = [(k, place.bend) for k, place in enumerate(places) if place.bend]
+        bends = [(k, place.bend) for k, place in enumerate(places) if place.bend is not None]
         # Errors of the teeth come before play between them, whatever the order of the list.
         for k, bend in sorted(bends, key=lambda one: one[1].watches is None):
             place = places[k]
@@ -393,7 +393,7 @@ class Joint:
         where: dict[int, int],
     ) -> None:
         """What a term's torque adds to the derivatives of the force; at the null of a candidate the rest vanishes."""
-        if place.bend:
+        if place.bend is not None:
             return
         p = place.values(theta)
         d = place.term.partials(felt.m, p)

@@ -15,8 +15,10 @@ from robotid.model.parameters import Parameter
 from robotid.model.port import Port
 
 NO_SIDES = np.zeros((0, 1))
+NO_SIDES.flags.writeable = False
 
 
+# Not frozen, as all that is made afresh in every evaluation: freezing would cost a twentieth of a diagnosis.
 @dataclass(slots=True)
 class Motion:
     """Motion of one port over n samples.

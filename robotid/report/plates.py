@@ -114,21 +114,21 @@ def _responses(f: Findings) -> Iterator[Plate]:
     section = "Frequency responses"
     frfs = f.flex.frfs if f.flex is not None else ()
     models = {} if f.validation is None else bode_models(f.validation)
-    beside = f.validation is not None and f.validation.frfs and models
-    if frfs and not beside:
+    validated = f.validation if f.validation is not None and f.validation.frfs and models else None
+    if frfs and validated is None:
         names = listed([frf.record for frf in frfs])
         alt = (
             f"Magnitude of the measured responses of {names} from motor torque to motor acceleration against frequency,"
             " with bands of two standard deviations."
         )
         yield Plate("responses", section, "Measured responses", alt, partial(responses_figure, frfs, f.units))
-    if f.validation is not None and beside:
+    if validated is not None:
         for motion in ("speed", "acceleration"):
             alt = (
                 f"Bode magnitude of {listed(list(models))}, linearised, from motor torque to motor {motion}, beside the"
                 " measured responses with bands of two standard deviations."
             )
-            draw = partial(one_figure, draw_bode, f.validation.frfs, models, motion, f.units)
+            draw = partial(one_figure, draw_bode, validated.frfs, models, motion, f.units)
             yield Plate(f"bode-{motion}", section, f"Model and measured responses, {motion}", alt, draw)
 
 

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
-from small_bench import SPEED_NOISE, fitted, records, searched, simulated
+from small_bench import SPEED_NOISE, bench, fitted, records, searched, simulated
 
+from robotid.errors import NumericsError
+from robotid.judge import acceptance
 from robotid.judge.diagnosis import Diagnosis
 from robotid.judge.growth import Growth
+from robotid.judge.ranking import best_of_each, look, rank
+from robotid.judge.score import Score
 from robotid.judge.simulated import fitted_model
 from robotid.judge.terms import Terms
+from robotid.judge.trial import Trial
 from robotid.judge.verdict import verdict
 from robotid.signals.record import Record
 
@@ -151,3 +157,20 @@ def test_every_rejection_tells_why_and_none_is_a_cause() -> None:
         assert len(names) == len(set(names))
         assert not set(names) & {effect for cause in d.causes for effect in cause.twins}
         assert all(r.why for r in d.rejected)
+
+
+def test_candidates_that_cannot_be_refitted_give_way_to_those_that_follow(monkeypatch: pytest.MonkeyPatch) -> None:
+    benched, trial = bench(records(STRIBECK), QUICK)
+    seen = rank(look(trial, QUICK.skip), benched, QUICK)
+    hopeful = {one.candidate.name for one in best_of_each(seen.scores) if one.energy > 0.5 * seen.scores[0].energy}
+    refitted = acceptance._refitted
+
+    def failing(now: Trial, one: Score, *others: Any) -> Trial:
+        if one.candidate.name in hopeful:
+            raise NumericsError("not this one")
+        return refitted(now, one, *others)
+
+    monkeypatch.setattr(acceptance, "_refitted", failing)
+    tried = acceptance.refit_hopeful(trial, seen, benched, QUICK, lambda _: None)
+    assert tried
+    assert not {one.candidate.name for one, _ in tried} & hopeful

@@ -8,12 +8,13 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
-from small_bench import AXIS, SAMPLING_TIME, TRUTH, fitted, records_of, searched, simulated
+from small_bench import AXIS, SAMPLING_TIME, TRUTH, bench, fitted, records_of, searched, simulated
 
 from robotid.judge.diagnosis import Diagnosis
 from robotid.judge.location import Curve
 from robotid.judge.simulated import fitted_model
 from robotid.judge.terms import Terms
+from robotid.judge.unknown import in_motion, shapes
 from robotid.judge.verdict import verdict
 from robotid.model.array import Array
 from robotid.model.joint import Joint
@@ -60,6 +61,16 @@ class Bump(Unlisted):
         return np.zeros_like(v), -2 * (np.abs(v) - CENTRE) / WIDTH**2 * np.abs(self.shape(v, x))
 
 
+class NarrowBump(Bump):
+    """A third as wide."""
+
+    def shape(self, v: Array, x: Array) -> Array:
+        return np.asarray(np.sign(v) * np.exp(-((3 * (np.abs(v) - CENTRE) / WIDTH) ** 2)))
+
+    def slopes(self, v: Array, x: Array) -> tuple[Array, Array]:
+        return np.zeros_like(v), -18 * (np.abs(v) - CENTRE) / WIDTH**2 * np.abs(self.shape(v, x))
+
+
 class Product(Unlisted):
     """Damping that grows with the position."""
 
@@ -77,12 +88,15 @@ CASES: dict[str, tuple[Unlisted, float, str]] = {
 """Effect, size, and along what it is ordered."""
 
 
-@cache
-def diagnosed(case: str) -> tuple[list[Record], Diagnosis]:
-    term, size, _ = CASES[case]
+def recorded(term: Unlisted, size: float) -> list[Record]:
     listed = [(Port.MOTOR, TERMS[name.partition(".")[2]]) for name in AXIS.terms]
     joint = Joint(AXIS, [*listed, (Port.MOTOR, term)], angle=True)
-    made = records_of(joint, TRUTH | {"motor.unlisted.A": size})
+    return records_of(joint, TRUTH | {"motor.unlisted.A": size})
+
+
+@cache
+def diagnosed(case: str) -> tuple[list[Record], Diagnosis]:
+    made = recorded(*CASES[case][:2])
     growth = searched(made, Terms(skip=("power_friction", "record_change"), causes=2))
     return made, verdict(fitted_model(fitted(made)), simulated(made), growth)
 
@@ -149,3 +163,18 @@ def test_the_size_of_the_bump_is_told_in_newton_metres() -> None:
     peak = np.interp(CENTRE, x, torque) + np.interp(-CENTRE, x, torque)
     around = np.interp(CENTRE + 2 * WIDTH, x, torque) + np.interp(-CENTRE - 2 * WIDTH, x, torque)
     assert (peak - around) / 2 == pytest.approx(0.1, rel=0.35)
+
+
+@pytest.mark.parametrize(("term", "size", "knots"), [(NarrowBump(), 0.2, 48), (Product(), 1e-3, 24)])
+def test_a_curve_has_as_many_knots_as_the_residual_asks_for(term: Unlisted, size: float, knots: int) -> None:
+    benched, trial = bench(recorded(term, size))
+    assert len(shapes(trial, benched)[0].values) == knots
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_curve_that_acts_explains_the_misfit_on_the_records_held_out_as_well(case: str) -> None:
+    benched, trial = bench(recorded(*CASES[case][:2]))
+    found = in_motion(shapes(trial, benched)[0], trial, benched)
+    held = sum(map(len, benched.held))
+    assert found.energy > 0.95 * (trial.energy - benched.samples)
+    assert found.held_energy > 0.9 * (trial.held_energy - held)
