@@ -24,7 +24,7 @@ MOST_ALIKE = 0.1  # of the energy explained, however much chance there is
 REACHED = 0.97  # of the misfit: a cause that explains so much explains it
 RIVAL = 0.9  # of the best score: candidates below it are not tried against one that explains nearly all
 HOPEFUL = 0.5  # of the best score: candidates below it are not refitted
-GOES = 2  # at candidates, where none of the best can be refitted
+GOES = 3  # at candidates, where none of the best can be refitted
 LEAST = 1e-3  # of the first model's misfit energy: a cause that removes less is one of the simulation's own errors
 WAYS = (1.0, 0.5, 0.1)  # of the way to what a score promises, where refits start
 STILL = 0.1  # of what a cause explained when it was named: one without which more is lost has not lost its worth
@@ -40,16 +40,22 @@ Tried = list[tuple[Score, Trial]]
 
 
 def refit_hopeful(now: Trial, seen: Round, bench: Bench, terms: Terms, log: Log) -> Tried:
-    """The candidates of a round that score best, refitted; where none of them can be, those that follow."""
-    worthy = [s for s in best_of_each(seen.scores) if p_value(s, seen, bench) < terms.level]
-    worthy = [s for s in worthy if s.energy > terms.worth**2 * bench.samples]
+    """The candidates of a round that score best, refitted; where none of them can be, other points of their grids and
+    the candidates that follow."""
+    points = [s for s in seen.scores if s.energy > terms.worth**2 * bench.samples]
+    failed = set[str]()
     for _ in range(GOES):
-        hopeful = [s for s in worthy if s.energy > HOPEFUL * worthy[0].energy][: terms.refits]
-        chosen = [*hopeful, *_elsewhere(now, hopeful, seen, bench)]
+        each = [s for s in best_of_each(points) if p_value(s, seen, bench) < terms.level]
+        new = [s for s in each if s.candidate.name not in failed]
+        hopeful = [s for s in new if s.energy > HOPEFUL * new[0].energy][: terms.refits]
+        again = [s for s in each if s.candidate.name in failed]
+        chosen = [*again, *hopeful, *_elsewhere(now, hopeful, seen, bench)]
         tried = list(_refit(now, chosen, seen, bench, log))
         if tried:
             return _in_order(tried, bench, terms)
-        worthy = worthy[len(hopeful) :]
+        done = {s.candidate for s in chosen}
+        failed |= {candidate.name for candidate in done}
+        points = [s for s in points if s.candidate not in done]
     return []
 
 

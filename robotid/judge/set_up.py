@@ -16,11 +16,11 @@ from robotid.judge.simulated import Model, Simulated
 from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Motions, Trial, try_model
 from robotid.judge.unknown import free_forces
-from robotid.judge.whitening import Whitening, whitening
+from robotid.judge.whitening import Whitening, whitened_energy, whitening
 from robotid.model.array import Array
 from robotid.signals.record import Record
 
-ALIKE = 0.02  # of the cost: a refit that gains less leaves the model as it was looked at
+ALIKE = 0.02  # of the residual's energy: a refit that changes less of it leaves the model as it was looked at
 
 
 def set_up(
@@ -43,8 +43,9 @@ def set_up(
     whiten_held = _held_whitening(bare, model.theta, whiten, held_pieces)
     bench = Bench(pieces, held_pieces, whiten, whiten_held, model.output, model.estimate_states, reached, errors)
     first = try_model(model.joint.structure, [model.parameters], bench, Motions(trajectories), careful=True)
-    begun, ended = first.solution.cost[0], first.solution.cost[-1]
-    return bench, look_again(first, missing, seen) if begun - ended < ALIKE * ended else look(first, terms.skip)
+    moved = [after - before for after, (_, _, before) in zip(first.residuals, cases, strict=True)]
+    alike = whitened_energy(moved, whiten) < ALIKE * first.energy
+    return bench, look_again(first, missing, seen) if alike else look(first, terms.skip)
 
 
 def renew(looked: Look, bench: Bench) -> tuple[Bench, Trial]:

@@ -12,6 +12,7 @@ from small_bench import SPEED_NOISE, bench, fitted, records, searched, simulated
 
 from robotid.errors import NumericsError
 from robotid.judge import acceptance
+from robotid.judge.candidates import Candidate
 from robotid.judge.diagnosis import Diagnosis
 from robotid.judge.growth import Growth
 from robotid.judge.ranking import best_of_each, look, rank
@@ -174,3 +175,23 @@ def test_candidates_that_cannot_be_refitted_give_way_to_those_that_follow(monkey
     tried = acceptance.refit_hopeful(trial, seen, benched, QUICK, lambda _: None)
     assert tried
     assert not {one.candidate.name for one, _ in tried} & hopeful
+
+
+def test_an_effect_that_cannot_be_refitted_from_one_point_of_its_grid_is_tried_from_another(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    benched, trial = bench(records(STRIBECK), QUICK)
+    seen = rank(look(trial, QUICK.skip), benched, QUICK)
+    best, refitted, asked = seen.scores[0].candidate, acceptance._refitted, list[Candidate]()
+
+    def failing(now: Trial, one: Score, *others: Any) -> Trial:
+        asked.append(one.candidate)
+        if one.candidate.name != best.name or one.candidate == best:
+            raise NumericsError("not this one")
+        return refitted(now, one, *others)
+
+    monkeypatch.setattr(acceptance, "_refitted", failing)
+    tried = acceptance.refit_hopeful(trial, seen, benched, QUICK, lambda _: None)
+    assert [one.candidate.name for one, _ in tried] == [best.name]
+    assert tried[0][0].candidate != best
+    assert len(set(asked)) == len(asked)
