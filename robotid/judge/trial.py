@@ -26,6 +26,7 @@ PATIENCE = 8  # windows that may fail to settle; a model near its best has three
 MOST_ITERATIONS, TOLERANCE, CAREFUL = 12, 1e-4, 1e-5
 WILD = 20.0  # times the energy that is low enough: a start that leaves more is none
 CLOSE = 3e-3  # of the misfit: a step that gains less is not worth it while there is so much of it
+LITTLE = 0.5  # of a model's energy: with less misfit its parameters are worth the finest steps
 MOST_ITERATIONS_HELD, TOLERANCE_HELD = 8, 1e-4
 
 
@@ -126,7 +127,7 @@ def try_model(
     problem, at = _problem(joint, starts, bench, near.fitted, enough, None if careful else patience)
     misfit = max(0.0, 1.0 - bench.samples / max(2.0 * at.cost, 1e-300))
     finest, most_small = (CAREFUL, MOST_SMALL) if careful else (TOLERANCE, 1)
-    tolerance = max(finest, CLOSE * misfit)
+    tolerance = finest if careful and misfit < LITTLE else max(finest, CLOSE * misfit)
     solution = solve(problem, at.unknowns, most=most, tolerance=tolerance, known=at, most_small=most_small)
     if 2.0 * solution.evaluation.cost >= below:
         raise NumericsError("the fit is no better than without")
