@@ -41,6 +41,10 @@ class Candidate:
         """Indices of the parameters that make it appear."""
         return tuple(k for k, p in enumerate(self.effect.parameters) if p.null is not None)
 
+    def at(self, k: int, value: float) -> Candidate:
+        """The candidate with another value of its parameter k."""
+        return replace(self, values=(*self.values[:k], value, *self.values[k + 1 :]))
+
 
 def candidates(structure: Structure, output: Quantity, skip: Collection[str] = ()) -> tuple[Candidate, ...]:
     """All effects of the catalogue that the structure lacks, each at its usual place; elsewhere once it is there.

@@ -11,10 +11,10 @@ from robotid.estimate.residual import output_columns, output_rows
 from robotid.judge.candidates import Candidate
 from robotid.model.array import Array
 from robotid.model.channel import Channel
-from robotid.model.joint import Joint
+from robotid.model.felt import Placed
 from robotid.model.lacking_joint import LackingJoint
 from robotid.model.port import Port, Signal
-from robotid.model.term import Term
+from robotid.model.term import Motion, Term
 from robotid.signals.record import Quantity, Record
 from robotid.simulate.driven import driven
 from robotid.simulate.simulate import BLOCK, Trajectory, sensitivities
@@ -46,19 +46,16 @@ def columns(
     fitted : indices into theta; free_states : of the trajectory's joint; more (nv, m, n) : generalised forces [Nm],
     each held over its interval.
     """
-    free_states = [_moved(trajectory.joint, k) for k in free_states]
-    trajectory = with_angle(trajectory)
-    joint = trajectory.joint
     forces, rows = _forces(as_measured(trajectory, record), record, missing)
     if more is not None:
         forces = np.concatenate([forces, more], axis=1)
-    inner = sensitivities(trajectory, record, fitted, output_rows(joint, output), free_states, forces)
+    inner = sensitivities(trajectory, record, fitted, output_rows(trajectory.joint, output), free_states, forces)
     outer = output_columns(trajectory, output, fitted, inner)
     given = len(fitted) + len(free_states)
     every = np.zeros((sum(len(c.scored) for c in missing), len(record)))
     last = forces.shape[1] - (0 if more is None else more.shape[1])
     every[rows] = outer[given : given + last]
-    _add_sensors(every, trajectory, output, missing)
+    _add_sensors(every, with_angle(trajectory), output, missing)
     every[~np.isfinite(every).all(axis=1)] = 0.0  # memory that runs away on this motion: there is nothing to score
     return Columns(outer[:given], every, outer[given + last :])
 
@@ -84,11 +81,6 @@ def as_measured(trajectory: Trajectory, record: Record) -> Trajectory:
     return replace(kept, x=x, phi_m=record.phi_m)
 
 
-def _moved(joint: Joint, state: int) -> int:
-    """Index of a state once the angle is kept."""
-    return state if joint.keeps_angle or state < joint.speeds.start else state + 1
-
-
 def _forces(trajectory: Trajectory, record: Record, missing: Sequence[Candidate]) -> tuple[Array, list[int]]:
     """Mean generalised forces (nv, q, n) of all candidates that act on the joint, and which columns they are."""
     joint, n = trajectory.joint, len(record)
@@ -110,17 +102,14 @@ def _forces(trajectory: Trajectory, record: Record, missing: Sequence[Candidate]
 def _term_forces(trajectory: Trajectory, missing: Sequence[Candidate]) -> Array:
     """Mean generalised forces in the intervals, (nv, q, n), of the parameters that are scored; zero after the last
     sample."""
-    base = trajectory.joint
-    placed = [(Port(str(c.place)), c.effect) for c in missing if isinstance(c.effect, Term)]
-    joint = LackingJoint(base, placed)
-    theta = np.concatenate([trajectory.theta, *(np.array(c.values) for c in missing)])
+    base, (joint, theta) = trajectory.joint, _lacking(trajectory, missing)
     wanted = [
         place.at.start - len(base.names) + k
         for place, c in zip(joint.candidates, missing, strict=True)
         for k in c.scored
     ]
     n, h, t = len(trajectory.u), trajectory.sampling_time, trajectory.t
-    memory = _memory(joint, trajectory, missing, theta, t)
+    memory = _memory(trajectory, [c for c in missing if isinstance(c.effect, Term) and c.effect.states])
     forces = np.zeros((joint.masses, len(wanted), n))
     problem = Problem(base, trajectory.theta, trajectory.u, h, trajectory.x, begin=trajectory.begin)
     for start in range(0, n - 1, BLOCK):
@@ -131,14 +120,25 @@ def _term_forces(trajectory: Trajectory, missing: Sequence[Candidate]) -> Array:
     return forces
 
 
-def _memory(joint: LackingJoint, trajectory: Trajectory, missing: Sequence[Candidate], theta: Array, t: Array) -> Array:
-    """States of the candidates with memory, as the trajectory drives them, (rows, n)."""
-    rows = [np.zeros((0, len(t)))]
-    motions = joint.candidate_motions(trajectory.x, np.sign(trajectory.x[joint.speeds]), t, theta)
-    for place, c, m in zip(joint.candidates, missing, motions, strict=True):
-        if place.term.states:
-            rows.append(driven(place.term, m, c.values, trajectory.sampling_time))
-    return np.concatenate(rows)
+def felt(trajectory: Trajectory, missing: Sequence[Candidate]) -> tuple[tuple[Placed, ...], list[Motion]]:
+    """Where candidates that are terms act, and what they feel along a trajectory of a joint that keeps its angle."""
+    joint, theta = _lacking(trajectory, missing)
+    x = trajectory.x
+    return joint.candidates, joint.candidate_motions(x, np.sign(x[joint.speeds]), trajectory.t, theta)
+
+
+def _lacking(trajectory: Trajectory, missing: Sequence[Candidate]) -> tuple[LackingJoint, Array]:
+    """The trajectory's joint with the candidates that it lacks, and all its parameters."""
+    placed = [(Port(str(c.place)), c.effect) for c in missing if isinstance(c.effect, Term)]
+    theta = np.concatenate([trajectory.theta, *(np.array(c.values) for c in missing)])
+    return LackingJoint(trajectory.joint, placed), theta
+
+
+def _memory(trajectory: Trajectory, missing: Sequence[Candidate]) -> Array:
+    """States of candidates with memory, as the trajectory drives them, (rows, n)."""
+    cases = zip(*felt(trajectory, missing), missing, strict=True)
+    rows = [driven(place.term, m, c.values, trajectory.sampling_time) for place, m, c in cases]
+    return np.concatenate([np.zeros((0, len(trajectory.u))), *rows])
 
 
 def _add_sensors(every: Array, trajectory: Trajectory, output: Quantity, missing: Sequence[Candidate]) -> None:

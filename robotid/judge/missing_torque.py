@@ -23,6 +23,7 @@ from robotid.simulate.steps import linearise
 POWERS = np.arange(-8.0, 0.0, 2.0)  # of ten, of the largest torque: steps from sample to sample that are tried
 NEARBY = np.array([-0.6, 0.0, 0.6])
 SWEEPS = 2
+TELLING = 1.0  # of the evidence, a logarithm: a sweep that gains less is the last
 SMALL = 1.5  # residual over noise: the simulated motion is as good as the measured one
 LEAST = 1e-9  # noise of the output, relative to its largest value: with less the numbers say nothing
 LONGEST_RESPONSE = 20_000
@@ -70,6 +71,8 @@ def missing_torque(
     for _ in range(SWEEPS):
         power, last = max(tried, key=_evidence)
         tried.append(smooth(last.x, last.w, power + NEARBY))
+        if _evidence(tried[-1]) < _finite(last.evidence) + TELLING:
+            break
     power, best = max(tried, key=_evidence)
     if not np.isfinite(best.evidence):
         raise NumericsError(f"no torque makes the model follow {record.name}", hint="check the parameters")

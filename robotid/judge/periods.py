@@ -8,17 +8,15 @@ spectrum's peaks are scored beside the grid.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 from scipy.ndimage import median_filter
 from scipy.signal import find_peaks
 
 from robotid.judge.candidates import Candidate
-from robotid.judge.columns import as_measured
+from robotid.judge.columns import as_measured, felt
 from robotid.judge.trial import Trial
 from robotid.model.array import Array
-from robotid.model.lacking_joint import LackingJoint
 from robotid.model.port import Port
 from robotid.model.term import Bend, Term
 from robotid.signals.record import Record
@@ -64,24 +62,19 @@ def _at_peaks(
     waves = [_wave(candidate, k, *case) for case in zip(moved, gradients, strict=True)]
     angles, weights = (np.concatenate(parts) for parts in zip(*waves, strict=True))
     for n in _peaks(angles, weights, candidate.effect.parameters[k].grid):
-        yield replace(candidate, values=(*candidate.values[:k], n, *candidate.values[k + 1 :]))
+        yield candidate.at(k, n)
 
 
 def _wave(candidate: Candidate, k: int, trajectory: Trajectory, gradient: Array) -> tuple[Array, Array]:
     """The angle that the effect goes round with, and what the residual gains from a wave of no periods, (n,) each."""
-    base = trajectory.joint
     assert isinstance(candidate.effect, Term)
     if _meshes(candidate.effect):  # little but the twist of a stiff gear: a torque between motor and arm
-        return trajectory.phi_m, base.ratio * gradient[0] - gradient[1]
-    place = (Port(str(candidate.place)), candidate.effect)
-    joint = LackingJoint(base, [place])
-    flat = (*candidate.values[:k], 0.0, *candidate.values[k + 1 :])
-    theta = np.concatenate([trajectory.theta, flat])
-    x = trajectory.x
-    m = joint.candidate_motions(x, np.sign(x[joint.speeds]), trajectory.t, theta)[0]
-    partials = candidate.effect.partials(m, flat).theta
-    factor = sum((np.asarray(partials[i]) for i in candidate.scored), np.zeros(x.shape[1]))
-    return m.x, factor * gradient[COORDINATES[place[0]]]
+        return trajectory.phi_m, trajectory.joint.ratio * gradient[0] - gradient[1]
+    flat = candidate.at(k, 0.0)
+    [place], [m] = felt(trajectory, [flat])
+    partials = place.term.partials(m, flat.values).theta
+    factor = sum((np.asarray(partials[i]) for i in flat.scored), np.zeros(gradient.shape[1]))
+    return m.x, factor * gradient[COORDINATES[place.port]]
 
 
 def _peaks(angle: Array, weight: Array, grid: Sequence[float]) -> Iterator[float]:

@@ -60,12 +60,14 @@ def rank(looked: Look, bench: Bench, terms: Terms) -> Round:
     other = differences(trial.problem.joint, trial.problem.columns, names) if wanted else ()
     gradients = residual_gradients(looked, bench)
     more = (*periods(known, trial, bench.fitted, gradients), *resonances(known, trial, gradients))
-    columns = trial.problem.columns
     if more:
         new = scans(trial.cases, bench.output, (), (), more)
         seen = tuple(_with_more(*both) for both in zip(seen, new, strict=True))
     missing = (*known, *more, *other)
-    projected = project([_with_differences(one, other, columns) for one in seen], bench.whiten)
+    repeated = [
+        (d.record, trial.problem.columns.index(d.column)) for c in other if isinstance(d := c.effect, Difference)
+    ]
+    projected = project(seen, bench.whiten, repeated)
     scores = score(projected, missing)
     best = best_of_each(scores)
     return Round(trial, projected, tuple(scores), _inflation(projected, best))
@@ -82,18 +84,6 @@ def residual_gradients(looked: Look, bench: Bench) -> list[Array]:
 def _with_more(one: Scan, new: Scan) -> Scan:
     """A record with the columns of further candidates."""
     return replace(one, signals=np.concatenate([one.signals[:-1], new.signals]))
-
-
-def _with_differences(one: Scan, other: Sequence[Candidate], columns: Sequence[int]) -> Scan:
-    """A record with the columns of parameters that differ in it, or do not."""
-    if not other:
-        return one
-    more = np.zeros((len(other), len(one.record)))
-    for i, candidate in enumerate(other):
-        difference = candidate.effect
-        if isinstance(difference, Difference) and difference.record == one.record.name:
-            more[i] = one.signals[one.states + list(columns).index(difference.column)]
-    return replace(one, signals=np.concatenate([one.signals[:-1], more, one.signals[-1:]]))
 
 
 def _inflation(projected: Projected, best: Sequence[Score]) -> float:

@@ -8,18 +8,16 @@ it peaks, the effect is scored beside the grid.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 from scipy.signal import find_peaks
 
 from robotid.judge.candidates import Candidate
-from robotid.judge.columns import with_angle
+from robotid.judge.columns import felt, with_angle
 from robotid.judge.trial import Trial
 from robotid.model.array import Array
-from robotid.model.lacking_joint import LackingJoint
-from robotid.model.port import Port
 from robotid.model.term import Motion, Term
+from robotid.simulate.simulate import Trajectory
 
 PEAKS = 2  # that are tried, the highest
 POINTS = 200  # of frequency, over the range of the grid
@@ -29,7 +27,7 @@ BEYOND = 2.0  # times the grid's highest frequency: there the effect no longer m
 def resonances(missing: Sequence[Candidate], trial: Trial, gradients: Sequence[Array]) -> tuple[Candidate, ...]:
     """More points for the candidates that ring. gradients (nv, n) : what the residual of each record gains from a
     generalised force."""
-    alike = {(c.name, _others(c, k)): (c, k) for c in missing if (k := _ringing(c)) is not None}
+    alike = {(c.name, c.at(k, 0.0).values): (c, k) for c in missing if (k := _ringing(c)) is not None}
     return tuple(new for c, k in alike.values() for new in _at_peaks(c, k, trial, gradients))
 
 
@@ -40,32 +38,33 @@ def _ringing(candidate: Candidate) -> int | None:
     return next((k for k, p in enumerate(candidate.effect.parameters) if p.rings), None)
 
 
-def _others(candidate: Candidate, k: int) -> tuple[float, ...]:
-    return (*candidate.values[:k], *candidate.values[k + 1 :])
-
-
 def _at_peaks(candidate: Candidate, k: int, trial: Trial, gradients: Sequence[Array]) -> Iterator[Candidate]:
     grid, size = candidate.effect.parameters[k].grid, candidate.effect.parameters[candidate.scored[0]]
-    points = [_with(candidate, k, float(w)) for w in np.geomspace(min(grid), max(grid), POINTS)]
-    gain = np.zeros(POINTS)
-    for trajectory, gradient in zip(map(with_angle, trial.motions.fitted), gradients, strict=True):
-        assert isinstance(candidate.effect, Term)
-        joint = LackingJoint(trajectory.joint, [(Port(str(candidate.place)), candidate.effect)])
-        theta, x = np.concatenate([trajectory.theta, candidate.values]), trajectory.x
-        v = joint.candidate_motions(x, np.sign(x[joint.speeds]), trajectory.t, theta)[0].v
-        absorbed = sum((-c * gradient[j] for j, c in joint.candidates[0].q), np.zeros(x.shape[1]))
-        n = 2 * len(v)  # padded: a record is no period
-        omega: Array = np.linspace(0.0, np.pi / trajectory.sampling_time, len(v) + 1)
-        seen = slice(1, int(np.searchsorted(omega, BEYOND * max(grid))))
-        cross = (np.conj(np.fft.rfft(absorbed, n)) * np.fft.rfft(v, n))[seen]
-        gain += [float(np.real(_response(one, omega[seen]) @ cross)) for one in points]
+    pairs = [_felt(candidate, with_angle(t), g) for t, g in zip(trial.motions.fitted, gradients, strict=True)]
+    omega, cross = _cross_spectrum(pairs, [t.sampling_time for t in trial.motions.fitted], BEYOND * max(grid))
+    points = [candidate.at(k, float(w)) for w in np.geomspace(min(grid), max(grid), POINTS)]
+    gain = np.array([np.real(_response(one, omega) @ cross) for one in points])
     height = gain if size.bounds[0] == size.null else np.abs(gain)
     found, _ = find_peaks(np.maximum(height, 0.0))
     yield from (points[i] for i in sorted(found, key=lambda i: -height[i])[:PEAKS])
 
 
-def _with(candidate: Candidate, k: int, value: float) -> Candidate:
-    return replace(candidate, values=(*candidate.values[:k], value, *candidate.values[k + 1 :]))
+def _felt(candidate: Candidate, trajectory: Trajectory, gradient: Array) -> tuple[Array, Array]:
+    """The speed that an effect feels, and what the residual gains from a torque where it acts, (n,) each."""
+    [place], [m] = felt(trajectory, [candidate])
+    return m.v, sum((-c * gradient[j] for j, c in place.q), np.zeros(len(m.v)))
+
+
+def _cross_spectrum(pairs: Sequence[tuple[Array, Array]], times: Sequence[float], most: float) -> tuple[Array, Array]:
+    """Of all pairs of signals (n,) together, at frequencies up to `most` [rad/s]. times : their sampling times."""
+    span = 2 * max(len(v) * h for (v, _), h in zip(pairs, times, strict=True))  # padded: a record is no period
+    omega = np.arange(1.0, most * span / (2 * np.pi)) * (2 * np.pi / span)
+    total = np.zeros(len(omega), dtype=complex)
+    for (v, gain), h in zip(pairs, times, strict=True):
+        n = round(span / h)
+        cross = (np.conj(np.fft.rfft(gain, n)) * np.fft.rfft(v, n))[1 : len(omega) + 1]
+        total[: len(cross)] += cross * h
+    return omega, total
 
 
 def _response(candidate: Candidate, omega: Array) -> Array:

@@ -130,11 +130,18 @@ def unexplained(one: Scan) -> Array:
     return np.asarray(residual - (basis @ (basis.T @ (scaled @ residual))) @ scaled)
 
 
-def project(scans: Sequence[Scan], whitenings: Sequence[Whitening]) -> Projected:
-    """Every record whitened, its first states and then, for all records at once, the fitted parameters taken out."""
+def project(
+    scans: Sequence[Scan], whitenings: Sequence[Whitening], differences: Sequence[tuple[str, int]] = ()
+) -> Projected:
+    """Every record whitened, its first states and then, for all records at once, the fitted parameters taken out.
+    differences : records and fitted parameters, by number, of further columns: a parameter that is another in one
+    record."""
     factor = np.zeros((0, 0))
     for one, whiten in zip(scans, whitenings, strict=True):
         own = np.asarray(np.linalg.qr(whiten(one.signals).T, mode="r"))[one.states :, one.states :]
+        if differences:
+            more = [own[:, k] * (one.record.name == name) for name, k in differences]
+            own = np.insert(own, [-1], np.stack(more, axis=1), axis=1)
         factor = np.asarray(own if not factor.size else np.linalg.qr(np.vstack([factor, own]), mode="r"))
     k = scans[0].fitted
     return Projected(factor[k:, k:-1], factor[k:, -1], factor[:, k:-1], factor[:k, :k], factor[:k, k:])

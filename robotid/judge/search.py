@@ -7,10 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from robotid.judge.acceptance import Tried, accept, drop, found, objection, refit_hopeful
+from robotid.judge.acceptance import accept, drop, found, objection
 from robotid.judge.changes import changes
 from robotid.judge.growth import Found, Growth, Log, Turned, misfit_energy, share_removed
 from robotid.judge.ranking import Look, Round, look, rank
+from robotid.judge.refits import Tried, refit_hopeful
 from robotid.judge.score import significance
 from robotid.judge.set_up import renew, set_up
 from robotid.judge.simulated import Model, Simulated

@@ -126,8 +126,8 @@ def try_model(
     joint = model if isinstance(model, Joint) else assemble(model, angle=bench.output == "position")
     problem, at = _problem(joint, starts, bench, near.fitted, enough, None if careful else patience)
     misfit = max(0.0, 1.0 - bench.samples / max(2.0 * at.cost, 1e-300))
-    finest, most_small = (CAREFUL, MOST_SMALL) if careful else (TOLERANCE, 1)
-    tolerance = finest if careful and misfit < LITTLE else max(finest, CLOSE * misfit)
+    finest = careful and misfit < LITTLE
+    tolerance, most_small = (CAREFUL, MOST_SMALL) if finest else (max(TOLERANCE, CLOSE * misfit), 1)
     solution = solve(problem, at.unknowns, most=most, tolerance=tolerance, known=at, most_small=most_small)
     if 2.0 * solution.evaluation.cost >= below:
         raise NumericsError("the fit is no better than without")

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from small_bench import bench, records
 
-from robotid.judge.acceptance import refit_hopeful
 from robotid.judge.candidates import candidates
 from robotid.judge.periods import periods
 from robotid.judge.ranking import look, rank, residual_gradients
+from robotid.judge.refits import refit_hopeful
 from robotid.judge.terms import Terms
 
 

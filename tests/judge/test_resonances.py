@@ -8,9 +8,9 @@ from judged_records import CONTROLLER, SAMPLES
 from paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH, references
 
 from robotid.estimate.grey_box import FitOptions, fit_model
-from robotid.judge.acceptance import refit_hopeful
 from robotid.judge.candidates import candidates
 from robotid.judge.ranking import rank
+from robotid.judge.refits import refit_hopeful
 from robotid.judge.set_up import set_up
 from robotid.judge.simulated import fitted_model, simulate_record
 from robotid.judge.terms import Terms

@@ -11,7 +11,7 @@ import pytest
 from small_bench import SPEED_NOISE, bench, fitted, records, searched, simulated
 
 from robotid.errors import NumericsError
-from robotid.judge import acceptance
+from robotid.judge import refits
 from robotid.judge.candidates import Candidate
 from robotid.judge.diagnosis import Diagnosis
 from robotid.judge.growth import Growth
@@ -164,15 +164,15 @@ def test_candidates_that_cannot_be_refitted_give_way_to_those_that_follow(monkey
     benched, trial = bench(records(STRIBECK), QUICK)
     seen = rank(look(trial, QUICK.skip), benched, QUICK)
     hopeful = {one.candidate.name for one in best_of_each(seen.scores) if one.energy > 0.5 * seen.scores[0].energy}
-    refitted = acceptance._refitted
+    refitted = refits._refitted
 
     def failing(now: Trial, one: Score, *others: Any) -> Trial:
         if one.candidate.name in hopeful:
             raise NumericsError("not this one")
         return refitted(now, one, *others)
 
-    monkeypatch.setattr(acceptance, "_refitted", failing)
-    tried = acceptance.refit_hopeful(trial, seen, benched, QUICK, lambda _: None)
+    monkeypatch.setattr(refits, "_refitted", failing)
+    tried = refits.refit_hopeful(trial, seen, benched, QUICK, lambda _: None)
     assert tried
     assert not {one.candidate.name for one, _ in tried} & hopeful
 
@@ -182,7 +182,7 @@ def test_an_effect_that_cannot_be_refitted_from_one_point_of_its_grid_is_tried_f
 ) -> None:
     benched, trial = bench(records(STRIBECK), QUICK)
     seen = rank(look(trial, QUICK.skip), benched, QUICK)
-    best, refitted, asked = seen.scores[0].candidate, acceptance._refitted, list[Candidate]()
+    best, refitted, asked = seen.scores[0].candidate, refits._refitted, list[Candidate]()
 
     def failing(now: Trial, one: Score, *others: Any) -> Trial:
         asked.append(one.candidate)
@@ -190,8 +190,8 @@ def test_an_effect_that_cannot_be_refitted_from_one_point_of_its_grid_is_tried_f
             raise NumericsError("not this one")
         return refitted(now, one, *others)
 
-    monkeypatch.setattr(acceptance, "_refitted", failing)
-    tried = acceptance.refit_hopeful(trial, seen, benched, QUICK, lambda _: None)
+    monkeypatch.setattr(refits, "_refitted", failing)
+    tried = refits.refit_hopeful(trial, seen, benched, QUICK, lambda _: None)
     assert [one.candidate.name for one, _ in tried] == [best.name]
     assert tried[0][0].candidate != best
     assert len(set(asked)) == len(asked)
