@@ -18,6 +18,7 @@ from robotid.judge.trial import Trial
 from robotid.judge.validation import Trace
 from robotid.judge.where import look_where
 from robotid.model.array import Array
+from robotid.model.structure import belongs
 from robotid.model.units import sliding
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Quantity, Record
@@ -147,7 +148,7 @@ def _estimates(trial: Trial, effect: str) -> tuple[Estimate, ...]:
     found = []
     for i, k in enumerate(trial.problem.columns):
         name = parameters.names[k]
-        if name == effect or name.rpartition(".")[0] == effect:
+        if belongs(name, effect):
             std = float(np.sqrt(max(0.0, covariance[i, i])))
             bounds = float(parameters.lower[k]), float(parameters.upper[k])
             found.append(Estimate(name, float(parameters.values[k]), parameters.units[k], std, std, *bounds))

@@ -55,6 +55,11 @@ def changed(effect: str) -> tuple[str, str]:
     return record, ".".join(parameter)
 
 
+def belongs(parameter: str, effect: str) -> bool:
+    """Whether a parameter, by dotted name, is an effect's own; a changed parameter is the change itself."""
+    return effect in (parameter, parameter.rpartition(".")[0])
+
+
 def rests_on(effect: str, other: str) -> bool:
     """Whether an effect is a change of another's parameter, and cannot be without it."""
     return effect.startswith(f"{RECORD_CHANGE}.") and changed(effect)[1].startswith(f"{other}.")

@@ -13,6 +13,7 @@ from robotid.judge.simulated import fitted_model, simulate_record
 from robotid.judge.stretches import stretches
 from robotid.judge.terms import Terms
 from robotid.judge.verdict import verdict
+from robotid.model.structure import belongs
 from robotid.signals.quality import Recordings
 from robotid.signals.record import Record
 from robotid.stages.extend import extensible, refitting
@@ -50,14 +51,21 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
 
 
 def _with_gains(diagnosis: Diagnosis, refit: Refit) -> Diagnosis:
-    """The diagnosis with the gains that its causes have in fits as the pipeline makes them, those that `extend` will
-    find; the search weighs the noise otherwise."""
+    """The diagnosis with the parameters and gains that its causes have in fits as the pipeline makes them, those that
+    `extend` will find; the search weighs the noise otherwise."""
     effects = extensible(diagnosis, refit.before)
     found, last = gains(refit, effects)
-    measured = dict(zip(effects, found, strict=True))
-    causes = tuple(replace(c, heldout_gain=measured.get(c.effect, c.heldout_gain)) for c in diagnosis.causes)
-    refitted = diagnosis.refitted if last is None else {p.name: p.value for p in last.parameters}
-    return replace(diagnosis, causes=causes, refitted=refitted)
+    if last is None:
+        return diagnosis
+    measured = {
+        effect: (gain, tuple(p for p in last.parameters if belongs(p.name, effect)))
+        for effect, gain in zip(effects, found, strict=True)
+    }
+    causes = []
+    for cause in diagnosis.causes:
+        gain, parameters = measured.get(cause.effect, (cause.heldout_gain, cause.parameters))
+        causes.append(replace(cause, heldout_gain=gain, parameters=parameters))
+    return replace(diagnosis, causes=tuple(causes), refitted={p.name: p.value for p in last.parameters})
 
 
 def _shortened(record: Record, samples: int) -> str:

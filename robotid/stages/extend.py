@@ -12,7 +12,7 @@ from robotid.estimate.result import FitResult, Fits
 from robotid.judge.diagnosis import Diagnosis, Extension
 from robotid.judge.extension import Refit
 from robotid.judge.extension import extend as extend_model
-from robotid.model.structure import RECORD_CHANGE, changed
+from robotid.model.structure import RECORD_CHANGE, belongs, changed
 from robotid.signals.quality import Recordings
 from robotid.stages.fit import fit_options
 from robotid.stages.progress import Log, Progress
@@ -56,13 +56,9 @@ def _starts(diagnosis: Diagnosis) -> list[dict[str, float]]:
 
 def extended_configuration(loaded: Loaded, extension: Extension, folder: Path) -> str:
     """The text of extended.yaml, to be kept in a folder."""
-    added = [p for p in extension.fit.parameters if _belongs(p.name, extension.added)]
+    added = [p for p in extension.fit.parameters if any(belongs(p.name, effect) for effect in extension.added)]
     return extended_text(loaded, extension.fit.structure, {p.name: p.value for p in added}, folder)
 
 
 def _can_be_fitted(effect: str, records: tuple[str, ...]) -> bool:
     return not effect.startswith(RECORD_CHANGE) or changed(effect)[0] in records
-
-
-def _belongs(parameter: str, effects: tuple[str, ...]) -> bool:
-    return parameter in effects or parameter.rpartition(".")[0] in effects
