@@ -55,6 +55,7 @@ def test_soft_wind_up_and_a_third_mass_are_named(capsys: pytest.CaptureFixture[s
     assert "gear.soft_spring" in soft["class"]
     assert third["effect"] == "link.third_mass"
     assert third["parameters"]["wb"]["value"] == pytest.approx(80, rel=0.02)
+    assert third["parameters"]["Jb"]["value"] == pytest.approx(100, rel=0.02)
     assert found["remaining"] < 0.2 * found["misfit"]
 
 

@@ -68,15 +68,15 @@ def _best_of(
     options: FitOptions,
     log: Callable[[Iteration], None] | None,
 ) -> Solution:
-    start, known = problem.start(), None
-    if others:
-        known = _best_start(problem, start, others)
-        start = start if known is None else known.unknowns
+    start, columns = problem.start(), len(problem.columns)
+    elsewhere = (np.append(other.values[list(problem.columns)], start[columns:]) for other in others)
+    known = _best_start(problem, [start, *elsewhere]) if others else None
+    start = start if known is None else known.unknowns
     best = solve(problem, start, most=options.most, tolerance=options.tolerance, log=log, known=known)
     rng = np.random.default_rng(options.seed)
     for _ in range(options.multistart):
         other = start.copy()
-        other[: len(problem.columns)] *= np.exp(0.5 * rng.standard_normal(len(problem.columns)))
+        other[:columns] *= np.exp(0.5 * rng.standard_normal(columns))
         try:
             found = solve(problem, other, most=options.most, tolerance=options.tolerance, log=log)
         except NumericsError:
@@ -85,15 +85,12 @@ def _best_of(
     return best
 
 
-def _best_start(problem: OutputError, start: Array, others: Sequence[Parameters]) -> Evaluation | None:
-    """The start from which the records are simulated best, None where they cannot be from any."""
+def _best_start(problem: OutputError, starts: Sequence[Array]) -> Evaluation | None:
+    """The start (m,) from which the records are simulated best, None where they cannot be from any."""
     best: Evaluation | None = None
-    for values in (None, *(parameters.values[list(problem.columns)] for parameters in others)):
-        unknowns = start.copy()
-        if values is not None:
-            unknowns[: len(problem.columns)] = values
+    for start in starts:
         try:
-            at = problem.evaluate(np.clip(unknowns, *problem.bounds()), most=np.inf if best is None else best.cost)
+            at = problem.evaluate(np.clip(start, *problem.bounds()), most=np.inf if best is None else best.cost)
         except NumericsError:
             continue
         best = at if best is None or at.cost < best.cost else best

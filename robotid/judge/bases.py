@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -104,13 +105,16 @@ def _knots(x: Array, variable: Variable, count: int) -> Array:
     return np.concatenate([np.linspace(low, 0.0, count // 2), np.linspace(0.0, high, count // 2)])
 
 
+def sides(knots: Array) -> list[slice]:
+    """The knots (k,) before and behind a jump, which a knot that is there twice stands for; all where there is none."""
+    jumps = [int(k) + 1 for k in np.flatnonzero(np.diff(knots) == 0.0)]
+    return [slice(*ends) for ends in pairwise([0, *jumps, len(knots)])]
+
+
 def _hats(x: Array, knots: Array) -> Array:
-    """Piecewise linear basis (knots, n); a knot that is there twice is one on either side of a jump."""
-    twice = np.flatnonzero(np.diff(knots) == 0.0)
-    if not twice.size:
-        return np.stack([np.interp(x, knots, unit) for unit in np.eye(len(knots))])
-    k = int(twice[0]) + 1
-    return np.concatenate([_hats(x, knots[:k]) * (x < 0), _hats(x, knots[k:]) * (x > 0)])
+    """Piecewise linear basis (knots, n), each side of a jump at zero for itself."""
+    found = [np.stack([np.interp(x, knots[at], unit) for unit in np.eye(len(knots[at]))]) for at in sides(knots)]
+    return found[0] if len(found) == 1 else np.concatenate([found[0] * (x < 0), found[1] * (x > 0)])
 
 
 def _on_joint(trajectory: Trajectory, basis: Array, variable: Variable) -> Array:

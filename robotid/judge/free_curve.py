@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robotid.judge.bases import Variable
+from robotid.judge.bases import Variable, sides
 from robotid.judge.location import BY_DIRECTION, BY_SPEED
 from robotid.judge.trial import Bench, Trial, try_model
 from robotid.model.array import Array
@@ -39,9 +39,7 @@ class FreeCurve(Term):
 
     def __init__(self, variable: Variable, knots: Array, values: Array) -> None:
         self._variable = variable
-        twice = np.flatnonzero(np.diff(knots) == 0.0)
-        cut = [int(twice[0]) + 1] if twice.size else []
-        self._sides = list(zip(np.split(knots, cut), np.split(values, cut), strict=True))
+        self._sides = [(knots[at], values[at]) for at in sides(knots)]
 
     @property
     def argument(self) -> str:

@@ -165,8 +165,8 @@ def _problem(
             joint, start, bench.fitted, bench.output, weights, bench.estimate_states, bench.whiten, patience
         )
         try:
-            at = _begin(one, near, 0.5 * WILD * enough or np.inf)
-            if len(at.residuals) < len(bench.fitted):
+            at = _begin(one, near, best[0][1].cost if best else 0.5 * WILD * enough or np.inf)
+            if not best and len(at.residuals) < len(bench.fitted):
                 raise NumericsError("the start is far from the records")
         except NumericsError:
             if k == len(starts) - 1 and not best:

@@ -9,8 +9,9 @@ import numpy as np
 
 from robotid.model.array import Array
 from robotid.model.felt import Felt, absent
-from robotid.model.joint import Joint, reads_of
+from robotid.model.joint import Joint
 from robotid.model.port import Port
+from robotid.model.reads import reads_of
 from robotid.model.term import Motion, Term
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -15,7 +16,8 @@ from robotid.judge import refits
 from robotid.judge.candidates import Candidate
 from robotid.judge.diagnosis import Diagnosis
 from robotid.judge.growth import Growth
-from robotid.judge.ranking import best_of_each, look, rank
+from robotid.judge.ranking import Round, best_of_each, look, rank
+from robotid.judge.refits import Tried
 from robotid.judge.score import Score
 from robotid.judge.simulated import fitted_model
 from robotid.judge.terms import Terms
@@ -160,38 +162,42 @@ def test_every_rejection_tells_why_and_none_is_a_cause() -> None:
         assert all(r.why for r in d.rejected)
 
 
-def test_candidates_that_cannot_be_refitted_give_way_to_those_that_follow(monkeypatch: pytest.MonkeyPatch) -> None:
+def refit_but(monkeypatch: pytest.MonkeyPatch, refused: Callable[[Round, Candidate], bool]) -> tuple[Round, Tried]:
+    """A round, and what is refitted of it where some refits fail; no candidate is asked for twice."""
     benched, trial = bench(records(STRIBECK), QUICK)
     seen = rank(look(trial, QUICK.skip), benched, QUICK)
-    hopeful = {one.candidate.name for one in best_of_each(seen.scores) if one.energy > 0.5 * seen.scores[0].energy}
-    refitted = refits._refitted
+    refitted, asked = refits._refitted, list[Candidate]()
 
     def failing(now: Trial, one: Score, *others: Any) -> Trial:
-        if one.candidate.name in hopeful:
+        asked.append(one.candidate)
+        if refused(seen, one.candidate):
             raise NumericsError("not this one")
         return refitted(now, one, *others)
 
     monkeypatch.setattr(refits, "_refitted", failing)
     tried = refits.refit_hopeful(trial, seen, benched, QUICK, lambda _: None)
+    assert len(set(asked)) == len(asked)
+    return seen, tried
+
+
+def hopeful(seen: Round) -> set[str]:
+    return {one.candidate.name for one in best_of_each(seen.scores) if one.energy > 0.5 * seen.scores[0].energy}
+
+
+def test_candidates_that_cannot_be_refitted_give_way_to_those_that_follow(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen, tried = refit_but(monkeypatch, lambda seen, one: one.name in hopeful(seen))
     assert tried
-    assert not {one.candidate.name for one, _ in tried} & hopeful
+    assert not {one.candidate.name for one, _ in tried} & hopeful(seen)
 
 
 def test_an_effect_that_cannot_be_refitted_from_one_point_of_its_grid_is_tried_from_another(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    benched, trial = bench(records(STRIBECK), QUICK)
-    seen = rank(look(trial, QUICK.skip), benched, QUICK)
-    best, refitted, asked = seen.scores[0].candidate, refits._refitted, list[Candidate]()
+    def refused(seen: Round, one: Candidate) -> bool:
+        best = seen.scores[0].candidate
+        return one.name != best.name or one == best
 
-    def failing(now: Trial, one: Score, *others: Any) -> Trial:
-        asked.append(one.candidate)
-        if one.candidate.name != best.name or one.candidate == best:
-            raise NumericsError("not this one")
-        return refitted(now, one, *others)
-
-    monkeypatch.setattr(refits, "_refitted", failing)
-    tried = refits.refit_hopeful(trial, seen, benched, QUICK, lambda _: None)
+    seen, tried = refit_but(monkeypatch, refused)
+    best = seen.scores[0].candidate
     assert [one.candidate.name for one, _ in tried] == [best.name]
     assert tried[0][0].candidate != best
-    assert len(set(asked)) == len(asked)

@@ -1,0 +1,162 @@
+"""How a joint is laid out: which rows of its state and which entries of theta belong to which effect.
+
+Coordinates q are the angles (phi_m, phi_a, phi_b), as many as there are masses. The state is
+x = (positions, speeds, memory): positions are the twists of gear and link, and phi_m where anything reads it;
+speeds are dq; memory the states of the terms. Twists are states of their own because they are a thousand times smaller
+than the angles they are the difference of.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from robotid.errors import ConfigError
+from robotid.model.array import Array
+from robotid.model.channel import Channel
+from robotid.model.felt import Placed
+from robotid.model.geometry import coordinates, position, rotates
+from robotid.model.parameters import Parameter, Parameters
+from robotid.model.port import Port, Signal
+from robotid.model.reads import Reads, reads_of
+from robotid.model.structure import Structure, changed
+from robotid.model.term import Bend, Term
+from robotid.model.units import sliding
+
+
+class Layout:
+    """States and parameters of one joint.
+
+    terms : (port, term) pairs; channels : (signal, channel) pairs; ratio : phi_a / phi_m.
+    angle : keep phi_m as a state even where no effect depends on it.
+    """
+
+    def __init__(
+        self,
+        structure: Structure,
+        terms: Sequence[tuple[Port, Term]],
+        channels: Sequence[tuple[Signal, Channel]] = (),
+        *,
+        angle: bool = False,
+    ) -> None:
+        self.structure = structure
+        self.channels = tuple(channels)
+        ports = {port for port, _ in terms}
+        self.masses = 1 if not ports & {Port.GEAR, Port.LINK, Port.TOOL} else 3 if Port.TOOL in ports else 2
+        if structure.gear_ratio is None and ports != {Port.MOTOR}:
+            raise ConfigError("effects beyond the motor need robot.gear_ratio", where="robot.model")
+        self.ratio = structure.gear_ratio or 1.0
+        probes = [reads_of(term) for _, term in terms]
+        self.keeps_angle = (
+            angle
+            or any(signal is Signal.ANGLE for signal, _ in channels)
+            or any(
+                (probe.x and port in rotates(self.masses)) or getattr(term, "watches", None) in rotates(self.masses)
+                for (port, term), probe in zip(terms, probes, strict=True)
+            )
+        )
+        self._lay_out(terms, probes)
+        names = [(f"{port}.{term.name}", term.parameters) for port, term in terms]
+        names += [(f"{signal}.{channel.name}", channel.parameters) for signal, channel in self.channels]
+        self.declared: tuple[Parameter, ...] = tuple(p for _, ps in names for p in ps)
+        self.names: tuple[str, ...] = tuple(f"{name}.{p.symbol}" for name, ps in names for p in ps)
+        self._lay_out_changes()
+
+    @property
+    def terms(self) -> list[tuple[Port, Term]]:
+        """Its (port, term) pairs."""
+        return [(place.port, place.term) for place in self.placed]
+
+    def _lay_out(self, terms: Sequence[tuple[Port, Term]], probes: Sequence[Reads]) -> None:
+        nv, npos = self.masses, self.masses - 1 + self.keeps_angle
+        r = self.ratio
+        motion = np.array([[r, -1.0, 0.0], [0.0, 1.0, -1.0]])[: nv - 1, :nv]
+        self._flow = np.vstack([motion, np.eye(1, nv)]) if self.keeps_angle else motion
+        self.speeds = slice(npos, npos + nv)
+        placed, theta, memory, sides = [], 0, npos + nv, nv
+        dry = np.zeros(nv, dtype=bool)
+        for (port, term), probe in zip(terms, probes, strict=True):
+            place = self._place(port, term, theta, memory, sides, probe, acts=True)
+            placed.append(place)
+            theta, memory, sides = place.at.stop, place.z.stop, place.side.stop
+            if probe.s and len(place.q) == 1:
+                dry[place.q[0][0]] = True
+        self.placed = tuple(placed)
+        self.dry = tuple(int(j) for j in np.flatnonzero(dry))
+        self.nx, self.n_theta, self.edges = memory, theta, sides - nv
+
+    def _lay_out_changes(self) -> None:
+        """Parameters that differ in one record: the difference follows all other parameters."""
+        self.changes: tuple[tuple[str, int], ...] = ()
+        own = self.names
+        for effect in self.structure.changes:
+            record, name = changed(effect)
+            if name not in own:
+                raise ConfigError(f'the model has no parameter "{name}" to change', where="robot.changes")
+            k = own.index(name)
+            meaning = f"difference of {name} in {record}"
+            self.declared += (Parameter(self.declared[k].symbol, self.declared[k].unit, meaning, 0.0, null=0.0),)
+            self.names += (effect,)
+            self.changes += ((record, k),)
+
+    def channels_on(self, theta: Array, *signals: Signal) -> Iterator[tuple[Signal, Channel, list[float], int]]:
+        """Channels on these signals, in order: (signal, channel, its parameters, index of their first in theta)."""
+        first = self.n_theta
+        for signal, channel in self.channels:
+            last = first + len(channel.parameters)
+            if signal in signals:
+                yield signal, channel, theta[first:last].tolist(), first
+            first = last
+
+    def in_record(self, theta: Array, record: str) -> Array:
+        """All parameters as they are in one record, (p,): its differences added, none left."""
+        if not self.changes:
+            return theta
+        theta, first = theta.copy(), len(theta) - len(self.changes)
+        for i, (where, k) in enumerate(self.changes, start=first):
+            theta[k] += theta[i] if where == record else 0.0
+        theta[first:] = 0.0
+        return theta
+
+    def sources(self, columns: Sequence[int], record: str) -> list[int | None]:
+        """The parameter that each column moves in a record: itself, what a difference adds to, or None."""
+        first = len(self.names) - len(self.changes)
+        moved = {first + i: k if where == record else None for i, (where, k) in enumerate(self.changes)}
+        return [moved.get(c, c) for c in columns]
+
+    def _place(
+        self, port: Port, term: Term, theta: int, memory: int, sides: int, probe: Reads, *, acts: bool
+    ) -> Placed:
+        nv, r = self.masses, self.ratio
+        q = coordinates(port, nv, r)
+        v = tuple((self.speeds.start + j, c) for j, c in q)
+        x = position(port, nv, r) if self.keeps_angle or port not in rotates(nv) else ()
+        at, z = slice(theta, theta + len(term.parameters)), slice(memory, memory + len(term.states))
+        side = slice(sides, sides + len(term.edges))
+        return Placed(port, term, at, x, v, q, z, side, probe.a, term if isinstance(term, Bend) else None, acts)
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states, in order."""
+        positions = ("twist", "link_twist")[: self.masses - 1] + (("phi_m",) if self.keeps_angle else ())
+        memory = tuple(f"{p.port}.{p.term.name}.{s}" for p in self.placed for s in p.term.states)
+        return (*positions, *("dphi_m", "dphi_a", "dphi_b")[: self.masses], *memory)
+
+    @property
+    def state_limits(self) -> dict[int, float]:
+        """What the size of a state cannot exceed, by row of x, where that is known."""
+        limited = [place for place in self.placed if np.isfinite(place.term.state_limit)]
+        return {row: place.term.state_limit for place in limited for row in range(place.z.start, place.z.stop)}
+
+    @property
+    def positions(self) -> Array:
+        """d(position states)/dq, (positions, nv)."""
+        return np.asarray(self._flow)
+
+    def parameters(self) -> Parameters:
+        """Declared guesses and bounds, all free, terms first and then channels."""
+        lower, upper = np.array([p.bounds for p in self.declared], dtype=np.float64).reshape(-1, 2).T
+        values = np.array([p.guess for p in self.declared], dtype=np.float64)
+        units = tuple(sliding(p.unit) if self.structure.linear else p.unit for p in self.declared)
+        return Parameters(self.names, units, values, lower, upper, np.ones(len(values), dtype=bool))
