@@ -79,7 +79,7 @@ def solve(
                 end = End.CONVERGED
                 break
             stuck = small == most_small
-            step = None if stuck else _improve(problem, at, factor, gradient, damping, (lower, upper))
+            step = None if stuck else _improve(problem, at, factor, gradient, damping)
             if step is None:
                 end = End.CONVERGED if promised < in_noise else End.STALLED
                 break
@@ -135,15 +135,16 @@ def _promise(factor: Array, gradient: Array, held: Mask) -> float:
 
 
 def _improve(
-    problem: OutputError, at: Evaluation, factor: Array, gradient: Array, damping: float, bounds: tuple[Array, Array]
+    problem: OutputError, at: Evaluation, factor: Array, gradient: Array, damping: float
 ) -> tuple[Evaluation, float] | None:
     """The next iterate and its damping, or None where no damping finds a lower cost."""
-    held, growth = _held(at, gradient, *bounds), SLOWEST_GROWTH
+    reach, held, growth = problem.reach(at.unknowns), _held(at, gradient, *problem.bounds()), SLOWEST_GROWTH
     while damping < LARGEST_DAMPING:
-        step = np.clip(at.unknowns + _newton_step(factor, gradient, held, damping), *bounds) - at.unknowns
+        step = np.clip(at.unknowns + _newton_step(factor, gradient, held, damping), *reach) - at.unknowns
         promised = -(gradient @ step) - 0.5 * float(np.sum((factor @ step) ** 2))
-        if promised <= 1e-14 * at.cost:
-            return None
+        if promised <= 1e-14 * at.cost:  # cut off at its bounds, a step may lead uphill; a shorter one does not
+            damping, growth = max(growth * damping, 1e-6), 2 * growth
+            continue
         try:
             after = problem.evaluate(at.unknowns + step, at, most=at.cost)
         except NumericsError:

@@ -68,7 +68,7 @@ def missing_torque(
 
     small = float(np.std(residual)) < SMALL * noise_std
     tried = [smooth(x, nothing, POWERS) for x in ((trajectory.x,) if small else (trajectory.x, moved))]
-    for _ in range(SWEEPS):
+    for _ in range(0 if small else SWEEPS):
         power, last = max(tried, key=_evidence)
         tried.append(smooth(last.x, last.w, power + NEARBY))
         if _evidence(tried[-1]) < _finite(last.evidence) + TELLING:

@@ -91,14 +91,11 @@ def modes(motive: Motive, x: Array, sides: Array | None = None) -> Mode:
 
 
 def _break_away(motive: Motive, x: Array, s: Array, j: int, still: Index) -> tuple[Array, Mask]:
-    joint, trial = motive.joint, s[:, still].copy()
-
-    def pull(direction: float) -> Array:
-        trial[j] = direction
-        force = joint.force(x[:, still], motive.u[still], trial, motive.t[still], motive.theta)
-        return np.asarray(force[j])
-
-    ahead, back = pull(1.0), pull(-1.0)
+    twice, both = np.tile(still, 2), np.repeat([1.0, -1.0], still.size)
+    trial = s[:, twice]
+    trial[j] = both
+    pull = motive.joint.force(x[:, twice], motive.u[twice], trial, motive.t[twice], motive.theta)[j]
+    ahead, back = np.split(pull, 2)
     return np.where(ahead > 0.0, 1.0, np.where(back < 0.0, -1.0, 0.0)), (ahead <= 0.0) & (back >= 0.0)
 
 
