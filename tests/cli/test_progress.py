@@ -14,22 +14,12 @@ from typing import Any, cast
 
 import pytest
 from rich.console import Console
+from small_axis import CONFIG
 
 from robotid.cli import progress
 from robotid.cli.progress import Watch, duration, picture, watching
 from robotid.estimate.least_squares import Iteration
 from robotid.stages.progress import Begun, Progress, Step
-
-CONFIG = """\
-robot: {name: axis, model: {motor: [inertia, viscous, coulomb]}}
-records:
-  - name: slow
-    excite: {kind: triangle, amplitude: 20, period: 2, sampling_time: 0.005}
-plant:
-  parameters: {motor.inertia.J: 0.01, motor.viscous.Fv: 0.02, motor.coulomb.Fc: 0.5}
-  controller: {kind: speed, kp: 0.5, ki: 5}
-  noise: {speed: 0.01}
-"""
 
 
 class Clock:

@@ -6,27 +6,17 @@ import json
 from pathlib import Path
 
 import pytest
+from small_axis import CONFIG
 
 from robotid.cli.app import main
 from robotid.cli.views import view
 from robotid.stages.pipeline import STAGES
 
-TEXT = """\
-robot: {name: axis, model: {motor: [inertia, viscous, coulomb]}}
-records:
-  - name: slow
-    excite: {kind: triangle, amplitude: 20, period: 2, sampling_time: 0.005}
-plant:
-  parameters: {motor.inertia.J: 0.01, motor.viscous.Fv: 0.02, motor.coulomb.Fc: 0.5}
-  controller: {kind: speed, kp: 0.5, ki: 5}
-  noise: {speed: 0.01}
-"""
-
 
 @pytest.fixture
 def config(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "axis.yaml").write_text(TEXT)
+    (tmp_path / "axis.yaml").write_text(CONFIG)
     return "axis.yaml"
 
 
