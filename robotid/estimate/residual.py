@@ -92,7 +92,7 @@ class OutputError:
         return np.append(self.parameters.lower[columns], -free), np.append(self.parameters.upper[columns], free)
 
     def reach(self, unknowns: Array) -> tuple[Array, Array]:
-        """Lower and upper bounds of one step: a shape, whose column holds nearby only, goes no farther than FARTHEST."""
+        """Lower and upper bounds of one step: a shape, whose column holds only nearby, is kept within FARTHEST."""
         lower, upper = self.bounds()
         shapes = [i for i, k in enumerate(self.columns) if self.joint.declared[k].is_shape and unknowns[i] > 0.0]
         lower[shapes] = np.maximum(lower[shapes], unknowns[shapes] / FARTHEST)
