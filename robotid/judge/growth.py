@@ -59,11 +59,12 @@ class Growth:
     changes: tuple[Change, ...] = ()
 
 
-def misfit_energy(first: Trial, bench: Bench) -> float:
+def misfit_energy(trial: Trial, bench: Bench) -> float:
     """Energy of a model's residuals beyond the noise, as a bench sees them."""
-    return whitened_energy(first.residuals, bench.whiten) - bench.samples
+    return whitened_energy(trial.residuals, bench.whiten) - bench.samples
 
 
 def share_removed(first: Trial, now: Trial, after: Trial, bench: Bench) -> float:
     """Share of the first model's misfit energy, as this bench sees it, that a step removes."""
-    return float(np.clip((now.energy - after.energy) / max(misfit_energy(first, bench), 1e-9), 0.0, 1.0))
+    removed = misfit_energy(now, bench) - misfit_energy(after, bench)
+    return float(np.clip(removed / max(misfit_energy(first, bench), 1e-9), 0.0, 1.0))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -65,7 +66,7 @@ def grow(looked: Look, bench: Bench, terms: Terms, log: Log) -> Growth:
         if imitated is not None:
             break
     log("looking for what no effect explains")
-    growth = Growth(bench, first, now, tuple(causes), tuple(turned), tuple(rounds))
+    growth = Growth(bench, first, now, _by_one_noise(causes, first, bench), tuple(turned), tuple(rounds))
     if causes and len(causes) != TRUSTED:
         imitated = _imitated(first, now, bench)
     growth = _with_unknown(growth, terms) if imitated is None else _as_unknown(growth, imitated, before)
@@ -101,6 +102,14 @@ def _without_worthless(
         if one.effect not in {k.effect for k in kept}:
             turned.append(Turned(one.effect, one.explained, one.gain, f"lost its worth once {last.effect} was there"))
     return kept, now
+
+
+def _by_one_noise(causes: Sequence[Found], first: Trial, bench: Bench) -> tuple[Found, ...]:
+    """The causes with what each explains beside those before it by the noise as it shows at last; when they were found
+    it was taken for larger, and shares by different noises do not add up."""
+    models = pairwise([first, *(one.after for one in causes)])
+    shares = [share_removed(first, before, after, bench) for before, after in models]
+    return tuple(replace(one, explained=share) for one, share in zip(causes, shares, strict=True))
 
 
 def _with_unknown(growth: Growth, terms: Terms) -> Growth:

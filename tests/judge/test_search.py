@@ -15,7 +15,7 @@ from robotid.errors import NumericsError
 from robotid.judge import refits
 from robotid.judge.candidates import Candidate
 from robotid.judge.diagnosis import Diagnosis
-from robotid.judge.growth import Growth
+from robotid.judge.growth import Growth, misfit_energy
 from robotid.judge.ranking import Round, best_of_each, look, rank
 from robotid.judge.refits import Tried
 from robotid.judge.score import Score
@@ -108,6 +108,15 @@ def test_both_effects_of_a_pair_are_named() -> None:
     found = values(growth)
     assert np.hypot(found["motor.cogging.A"], found["motor.cogging.B"]) == pytest.approx(0.05, rel=0.1)
     assert found["motor.stribeck.dFs"] == pytest.approx(0.15, rel=0.1)
+
+
+def test_what_causes_explain_adds_up_to_what_they_leave() -> None:
+    """Though the noise is taken for smaller from cause to cause."""
+    _, growth, d = question("pair")
+    left, whole = (misfit_energy(trial, growth.bench) for trial in (growth.last, growth.first))
+    assert len(d.causes) > 1
+    assert growth.bench.whiten[0].output != pytest.approx(growth.rounds[0].trial.problem.whiten[0].output, rel=0.01)
+    assert sum(cause.explained for cause in d.causes) == pytest.approx(1 - left / whole, abs=1e-3)
 
 
 def test_what_differs_in_one_fitted_record_is_named_with_its_size() -> None:
