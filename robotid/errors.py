@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+INTERRUPTED = 130  # the exit code of what was stopped from the keyboard
+
 
 class RobotidError(Exception):
     """Base of every error that a person can mend.

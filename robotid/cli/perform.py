@@ -12,11 +12,10 @@ from robotid.artifacts.store import load as load_artifact
 from robotid.cli.closing import closing
 from robotid.cli.console import Json, Table, fixed, print_json, print_tables, say
 from robotid.cli.progress import watching
-from robotid.cli.stages import INTERRUPTED
 from robotid.cli.views import view
 from robotid.cli.views.sliding import slid
 from robotid.config.load import load
-from robotid.errors import ThresholdError
+from robotid.errors import INTERRUPTED, ThresholdError
 from robotid.stages.pipeline import FRESH, STAGES, Outcome, Run, execute, execute_all
 from robotid.stages.progress import Log
 from robotid.stages.report import PAGE

@@ -11,8 +11,7 @@ import typer
 
 from robotid.cli.console import say
 from robotid.cli.options import AsJson, ConfigPath, Debug, DryRun, Force, Jobs, Out, Quiet, Set
-
-INTERRUPTED = 130
+from robotid.errors import INTERRUPTED
 
 STAGES: dict[str, str] = {
     "excite": "Reference signals for the records of the virtual robot.",
