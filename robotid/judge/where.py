@@ -41,13 +41,20 @@ def look_where(before: Sequence[Case], after: Sequence[Case], output: Quantity) 
     for (_, record, _), noise in zip(before, noises, strict=True):
         floors.setdefault(record.name, []).append(noise.floor)
     levels = {name: float(np.sqrt(np.mean(np.square(found)))) for name, found in floors.items()}
-    found = list(_missing(before, noises, output))
-    left = _torques(_missing(after, noise_levels(after, output), output)) if after else {}
+    later = noise_levels(after, output) if after else ()
+    behind = {_piece(case): noise for case, noise in zip(after, later, strict=True)}  # where less misfit hides it
+    found = list(_missing(before, [behind.get(_piece(c), n) for c, n in zip(before, noises, strict=True)], output))
+    left = _torques(_missing(after, later, output))
     return Where(
         floors={name: min(level, MOST * min(levels.values())) for name, level in levels.items()},
         missing={name: _trace(name, found, left) for name in _torques(found)},
         curves=locate(found) if found else (),
     )
+
+
+def _piece(case: Case) -> tuple[str, float]:
+    """What tells a piece of a record from all others."""
+    return case[1].name, case[1].begin
 
 
 def _missing(

@@ -1,0 +1,38 @@
+"""Where a misfit sits: by which noise the missing torque is smoothed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from small_bench import records, simulated
+
+from robotid.judge import where
+from robotid.judge.missing_torque import MissingTorque
+from robotid.judge.noise_floor import noise_levels
+from robotid.judge.simulated import Case
+
+
+@pytest.mark.parametrize("known", [False, True], ids=["alone", "with the causes"])
+def test_a_misfit_is_smoothed_by_the_noise_behind_the_best_model_of_its_record(
+    known: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = [
+        c
+        for run in simulated(records({"motor.stribeck.dFs": 0.15, "motor.stribeck.vs": 1.0}))
+        for c in run.cases("speed")
+    ]
+    clean = [c for run in simulated(records({})) for c in run.cases("speed")]
+    after: list[Case] = [(t, record, residual) for (_, record, _), (t, _, residual) in zip(before, clean, strict=True)]
+    used, smooth = list[tuple[str, float, float]](), where.missing_torque
+
+    def watched(t: Any, record: Any, residual: Any, output: Any, noise: float, torque: float) -> MissingTorque:
+        used.append((record.name, noise, torque))
+        return smooth(t, record, residual, output, noise, torque)
+
+    monkeypatch.setattr(where, "missing_torque", watched)
+    found = where.look_where(before, after if known else (), "speed")
+    best = noise_levels(after if known else before, "speed")
+    expected = [(record.name, noise.output, noise.torque) for (_, record, _), noise in zip(before, best, strict=True)]
+    assert used == (expected * 2 if known else expected)
+    assert list(found.missing) == [record.name for _, record, _ in before]
