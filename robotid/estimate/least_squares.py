@@ -138,9 +138,10 @@ def _improve(
     problem: OutputError, at: Evaluation, factor: Array, gradient: Array, damping: float
 ) -> tuple[Evaluation, float] | None:
     """The next iterate and its damping, or None where no damping finds a lower cost."""
-    reach, held, growth = problem.reach(at.unknowns), _held(at, gradient, *problem.bounds()), SLOWEST_GROWTH
+    bounds = problem.bounds()
+    held, growth = _held(at, gradient, *bounds), SLOWEST_GROWTH
     while damping < LARGEST_DAMPING:
-        step = np.clip(at.unknowns + _newton_step(factor, gradient, held, damping), *reach) - at.unknowns
+        step = np.clip(at.unknowns + _newton_step(factor, gradient, held, damping), *bounds) - at.unknowns
         promised = -(gradient @ step) - 0.5 * float(np.sum((factor @ step) ** 2))
         if promised <= 1e-14 * at.cost:  # cut off at its bounds, a step may lead uphill; a shorter one does not
             damping, growth = max(growth * damping, 1e-6), 2 * growth

@@ -19,7 +19,6 @@ from robotid.signals.record import Quantity, Record
 from robotid.simulate.sensors import shown, shown_columns
 from robotid.simulate.simulate import Trajectory, initial_state, sensitivities, simulate
 
-FARTHEST = 3.0  # times as large or as small as it is: as far as a step takes the shape of an effect
 LARGEST_PREDICTION = 5_000_000  # derivatives kept of one record to predict its next trajectory
 
 
@@ -90,14 +89,6 @@ class OutputError:
         free = np.full(len(self.records) * len(self.free_states), np.inf)
         columns = list(self.columns)
         return np.append(self.parameters.lower[columns], -free), np.append(self.parameters.upper[columns], free)
-
-    def reach(self, unknowns: Array) -> tuple[Array, Array]:
-        """Lower and upper bounds of one step: a shape, whose column holds only nearby, is kept within FARTHEST."""
-        lower, upper = self.bounds()
-        shapes = [i for i, k in enumerate(self.columns) if self.joint.declared[k].is_shape and unknowns[i] > 0.0]
-        lower[shapes] = np.maximum(lower[shapes], unknowns[shapes] / FARTHEST)
-        upper[shapes] = np.minimum(upper[shapes], unknowns[shapes] * FARTHEST)
-        return lower, upper
 
     def theta(self, unknowns: Array) -> Array:
         """All parameters, (p,)."""

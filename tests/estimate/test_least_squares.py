@@ -1,4 +1,4 @@
-"""Steps of the iteration: where they may go, and what becomes of those that are cut off."""
+"""Steps of the iteration that their bounds cut off."""
 
 from __future__ import annotations
 
@@ -6,13 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from small_bench import fitted, records
 
 from robotid.estimate.least_squares import solve
-from robotid.estimate.residual import FARTHEST, Evaluation, OutputError
+from robotid.estimate.residual import Evaluation
 from robotid.estimate.result import End
 from robotid.model.array import Array
-from robotid.simulate.assemble import assemble
 
 
 @dataclass
@@ -25,9 +23,6 @@ class Linear:
 
     def bounds(self) -> tuple[Array, Array]:
         return self.lower.copy(), np.full(len(self.lower), np.inf)
-
-    def reach(self, unknowns: Array) -> tuple[Array, Array]:
-        return self.bounds()
 
     def evaluate(self, unknowns: Array, near: Evaluation | None = None, *, most: float = np.inf) -> Evaluation:
         return Evaluation(unknowns, (self.J @ unknowns - self.b,), ())
@@ -46,18 +41,3 @@ def test_a_step_that_its_bounds_turn_uphill_is_shortened() -> None:
     held = -0.1, float(J[:, 1] @ (problem.b + 0.1 * J[:, 0]) / (J[:, 1] @ J[:, 1]))
     assert solution.end is End.CONVERGED
     assert solution.evaluation.unknowns == pytest.approx(held, rel=1e-5)
-
-
-def test_a_step_takes_the_shape_of_an_effect_no_farther_than_its_column_holds() -> None:
-    made = records({})
-    structure = fitted(made).structure.extended("motor.stribeck")
-    parameters = assemble(structure).parameters()
-    problem = OutputError(assemble(structure), parameters, tuple(made), "speed", np.ones(len(made)))
-    unknowns = problem.start()
-    shape = problem.joint.names.index("motor.stribeck.vs")
-    (lower, upper), (lowest, highest) = problem.reach(unknowns), problem.bounds()
-    assert lower[shape] == pytest.approx(unknowns[shape] / FARTHEST)
-    assert upper[shape] == pytest.approx(unknowns[shape] * FARTHEST)
-    others = np.arange(len(unknowns)) != shape
-    np.testing.assert_array_equal(lower[others], lowest[others])
-    np.testing.assert_array_equal(upper[others], highest[others])
