@@ -79,7 +79,7 @@ def solve(
                 end = End.CONVERGED
                 break
             stuck = small == most_small
-            step = None if stuck else _improve(problem, at, factor, gradient, damping)
+            step = None if stuck else _improve(problem, at, factor, gradient, damping, (lower, upper))
             if step is None:
                 end = End.CONVERGED if promised < in_noise else End.STALLED
                 break
@@ -135,24 +135,21 @@ def _promise(factor: Array, gradient: Array, held: Mask) -> float:
 
 
 def _improve(
-    problem: OutputError, at: Evaluation, factor: Array, gradient: Array, damping: float
+    problem: OutputError, at: Evaluation, factor: Array, gradient: Array, damping: float, bounds: tuple[Array, Array]
 ) -> tuple[Evaluation, float] | None:
     """The next iterate and its damping, or None where no damping finds a lower cost."""
-    bounds = problem.bounds()
     held, growth = _held(at, gradient, *bounds), SLOWEST_GROWTH
     while damping < LARGEST_DAMPING:
         step = np.clip(at.unknowns + _newton_step(factor, gradient, held, damping), *bounds) - at.unknowns
         promised = -(gradient @ step) - 0.5 * float(np.sum((factor @ step) ** 2))
-        if promised <= 1e-14 * at.cost:  # cut off at its bounds, a step may lead uphill; a shorter one does not
-            damping, growth = max(growth * damping, 1e-6), 2 * growth
-            continue
-        try:
-            after = problem.evaluate(at.unknowns + step, at, most=at.cost)
-        except NumericsError:
-            damping = max(10 * damping, 1e-3)
-            continue
-        gain = (at.cost - after.cost) / promised
-        if gain > 1e-4:
-            return after, max(SMALLEST_DAMPING, damping / (10 if gain > 0.75 else 1 if gain > 0.25 else 0.25))
+        if promised > 1e-14 * at.cost:  # cut off at its bounds, a step may lead uphill; a shorter one does not
+            try:
+                after = problem.evaluate(at.unknowns + step, at, most=at.cost)
+            except NumericsError:
+                damping = max(10 * damping, 1e-3)
+                continue
+            gain = (at.cost - after.cost) / promised
+            if gain > 1e-4:
+                return after, max(SMALLEST_DAMPING, damping / (10 if gain > 0.75 else 1 if gain > 0.25 else 0.25))
         damping, growth = max(growth * damping, 1e-6), 2 * growth
     return None

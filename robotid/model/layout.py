@@ -29,7 +29,7 @@ class Layout:
     """States and parameters of one joint.
 
     terms : (port, term) pairs; channels : (signal, channel) pairs; ratio : phi_a / phi_m.
-    angle : keep phi_m as a state even where no effect depends on it.
+    angle : keep phi_m as a state even where no effect depends on it. positions (positions, nv) : d(position states)/dq.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class Layout:
         nv, npos = self.masses, self.masses - 1 + self.keeps_angle
         r = self.ratio
         motion = np.array([[r, -1.0, 0.0], [0.0, 1.0, -1.0]])[: nv - 1, :nv]
-        self._flow = np.vstack([motion, np.eye(1, nv)]) if self.keeps_angle else motion
+        self.positions: Array = np.vstack([motion, np.eye(1, nv)]) if self.keeps_angle else motion
         self.speeds = slice(npos, npos + nv)
         placed, theta, memory, sides = [], 0, npos + nv, nv
         dry = np.zeros(nv, dtype=bool)
@@ -148,11 +148,6 @@ class Layout:
         """What the size of a state cannot exceed, by row of x, where that is known."""
         limited = [place for place in self.placed if np.isfinite(place.term.state_limit)]
         return {row: place.term.state_limit for place in limited for row in range(place.z.start, place.z.stop)}
-
-    @property
-    def positions(self) -> Array:
-        """d(position states)/dq, (positions, nv)."""
-        return np.asarray(self._flow)
 
     def parameters(self) -> Parameters:
         """Declared guesses and bounds, all free, terms first and then channels."""
