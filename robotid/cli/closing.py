@@ -43,7 +43,7 @@ def _reached(done: Sequence[Outcome], *, linear: bool) -> Iterator[str]:
 def next_command(run: Run, stage: str | None = None) -> str:
     """After one stage the first that is due, else all of them; then the report; then the extended model, where there
     is one; else a way to look."""
-    due = next((s.stage for s in status(run) if s.state is not State.FRESH), None)
+    due = next((s.stage for s in status(run, checked=False) if s.state is not State.FRESH), None)
     if due is not None and not (due == EXTEND.name and stage is not None and _is_clean(run)):
         return run.command(due if stage else "run")
     if not is_current(run):

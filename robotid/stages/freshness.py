@@ -35,13 +35,13 @@ class StageStatus:
     label: Label | None = None
 
 
-def judge(run: Run, stage: Stage, before: Mapping[str, StageStatus]) -> StageStatus:
-    """State of one stage's artifact. before : states of the stages that it reads."""
+def judge(run: Run, stage: Stage, before: Mapping[str, StageStatus], *, checked: bool = True) -> StageStatus:
+    """State of one stage's artifact. before : states of the stages that it reads; checked : damage counts."""
     file = run.file(stage)
     if not file.exists():
         return StageStatus(stage.name, file, State.ABSENT, "not made yet")
     try:
-        label = peek(file)
+        label = peek(file, checked=checked)
     except InputError as error:
         return StageStatus(stage.name, file, State.STALE, error.what)
     why = _why_stale(run, stage, label, before)

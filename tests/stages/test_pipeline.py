@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import fake_stages
+import h5py
 import pytest
 from fake_stages import CALLS, FAILURES, Sum
 
@@ -52,6 +53,12 @@ def run(config: Path, *overrides: str) -> Run:
 
 def made(config: Path, *overrides: str, **options: Any) -> list[Outcome]:
     return list(execute_all(run(config, *overrides), **options))
+
+
+def other_value(file: Path) -> None:
+    """Damage that only the checksum shows."""
+    with h5py.File(file, "r+") as artifact:
+        artifact["content/value"][()] += 1
 
 
 def ran(outcomes: list[Outcome]) -> list[str]:
@@ -147,6 +154,7 @@ def test_times_do_not_count(config: Path) -> None:
             "this is not a readable HDF5 file: foreign or damaged",
         ),
         (lambda file: shutil.copy(file.with_name("one.h5"), file), "it holds what first makes"),
+        (lambda file: other_value(file), "damaged: the content does not match its checksum"),
     ],
 )
 def test_a_damaged_artifact_is_made_again(damage: Any, why: str, config: Path) -> None:
@@ -154,6 +162,14 @@ def test_a_damaged_artifact_is_made_again(damage: Any, why: str, config: Path) -
     damage(config.parent / "out" / "two.h5")
     assert states(config) == [("fresh", ""), ("stale", why), ("stale", "two.h5 is stale")]
     assert ran(made(config)) == ["second"], "the third is fresh once its input is what it was"
+
+
+def test_one_stage_reads_no_damaged_input_and_makes_its_own_again(config: Path) -> None:
+    made(config)
+    other_value(config.parent / "out" / "two.h5")
+    with pytest.raises(InputError, match=r"two\.h5: damaged: the content does not match its checksum"):
+        execute(run(config), "third", force=True)
+    assert execute(run(config), "second").why == "damaged: the content does not match its checksum"
 
 
 def test_one_stage_needs_its_inputs(config: Path) -> None:
