@@ -212,7 +212,7 @@ def sensitivities(
         motive = problem.motive(first, last, [*mechanical, *inputs])
         steps = linearise(motive, trajectory.x[:, first:last], trajectory.x[:, first + 1 : last + 1])
         assert steps.S is not None
-        forcing = np.zeros((joint.nx, width, last - first + 1))
+        forcing = np.zeros((width, last - first + 1, joint.nx)).transpose(2, 0, 1)
         forcing[:, :, 0] = start
         for k, column in enumerate(moved):
             if column is None:

@@ -153,7 +153,9 @@ def regular(motive: Motive, x0: Array, x1: Array, mode: Mode) -> Steps:
     defect = x1 - x0 - sixth * (f0 + 4 * middle.f + f1)
     columns_of = [_side(sixth, a0, middle.A), -defect[:, None]]
     if middle.B is not None and ends.B is not None:
-        columns_of.append(_forcing(sixth, ends.B[:, :, :n], middle.B, ends.B[:, :, n:], middle.A))
+        forced = slice(len(joint.positions), None)  # no parameter acts on the positions but through the speeds
+        b0, bm, b1 = ends.B[forced, :, :n], middle.B[forced], ends.B[forced, :, n:]
+        columns_of.append(_forcing(sixth, b0, bm, b1, middle.A[:, forced], forced))
     solved = solve(_side(-sixth, a1, middle.A), *columns_of)
     nx = joint.nx
     return Steps(solved[:, :nx], solved[:, nx], solved[:, nx + 1 :] if len(columns_of) == 3 else None, f1)
@@ -172,13 +174,14 @@ def _side(step: Array, a: Array, am: Array) -> Array:
     return side
 
 
-def _forcing(sixth: Array, b0: Array, bm: Array, b1: Array, am: Array) -> Array:
-    """h / 6 (b0 + 4 bm + b1) + h^2 / 12 am (b0 - b1), (nx, k + 1, n)."""
+def _forcing(sixth: Array, b0: Array, bm: Array, b1: Array, am: Array, forced: slice) -> Array:
+    """h / 6 (b0 + 4 bm + b1) + h^2 / 12 am (b0 - b1), (nx, k + 1, n), where the b have the rows `forced` alone."""
     forcing = product(am, b0 - b1)
     forcing *= 3 * sixth
-    forcing += b0
-    forcing += b1
-    forcing += 4 * bm
+    moved = forcing[forced]
+    moved += b0
+    moved += b1
+    moved += 4 * bm
     forcing *= sixth
     return forcing
 
