@@ -34,16 +34,17 @@ class Where:
 def look_where(before: Sequence[Case], after: Sequence[Case], output: Quantity) -> Where:
     """The misfit of simulated records in noise, torque, and along the variables of the motion.
 
-    after : the same records, or some of them, once the causes are there.
+    after : the same records, or some of them, once the causes are there; where there is less misfit to hide it, the
+    noise shows better.
     """
-    noises = noise_levels(before, output)
+    later = noise_levels(after, output) if after else ()
+    behind = {_piece(case): noise for case, noise in zip(after, later, strict=True)}
+    noises = [behind.get(_piece(c), n) for c, n in zip(before, noise_levels(before, output), strict=True)]
     floors: dict[str, list[float]] = {}
     for (_, record, _), noise in zip(before, noises, strict=True):
         floors.setdefault(record.name, []).append(noise.floor)
     levels = {name: float(np.sqrt(np.mean(np.square(found)))) for name, found in floors.items()}
-    later = noise_levels(after, output) if after else ()
-    behind = {_piece(case): noise for case, noise in zip(after, later, strict=True)}  # where less misfit hides it
-    found = list(_missing(before, [behind.get(_piece(c), n) for c, n in zip(before, noises, strict=True)], output))
+    found = list(_missing(before, noises, output))
     left = _torques(_missing(after, later, output))
     return Where(
         floors={name: min(level, MOST * min(levels.values())) for name, level in levels.items()},

@@ -1,4 +1,4 @@
-"""Where a misfit sits: by which noise the missing torque is smoothed."""
+"""Where a misfit sits: which noise it is set against, and its torque smoothed by."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robotid.judge.simulated import Case
 
 
 @pytest.mark.parametrize("known", [False, True], ids=["alone", "with the causes"])
-def test_a_misfit_is_smoothed_by_the_noise_behind_the_best_model_of_its_record(
+def test_a_misfit_is_set_against_and_smoothed_by_the_noise_behind_the_best_model_of_its_record(
     known: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before = [
@@ -35,4 +35,5 @@ def test_a_misfit_is_smoothed_by_the_noise_behind_the_best_model_of_its_record(
     best = noise_levels(after if known else before, "speed")
     expected = [(record.name, noise.output, noise.torque) for (_, record, _), noise in zip(before, best, strict=True)]
     assert used == (expected * 2 if known else expected)
+    assert found.floors == pytest.approx({case[1].name: noise.floor for case, noise in zip(before, best, strict=True)})
     assert list(found.missing) == [record.name for _, record, _ in before]
