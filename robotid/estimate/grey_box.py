@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -27,6 +27,7 @@ class FitOptions:
     """How to fit. weights : record name to a factor on the weight that its noise gives it. multistart : further starts.
 
     horizon [s] : length of the pieces that are simulated from initial states of their own, absent: the whole record.
+    interruptible : an interrupt from the keyboard ends the fit with what it reached, rather than all.
     """
 
     output: Quantity = "speed"
@@ -37,6 +38,7 @@ class FitOptions:
     multistart: int = 0
     seed: int = 0
     horizon: float | None = None
+    interruptible: bool = False
 
 
 def fit_model(
@@ -72,17 +74,31 @@ def _best_of(
     elsewhere = (np.append(other.values[list(problem.columns)], start[columns:]) for other in others)
     known = _best_start(problem, [start, *elsewhere]) if others else None
     start = start if known is None else known.unknowns
-    best = solve(problem, start, most=options.most, tolerance=options.tolerance, log=log, known=known)
+    best = _solve(problem, start, options, log, known)
     rng = np.random.default_rng(options.seed)
     for _ in range(options.multistart):
+        if best.end is End.INTERRUPTED:
+            break
         other = start.copy()
         other[:columns] *= np.exp(0.5 * rng.standard_normal(columns))
         try:
-            found = solve(problem, other, most=options.most, tolerance=options.tolerance, log=log)
+            found = _solve(problem, other, options, log)
         except NumericsError:
             continue
-        best = found if found.evaluation.cost < best.evaluation.cost else best
+        better = min(best, found, key=lambda solution: solution.evaluation.cost)
+        best = replace(better, end=found.end) if found.end is End.INTERRUPTED else better
     return best
+
+
+def _solve(
+    problem: OutputError,
+    start: Array,
+    options: FitOptions,
+    log: Callable[[Iteration], None] | None,
+    known: Evaluation | None = None,
+) -> Solution:
+    most, tolerance, interruptible = options.most, options.tolerance, options.interruptible
+    return solve(problem, start, most=most, tolerance=tolerance, log=log, known=known, interruptible=interruptible)
 
 
 def _best_start(problem: OutputError, starts: Sequence[Array]) -> Evaluation | None:
@@ -109,7 +125,7 @@ def _reweigh(
     if np.ptp(sigma) <= 0.1 * sigma.max() or solution.end is End.INTERRUPTED:
         return solution
     problem.weights = factors * sigma.mean() / np.maximum(sigma, 1e-3 * sigma.max())
-    return solve(problem, solution.evaluation.unknowns, most=options.most, tolerance=options.tolerance, log=log)
+    return _solve(problem, solution.evaluation.unknowns, options, log)
 
 
 def noise_levels(problem: OutputError, solution: Solution) -> Array:

@@ -57,13 +57,15 @@ def solve(
     log: Callable[[Iteration], None] | None = None,
     known: Evaluation | None = None,
     most_small: int = MOST_SMALL,
+    interruptible: bool = False,
 ) -> Solution:
     """Minimise the problem's cost from start (m,). known : its evaluation there, where there is one; most_small : steps
-    in a row that may gain less than they promised and less than the tolerance.
+    in a row that may gain less than they promised and less than the tolerance; interruptible : an interrupt from the
+    keyboard ends the iteration with the last iterate, rather than all.
 
     Converged when the decrease that a full step promises is below tolerance times the cost, or when steps stall
-    (friction leaves kinks) at a promise lost in the noise. An interrupt from the keyboard ends the iteration with the
-    last iterate. Raises NumericsError where the very first simulation diverges.
+    (friction leaves kinks) at a promise lost in the noise. Raises NumericsError where the very first simulation
+    diverges.
     """
     lower, upper = problem.bounds()
     at = problem.evaluate(np.clip(start, lower, upper)) if known is None else known
@@ -92,6 +94,8 @@ def solve(
             if log is not None:
                 log(Iteration(number, at.cost, damping, decrease, at))
     except KeyboardInterrupt:
+        if not interruptible:
+            raise
         end = End.INTERRUPTED
     return Solution(at, factor, gradient, tuple(costs), end)
 

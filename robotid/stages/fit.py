@@ -26,7 +26,7 @@ def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: Flex
     """
     joint = assemble(settings.structure(), angle=settings.fit.output == "position")
     parameters = start(settings, joint, rigid, flex)
-    options = fit_options(settings)
+    options = replace(fit_options(settings), interruptible=True)
     records = {record.name: record for record in recordings.records}
     models: dict[str, FitResult] = {}
     assert settings.fit.models is not None

@@ -88,15 +88,39 @@ def test_twins_are_named_as_one_unidentifiable_direction() -> None:
     assert fit["motor.constant_torque.tau0"].remark.startswith("unidentifiable together with")
 
 
-def test_the_keyboard_leaves_the_last_iterate(records: tuple[Record, ...]) -> None:
-    def interrupt(iteration: Iteration) -> None:
-        if iteration.number == 2:
-            raise KeyboardInterrupt
+def interrupt(iteration: Iteration) -> None:
+    if iteration.number == 2:
+        raise KeyboardInterrupt
 
-    fit = fit_model("m", JOINT, start(), records[1:2], FitOptions(), interrupt)
+
+@pytest.mark.parametrize("multistart", [0, 1])
+def test_the_keyboard_leaves_the_last_iterate(multistart: int, records: tuple[Record, ...]) -> None:
+    options = FitOptions(multistart=multistart, interruptible=True)
+    fit = fit_model("m", JOINT, start(), records[1:2], options, interrupt)
     assert fit.end is End.INTERRUPTED
     assert fit.iterations == 2
     assert fit["arm.inertia.J"].value != 1000.0
+
+
+def test_the_keyboard_ends_what_asks_for_no_last_iterate(records: tuple[Record, ...]) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        fit_model("m", JOINT, start(), records[1:2], FitOptions(), interrupt)
+
+
+def test_the_keyboard_ends_further_starts_with_the_best_so_far(records: tuple[Record, ...]) -> None:
+    begun = list[int]()
+
+    def interrupt_the_second(iteration: Iteration) -> None:
+        begun.extend([iteration.number] * (iteration.number == 1))
+        if len(begun) == 2:
+            raise KeyboardInterrupt
+
+    options = FitOptions(multistart=3, interruptible=True)
+    once = fit_model("m", JOINT, start(), records[1:2], FitOptions())
+    fit = fit_model("m", JOINT, start(), records[1:2], options, interrupt_the_second)
+    assert fit.end is End.INTERRUPTED
+    assert fit.cost[-1] == once.cost[-1]
+    assert len(begun) == 2
 
 
 def test_a_horizon_fits_pieces_and_reports_whole_records(records: tuple[Record, ...]) -> None:
