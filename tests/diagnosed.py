@@ -20,7 +20,7 @@ def estimate(name: str, value: float, unit: str) -> Estimate:
 
 def trace() -> Trace:
     t = np.linspace(0, 1, 50)
-    return Trace(t, np.sin(t), 0.9 * np.sin(t))
+    return Trace(t, np.sin(t), 0.9 * np.sin(t), "rad/s")
 
 
 def curve(along: str, unit: str, bins: int = 30) -> Curve:

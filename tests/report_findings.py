@@ -87,7 +87,7 @@ def _curve(along: str, unit: str, reach: float, law: object, order: float) -> Cu
 
 def diagnosis() -> Diagnosis:
     """Two causes, one with a twin, and effects that were tried in vain."""
-    missing = {r.name: Trace(r.t, -0.2 * np.sign(r.dphi_m), -0.19 * np.sign(r.dphi_m)) for r in clean_records()}
+    missing = {r.name: Trace(r.t, -0.2 * np.sign(r.dphi_m), -0.19 * np.sign(r.dphi_m), "Nm") for r in clean_records()}
     tried = [Rejected(f"motor.{name}", share, -0.1, "worse held out") for name, share in TRIED.items()]
     changed = "record_change.large.arm.inertia.J"
     payload = replace(PAYLOAD, effect=changed, twins=(changed,))
@@ -119,7 +119,7 @@ def extension() -> Extension:
 
 
 def _score(record: Record, error: float, fit: float) -> Score:
-    trace = Trace(record.t, record.dphi_m, record.dphi_m + error * np.sin(40 * record.t))
+    trace = Trace(record.t, record.dphi_m, record.dphi_m + error * np.sin(40 * record.t), "rad/s")
     return Score(record.role, record.role == "estimate", fit, error, trace)
 
 

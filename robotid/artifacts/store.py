@@ -16,6 +16,7 @@ from robotid.errors import InputError
 SCHEMA = 1
 FORMAT = "robotid artifact"
 AGAIN = "run its stage again"
+ELSEWHERE = "check its folder and the space left, or give another --out"
 DAMAGED = (AttributeError, CodecError, KeyError, OSError, RuntimeError, TypeError, ValueError)
 """What reading raises where bytes are not as they were written."""
 
@@ -52,18 +53,18 @@ def save(path: Path, content: object, provenance: Provenance, units: Units = str
     _write(path, _image(content, provenance, units))
 
 
-def write_text(path: Path, text: str) -> None:
-    """Write a text file so that it is whole or as it was. Raises InputError where it cannot be written."""
-    _write(path, text.encode())
+def write_text(path: Path, text: str, hint: str = ELSEWHERE) -> None:
+    """Write a text file so that it is whole or as it was. Raises InputError, with this hint, where it cannot be
+    written."""
+    _write(path, text.encode(), hint)
 
 
-def _write(path: Path, image: bytes) -> None:
+def _write(path: Path, image: bytes, hint: str = ELSEWHERE) -> None:
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         _replace(path, part, image)
     except OSError as error:
-        hint = "check its folder and the space left, or give another --out"
         raise InputError(f"cannot be written: {error.strerror or error}", where=str(path), hint=hint) from error
 
 

@@ -12,8 +12,7 @@ from typing import Any
 
 from robotid.artifacts.store import load
 from robotid.cli.views import view
-from robotid.cli.views.sliding import of_axis
-from robotid.stages.pipeline import DIAGNOSE, EXTEND, VALIDATE, Outcome, Run, State, status
+from robotid.stages.pipeline import DIAGNOSE, EXTEND, VALIDATE, Outcome, Run, StageStatus, State, status
 from robotid.stages.report import is_current
 from robotid.stages.stage import Stage
 
@@ -22,8 +21,8 @@ EXTENDED = Path("extended.yaml")
 
 def closing(run: Run, stage: str | None, done: Sequence[Outcome]) -> tuple[str, ...]:
     """Sentences on what was reached, and `next: ` with a command. stage : None for all of them."""
-    reached = _reached(done if stage is None else done[-1:], linear=run.loaded.config.robot.linear)
-    return (*map(_folded, reached), f"next: {next_command(run, stage)}")
+    reached = _reached(done if stage is None else done[-1:])
+    return (*map(_folded, reached), f"next: {next_command(run, status(run), stage)}")
 
 
 def _folded(sentence: str) -> str:
@@ -33,20 +32,20 @@ def _folded(sentence: str) -> str:
     return fill(sentence, get_terminal_size().columns, break_long_words=False, break_on_hyphens=False)
 
 
-def _reached(done: Sequence[Outcome], *, linear: bool) -> Iterator[str]:
+def _reached(done: Sequence[Outcome]) -> Iterator[str]:
     for outcome in done:
         sentence = getattr(view(outcome.stage), "sentence", None)
         if sentence is not None and outcome.content is not None:
-            yield sentence(of_axis(outcome.content, linear=linear))
+            yield sentence(outcome.content)
 
 
-def next_command(run: Run, stage: str | None = None) -> str:
+def next_command(run: Run, found: Sequence[StageStatus], stage: str | None = None) -> str:
     """After one stage the first that is due, else all of them; then the report; then the extended model, where there
-    is one; else a way to look."""
-    due = next((s.stage for s in status(run, checked=False) if s.state is not State.FRESH), None)
+    is one; else a way to look. found : the state of every stage."""
+    due = next((s.stage for s in found if s.state is not State.FRESH), None)
     if due is not None and not (due == EXTEND.name and stage is not None and _is_clean(run)):
         return run.command(due if stage else "run")
-    if not is_current(run):
+    if not is_current(run, found):
         return run.command("report")
     if due is None and _content(run, EXTEND).added:
         again = f"{run.out}-{EXTENDED.stem}"

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import yaml
 
+from robotid.artifacts.store import write_text
 from robotid.cli.console import Table, number, print_tables, say
 from robotid.config.template import measured, virtual
 from robotid.errors import ConfigError, InputError
@@ -15,6 +16,7 @@ from robotid.signals.columns import Column
 from robotid.signals.proposal import Proposal, propose
 from robotid.signals.units import UNITS
 
+ELSEWHERE = "check its folder and the space left"
 SLIDING = ("length", "speed", "force")
 
 
@@ -26,13 +28,13 @@ def write_configuration(name: str, data: Path | None, *, force: bool) -> None:
     if path.exists() and not force:
         raise ConfigError("this file exists", where=str(path), hint="choose another NAME, or --force to overwrite it")
     if data is None:
-        path.write_text(virtual(path.stem, str(path)), encoding="utf-8")
+        write_text(path, virtual(path.stem, str(path)), ELSEWHERE)
         say(f"{path} written: it runs as it is, on a virtual robot; put your own in its place")
         return
     if not data.is_file():
         raise InputError("there is no such file", where=str(data), hint="give --from-data a recording")
     found = propose(data)
-    path.write_text(_configuration(path, found), encoding="utf-8")
+    write_text(path, _configuration(path, found), ELSEWHERE)
     print_tables([_guessed(found)])
     say(f"{path} written: look at its columns, then `robotid run {path}`")
 

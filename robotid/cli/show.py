@@ -9,6 +9,7 @@ from robotid.artifacts.provenance import Provenance
 from robotid.artifacts.store import Label, load, peek
 from robotid.cli.console import Json, Table, print_json, print_tables, say
 from robotid.cli.views import view
+from robotid.cli.views.sliding import slid
 from robotid.config.load import parse
 from robotid.errors import InputError
 from robotid.model.units import sliding
@@ -22,7 +23,8 @@ def show_artifact(file: Path, *, as_json: bool = False) -> None:
     if as_json:
         print_json({"content": view(stage).document(content), "provenance": _document(label)})
     else:
-        print_tables([*view(stage).tables(content), _provenance(label)])
+        linear = _linear(label)
+        print_tables([*(slid(table, linear=linear) for table in view(stage).tables(content)), _provenance(label)])
 
 
 def plot_artifact(file: Path, figure: Path) -> None:
@@ -34,9 +36,13 @@ def plot_artifact(file: Path, figure: Path) -> None:
     content = _content(file, label)
     from robotid.report.figures import draw
 
-    linear = parse(label.provenance.configuration).robot.linear
-    save_figure(draw(content, sliding if linear else str), figure)
+    save_figure(draw(content, sliding if _linear(label) else str), figure)
     say(f"{figure} written")
+
+
+def _linear(label: Label) -> bool:
+    """Whether the axis slides."""
+    return parse(label.provenance.configuration).robot.linear
 
 
 def _content(file: Path, label: Label) -> Any:

@@ -20,7 +20,7 @@ def show_status(run: Run, *, as_json: bool = False) -> None:
         return
     rows = tuple((s.stage, s.state.value, s.why, _age(s), str(s.file)) for s in found)
     columns = ("stage", "state", "why", "made", "file")
-    print_tables([Table("", columns, rows, f"next: {next_command(run)}", STATES)])
+    print_tables([Table("", columns, rows, f"next: {next_command(run, found)}", STATES)])
 
 
 def _entry(s: StageStatus) -> dict[str, str | None]:

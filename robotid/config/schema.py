@@ -104,7 +104,7 @@ class DiagnoseSettings(Section):
     causes: Count = 4
     refits: Count = 5
     skip: tuple[str, ...] = ()
-    samples: Count = 100_000
+    samples: Annotated[int, Field(ge=1000)] = 100_000
 
 
 class ExtendSettings(Section):

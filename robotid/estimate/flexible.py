@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,6 +17,7 @@ from robotid.estimate.rigid import RigidResult
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
+from robotid.model.units import sliding
 from robotid.signals.frf import Frf
 from robotid.signals.record import Record
 from robotid.simulate.assemble import assemble
@@ -141,7 +142,7 @@ def _result(linear: Joint, joint: Joint, parameters: Parameters, total: float, f
         springs = _spring_laws(telling, guesses)
         law = springs[-1]
         guesses |= {STIFFNESS: law.k1, CUBIC: law.k3} if law.stiffens else {CUBIC: 0.0}
-        remarks += [_say(law)]
+        remarks += [_say(law, sliding if joint.structure.linear else str)]
     return FlexResult(
         frfs=tuple(f.response.frf for f in fitted),
         readings=tuple(_as_read(linear, total, f) for f in fitted),
@@ -181,10 +182,11 @@ def _spring_laws(fitted: Sequence[_Fitted], means: Mapping[str, float]) -> tuple
     return (published, equivalent_law(twists, k, k_std)) if len(fitted) > 1 else (published,)
 
 
-def _say(law: SpringLaw) -> str:
+def _say(law: SpringLaw, units: Callable[[str], str]) -> str:
+    k3 = f"{law.k3:.3g} +- {law.k3_std:.2g} {units('Nm/rad3')}"
     if law.stiffens:
-        return f"stiffness rises with amplitude: k3 = {law.k3:.3g} +- {law.k3_std:.2g} Nm/rad3"
-    return f"the amplitudes do not separate k1 from k3 ({law.k3:.3g} +- {law.k3_std:.2g} Nm/rad3): k3 starts at zero"
+        return f"stiffness rises with amplitude: k3 = {k3}"
+    return f"the amplitudes do not separate k1 from k3 ({k3}): k3 starts at zero"
 
 
 def _as_read(linear: Joint, total: float, fitted: _Fitted) -> FlexReading:

@@ -61,6 +61,13 @@ def _without(now: Trial, effect: str, bench: Bench) -> Trial:
     return try_model(structure, [parameters], bench, now.motions)
 
 
+def _rival_without(rival: Trial, effect: str, bench: Bench) -> Trial | None:
+    try:
+        return _without(rival, effect, bench)
+    except NumericsError:
+        return None
+
+
 def drop(first: Trial, causes: Sequence[Found], now: Trial, bench: Bench, terms: Terms) -> tuple[list[Found], Trial]:
     """The causes but for the earlier ones that the last has made worthless, and the model without them. One that gains
     only beside others has the gain that it has there."""
@@ -75,8 +82,10 @@ def drop(first: Trial, causes: Sequence[Found], now: Trial, bench: Bench, terms:
         lost = share_removed(first, lean, now, bench)
         if lost < STILL * one.explained and objection(first, lean, now, bench, terms) is not None:
             kept.remove(one)
-            both = share_removed(first, kept[-1].before, lean, bench) + one.explained
-            kept[-1] = replace(kept[-1], explained=min(1.0, both))
+            last = kept[-1]
+            both = share_removed(first, last.before, lean, bench) + one.explained
+            rival = None if last.rival is None else _rival_without(last.rival, one.effect, bench)
+            kept[-1] = replace(last, explained=min(1.0, both), after=lean, rival=rival)
             now = lean
         elif one.gain <= 0.0:
             kept[kept.index(one)] = replace(one, gain=now.held_fit_percent - lean.held_fit_percent)

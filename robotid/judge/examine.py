@@ -19,6 +19,8 @@ from robotid.judge.thinning import thinned
 from robotid.judge.torque_share import torque_shares
 from robotid.judge.validation import ModelValidation, RecordValidation
 from robotid.judge.whiteness import residual_test
+from robotid.model.array import Array
+from robotid.model.joint import Joint
 from robotid.signals.frf import Frf
 from robotid.signals.metrics import fit_percent, rmse
 from robotid.signals.record import Record
@@ -75,10 +77,11 @@ def examine_record(model: Model, simulated: Simulated, options: Options) -> Reco
     position, speed = simulated.signal("position"), simulated.signal("speed")
     measured, output = simulated.measured(model.output), position if model.output == "position" else speed
     errors = {"position": rmse(record.phi_m, position), "speed": rmse(record.dphi_m, speed)}
+    theta = model.joint.in_record(model.theta, record.name)
     closed_loop = None
     try:
         if options.controller is not None:
-            closed_loop = loop_errors(model.joint.structure, model.theta, options.controller, record)
+            closed_loop = loop_errors(model.joint.structure, theta, options.controller, record)
     except NumericsError as error:
         remarks.append(f"closed loop: {error.what}")
     return RecordValidation(
@@ -87,11 +90,11 @@ def examine_record(model: Model, simulated: Simulated, options: Options) -> Reco
         fit_percent=fit_percent(measured, output),
         rmse_speed=errors["speed"],
         rmse_position=errors["position"],
-        torque_error_percent=_torque_error(model, simulated, options),
+        torque_error_percent=_torque_error(model.joint, theta, simulated, options),
         closed_loop=closed_loop,
         residual=residual_test(measured - output, record.tau_m),
         perturbation=NOT_PERTURBED if options.perturbation is None else perturb(model, simulated, options.perturbation),
-        trace=thinned(record.t, measured, output),
+        trace=thinned(record.t, measured, output, model.unit),
         remarks=(*remarks, *_moved(simulated, errors)),
     )
 
@@ -119,8 +122,6 @@ def _moved(simulated: Simulated, errors: Mapping[str, float]) -> Iterator[str]:
             yield f"first {quantity} {moved:.2g} off the measured one"
 
 
-def _torque_error(model: Model, simulated: Simulated, options: Options) -> float | None:
+def _torque_error(joint: Joint, theta: Array, simulated: Simulated, options: Options) -> float | None:
     first_state = simulated.trajectories[0].x[:, 0]
-    return torque_error(
-        model.joint, model.theta, simulated.record, first_state, options.cutoff, options.order, options.min_speed
-    )
+    return torque_error(joint, theta, simulated.record, first_state, options.cutoff, options.order, options.min_speed)

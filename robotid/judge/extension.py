@@ -15,8 +15,9 @@ from robotid.estimate.result import FitResult
 from robotid.judge.diagnosis import Extension, Rejected, Score
 from robotid.judge.simulated import Model, fitted_model, simulate_record
 from robotid.judge.trial import carried
-from robotid.judge.verdict import root_mean_square, trace, unit_of
+from robotid.judge.verdict import root_mean_square, trace
 from robotid.model.structure import Structure, rests_on
+from robotid.model.units import unit_of
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
 from robotid.simulate.assemble import assemble
@@ -39,6 +40,11 @@ class Refit:
     options: FitOptions
     horizon: float | None
     say: Callable[[str], None]
+
+    @property
+    def held(self) -> list[str]:
+        """The records that the fit has not seen."""
+        return [r.name for r in self.records if r.name not in self.before.records]
 
     def scores(self, fit: FitResult) -> dict[str, Score]:
         """A fit on every record on which it can be simulated."""
@@ -68,16 +74,16 @@ def extend(refit: Refit, effects: Sequence[str]) -> Extension:
     after = refit.fit(kept)
     scores = refit.scores(after)
     for effect in effects:
-        if effect not in kept or all(s.used for s in scores.values()):
+        if effect not in kept or not refit.held:
             continue
         others = _others(kept, effect)
         refit.say(f"trying without {effect}")
         leaner = refit.fit(others) if others else before
         lean = refit.scores(leaner) if others else earlier
-        lost = _held(scores) - _held(lean)
-        if lost <= 0.0:
+        whole, part = _mean_fit(scores, refit.held), _mean_fit(lean, refit.held)
+        if whole <= part:
             why = OTHERS_DO if others else DOES_NOT_CARRY_OVER
-            dropped.append(Rejected(effect, 0.0, lost, why))
+            dropped.append(Rejected(effect, 0.0, _gain(whole, part), why))
             kept, after, scores = others, leaner, lean
     return Extension(
         model=before.name,
@@ -97,18 +103,25 @@ def extend(refit: Refit, effects: Sequence[str]) -> Extension:
 
 def gains(refit: Refit, effects: Sequence[str]) -> tuple[list[float], FitResult | None]:
     """What each effect gains on the records held out once the earlier ones are there [% points of fit]; what gains
-    nothing so, beside all others; and the fit with all. nan and none without such records or without effects. Raises
-    NumericsError as `extend` does."""
-    if not effects or all(r.name in refit.before.records for r in refit.records):
+    nothing so, beside all others; and the fit with all. nan and none without such records or without effects, nan
+    where one of them cannot be simulated. Raises NumericsError as `extend` does."""
+    if not effects or not refit.held:
         return [float("nan")] * len(effects), None
 
+    def reaches(fit: FitResult) -> float:
+        return _mean_fit(refit.scores(fit), refit.held)
+
     fits = [refit.before, *(refit.fit(effects[: k + 1]) for k in range(len(effects)))]
-    reached = [_held(refit.scores(fit)) for fit in fits]
-    found = [after - earlier for earlier, after in pairwise(reached)]
+    reached = [reaches(fit) for fit in fits]
+    found = [_gain(after, earlier) for earlier, after in pairwise(reached)]
     alone = [k for k, gain in enumerate(found[:-1]) if gain <= 0.0]
     for k in alone:
-        found[k] = reached[-1] - _held(refit.scores(refit.fit(_others(effects, effects[k]))))
+        found[k] = _gain(reached[-1], reaches(refit.fit(_others(effects, effects[k]))))
     return found, fits[-1]
+
+
+def _gain(after: float, before: float) -> float:
+    return after - before if np.isfinite([after, before]).all() else float("nan")
 
 
 def _others(effects: Sequence[str], effect: str) -> list[str]:
@@ -135,9 +148,9 @@ def _scores(model: Model, records: Sequence[Record], horizon: float | None) -> d
     return found
 
 
-def _held(scores: Mapping[str, Score]) -> float:
-    """Mean fit on the records held out [%]."""
-    return float(np.mean([s.fit_percent for s in scores.values() if not s.used]))
+def _mean_fit(scores: Mapping[str, Score], names: Sequence[str]) -> float:
+    """Mean fit on records [%], without bound below where one of them cannot be simulated."""
+    return float(np.mean([scores[name].fit_percent if name in scores else -np.inf for name in names]))
 
 
 def _criterion(fit: FitResult, scores: Mapping[str, Score], records: Sequence[Record]) -> float:

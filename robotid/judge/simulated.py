@@ -14,6 +14,7 @@ from robotid.estimate.result import FitResult
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
+from robotid.model.units import unit_of
 from robotid.signals.record import Quantity, Record
 from robotid.simulate.assemble import assemble
 from robotid.simulate.simulate import Trajectory
@@ -44,6 +45,11 @@ class Model:
     @property
     def theta(self) -> Array:
         return self.parameters.values
+
+    @property
+    def unit(self) -> str:
+        """Of the output."""
+        return unit_of(self.output, linear=self.joint.structure.linear)
 
 
 def fitted_model(fit: FitResult, *, estimate_states: bool = True) -> Model:

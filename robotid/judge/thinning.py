@@ -11,13 +11,13 @@ LONGEST_TRACE = 16_000  # samples kept
 KEPT = 4  # of a stretch: least and largest of the measured signal and of the difference
 
 
-def thinned(t: Array, measured: Array, simulated: Array) -> Trace:
+def thinned(t: Array, measured: Array, simulated: Array, unit: str) -> Trace:
     """A measured and a simulated signal (n,), whole, or of n > LONGEST_TRACE samples the extremes of every stretch."""
     if len(t) <= LONGEST_TRACE:
-        return Trace(t, measured, simulated)
+        return Trace(t, measured, simulated, unit)
     stretches = LONGEST_TRACE // KEPT
     at = np.unique(np.concatenate([_extremes(signal, stretches) for signal in (measured, measured - simulated)]))
-    return Trace(t[at], measured[at], simulated[at])
+    return Trace(t[at], measured[at], simulated[at], unit)
 
 
 def _extremes(signal: Array, stretches: int) -> Index:

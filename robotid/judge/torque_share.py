@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,13 +47,14 @@ class _Tally:
 
 
 def torque_shares(runs: Iterable[tuple[str, Trajectory]]) -> dict[str, TorqueShare]:
-    """Shares of every term, by dotted name, over (record name, trajectory) pairs of one joint."""
+    """Shares of every term that absorbs a torque itself, by dotted name, over (record name, trajectory) pairs of one
+    joint. What bends the motion, as a backlash does, has none."""
     tallies: dict[str, _Tally] = {}
     totals: dict[Port, float] = {}
-    places: tuple[Placed, ...] = ()
+    places: list[Placed] = []
     for record, trajectory in runs:
-        places = trajectory.joint.placed
-        for motions, torques in _blocks(trajectory):
+        places = [place for place in trajectory.joint.placed if place.bend is None]
+        for motions, torques in _blocks(trajectory, places):
             for port in {place.port for place in places}:
                 here = [k for k, place in enumerate(places) if place.port is port]
                 total = np.sum([np.abs(torques[k]) for k in here], axis=0)
@@ -64,7 +65,7 @@ def torque_shares(runs: Iterable[tuple[str, Trajectory]]) -> dict[str, TorqueSha
     return {_name(place): _share(place, tallies[_name(place)], totals[place.port], places) for place in places}
 
 
-def _share(place: Placed, tally: _Tally, total: float, places: tuple[Placed, ...]) -> TorqueShare:
+def _share(place: Placed, tally: _Tally, total: float, places: Sequence[Placed]) -> TorqueShare:
     rms = np.sqrt(tally.square / total) if total > 0 else 0.0
     alone = sum(other.port is place.port for other in places) == 1
     return TorqueShare(_name(place), str(place.port), float(rms), tally.largest, tally.there, alone)
@@ -95,8 +96,8 @@ def _number(signal: Array, k: int) -> str:
     return f"{abs(float(signal[k if signal.size > 1 else 0])):.3g}"
 
 
-def _blocks(trajectory: Trajectory) -> Iterator[tuple[list[Motion], list[Array]]]:
-    """Motion and torque of every term, block by block of samples."""
+def _blocks(trajectory: Trajectory, places: Sequence[Placed]) -> Iterator[tuple[list[Motion], list[Array]]]:
+    """Motion and torque of the terms at these places, block by block of samples."""
     joint, theta, n = trajectory.joint, trajectory.theta, len(trajectory.u)
     problem = Problem(joint, theta, trajectory.u, trajectory.sampling_time, trajectory.x, begin=trajectory.begin)
     for first in range(0, n, BLOCK):
@@ -104,12 +105,13 @@ def _blocks(trajectory: Trajectory) -> Iterator[tuple[list[Motion], list[Array]]
         x = trajectory.x[:, first : first + BLOCK]
         mode = modes(motive, x)
         ddq = joint.evaluate(x, motive.u, mode.s, motive.t, theta, mode.locked).f[joint.speeds]
-        motions = joint.motions(x, ddq, mode.s, motive.t, theta)
+        felt = zip(joint.placed, joint.motions(x, ddq, mode.s, motive.t, theta), strict=True)
+        motions = [m for place, m in felt if place in places]
         yield (
             motions,
             [
                 np.broadcast_to(place.term.torque(m, theta[place.at].tolist()), x.shape[1:])
-                for place, m in zip(joint.placed, motions, strict=True)
+                for place, m in zip(places, motions, strict=True)
             ],
         )
 

@@ -17,11 +17,12 @@ from robotid.signals.record import Quantity, Role
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trace:
-    """Measured and simulated output for figures, (n,), of a long record the extremes of every stretch."""
+    """A measured and a simulated signal for figures, (n,), of a long record the extremes of every stretch."""
 
     t: Array = field(metadata={"unit": "s"})
-    measured: Array = field(metadata={"unit": "rad/s or rad"})
-    simulated: Array = field(metadata={"unit": "rad/s or rad"})
+    measured: Array = field(metadata={"unit_in": "unit"})
+    simulated: Array = field(metadata={"unit_in": "unit"})
+    unit: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -19,9 +19,8 @@ from robotid.judge.validation import Trace
 from robotid.judge.where import look_where
 from robotid.model.array import Array
 from robotid.model.structure import belongs
-from robotid.model.units import sliding
 from robotid.signals.metrics import fit_percent
-from robotid.signals.record import Quantity, Record
+from robotid.signals.record import Record
 
 MOST_REJECTED = 12  # effects that are listed as scored in vain
 FAR = 2.0  # noise floors: a misfit that large is something
@@ -51,7 +50,7 @@ def verdict(model: Model, simulated: Sequence[Simulated], growth: Growth) -> Dia
         verdict=word,
         model=model.name,
         output=model.output,
-        unit=unit_of(model.output, linear=model.joint.structure.linear),
+        unit=model.unit,
         noise_floor=floor,
         misfit=misfit,
         remaining=left,
@@ -104,12 +103,6 @@ def _misfit(model: Model, record: Record, residual: Array, floors: Mapping[str, 
     )
 
 
-def unit_of(output: Quantity, *, linear: bool) -> str:
-    """Of a measured quantity, on an axis that turns or slides."""
-    unit = "rad/s" if output == "speed" else "rad"
-    return sliding(unit) if linear else unit
-
-
 def root_mean_square(signal: Array) -> float:
     """Of a signal (n,)."""
     return float(np.sqrt(np.mean(signal**2)))
@@ -126,7 +119,7 @@ def _beyond(rmse: float, floor: float) -> float:
 
 def trace(run: Simulated, model: Model) -> Trace:
     """Measured and simulated output of a record, thinned for figures."""
-    return thinned(run.t, run.measured(model.output), run.signal(model.output))
+    return thinned(run.t, run.measured(model.output), run.signal(model.output), model.unit)
 
 
 def _cause(found: Found) -> Cause:

@@ -82,4 +82,5 @@ def _trace(name: str, found: Sequence[tuple[Trajectory, Record, MissingTorque]],
     t = np.concatenate([record.t for _, record, _ in found if record.name == name])
     torque = _torques(found)[name]
     supplied = torque - left[name] if name in left and len(left[name]) == len(torque) else np.zeros(len(torque))
-    return thinned(t, torque, supplied)
+    linear = any(trajectory.joint.structure.linear for trajectory, _, _ in found)
+    return thinned(t, torque, supplied, "N" if linear else "Nm")

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-SLIDING = {"rad": "m", "Nm": "N", "kg": "kg", "m2": "", "rad2": "m2", "rad3": "m3", "s2/rad2": "s2/m2", "s/rad": "s/m"}
-"""Words of a turning axis' units and what they become; others stay."""
+import re
+
+SLIDING = {"rad": "m", "rad2": "m2", "rad3": "m3", "Nm": "N", "Nm2": "N2", "kg m2": "kg"}
+"""What a turning axis' units become; others stay."""
+TURNING = re.compile(r"\b(kg m2|Nm2|Nm|rad3|rad2|rad)\b")
 
 
 def sliding(unit: str) -> str:
-    """The unit of a turning axis as a sliding one has it: rad is m, Nm is N, kg m2 is kg."""
-    words = [_word(word) for word in unit.split(" ")]
-    return " ".join(word for word in words if word)
+    """The unit of a turning axis as a sliding one has it: rad is m, Nm is N, kg m2 is kg. One that slides stays."""
+    return TURNING.sub(lambda found: SLIDING[found[1]], unit)
 
 
-def _word(word: str) -> str:
-    if word in SLIDING:
-        return SLIDING[word]
-    return "/".join(SLIDING.get(part, part) for part in word.split("/"))
+def unit_of(output: str, *, linear: bool) -> str:
+    """Of a measured quantity, speed or position, on an axis that turns or slides."""
+    unit = "rad/s" if output == "speed" else "rad"
+    return sliding(unit) if linear else unit

@@ -8,7 +8,10 @@ from typing import Literal
 
 import numpy as np
 
+from robotid.errors import ConfigError
 from robotid.model.array import Array
+
+SHORTEST_PIECE = 20  # samples
 
 Role = Literal["estimate", "validate"]
 Use = Literal["rigid", "flex", "both"]
@@ -61,7 +64,11 @@ class Record:
         return replace(self, period=None, begin=self.begin + first * self.sampling_time, **cut)
 
     def pieces(self, length: float) -> tuple[Record, ...]:
-        """Consecutive pieces of about this length [s], none shorter than half of it."""
+        """Consecutive pieces of about this length [s], none shorter than half of it. Raises ConfigError where that is
+        hardly a sample."""
+        if length < SHORTEST_PIECE * self.sampling_time:
+            what = f"{length:g} s are fewer than {SHORTEST_PIECE} samples of {self.name}"
+            raise ConfigError(what, where="horizon", hint="give a longer one, or none")
         count = max(1, round(self.duration / length))
         edges = np.linspace(0, len(self), count + 1).round().astype(int).tolist()
         return tuple(self.piece(a, b) for a, b in pairwise(edges))

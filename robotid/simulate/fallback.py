@@ -1,24 +1,30 @@
 """LSODA where Newton's method fails, with a cache on disk: slow, robust, and asked the same thing again by every fit.
 
-The cache holds plain .npy files named by a hash of everything that decides the answer. It is bounded in size (the
-oldest files go first), safe to delete at any time, and lives in ROBOTID_CACHE, or robotid/ in the user's cache folder.
+The cache holds plain .npy files named by a hash of everything that decides the answer, the source of the joint's terms
+included. It is bounded in size (the oldest files go first), safe to delete at any time, and lives in ROBOTID_CACHE, or
+robotid/ in the user's cache folder.
 """
 
 from __future__ import annotations
 
 import hashlib
+import inspect
 import os
 import tempfile
 import warnings
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 from scipy.integrate import solve_ivp
 
+from robotid import __version__
 from robotid.errors import NumericsError
 from robotid.model.array import Array
 from robotid.model.joint import Joint
+from robotid.model.term import Term
 from robotid.simulate.solver import RUNAWAY, Problem
 
 _solve_ivp: Any = solve_ivp  # its types take every right-hand side for complex
@@ -30,10 +36,12 @@ LARGEST_CACHE = 64_000_000  # bytes
 
 def lsoda(problem: Problem, first: int, stop: int, start: Array) -> Array:
     """Nodes first .. stop by LSODA from start (nx,), (nx, stop - first + 1). Raises NumericsError on divergence."""
+    if len(problem.joint.terms) != len(problem.joint.structure.terms):  # a term that has no name yet
+        return _integrate(problem, first, stop, start)
     file = cache_folder() / f"{_key(problem, first, stop, start)}.npy"
     try:
         return np.asarray(np.load(file, allow_pickle=False))
-    except (OSError, ValueError):
+    except (EOFError, OSError, ValueError):
         x = _integrate(problem, first, stop, start)
     _store(file, x)
     return x
@@ -75,21 +83,31 @@ def _integrate(problem: Problem, first: int, stop: int, start: Array) -> Array:
 
 
 def _key(problem: Problem, first: int, stop: int, start: Array) -> str:
-    structure = problem.joint.structure
-    digest = hashlib.sha256(
-        repr((structure, problem.joint.state_names, RTOL, ATOL, SMOOTHING, first, problem.begin)).encode()
-    )
+    joint, versions = problem.joint, (__version__, scipy.__version__)
+    sources = [_source(type(term)) for _, term in joint.terms]
+    settings = (joint.structure, joint.state_names, RTOL, ATOL, SMOOTHING, first, problem.begin)
+    digest = hashlib.sha256(repr((*versions, *sources, *settings)).encode())
     for array in (problem.theta, problem.u[first:stop], start, np.array([problem.sampling_time])):
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()
 
 
+@cache
+def _source(term: type[Term]) -> str:
+    """The file that defines a term: while it is being written its version stays."""
+    return Path(inspect.getfile(term)).read_text(encoding="utf-8")
+
+
 def _store(file: Path, x: Array) -> None:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=file.parent, suffix=".part", delete=False) as part:
-            np.save(part, x, allow_pickle=False)
-        os.replace(part.name, file)
+        handle, part = tempfile.mkstemp(dir=file.parent, suffix=".part")
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                np.save(stream, x, allow_pickle=False)
+            os.replace(part, file)
+        finally:
+            Path(part).unlink(missing_ok=True)
         _shrink(file.parent)
     except OSError:
         return  # a cache that cannot be written costs time, not results

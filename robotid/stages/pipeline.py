@@ -173,6 +173,7 @@ def _settle(
         return Outcome(stage.name, now.file, False, now.why or (FORCED if force else FRESH))
     if fresh and not force:
         outcome = Outcome(stage.name, now.file, False, FRESH, content=load(now.file, stage.type()).content)
+        _put_beside(run, stage, outcome.content)
     else:
         labels = {name: label for name in stage.inputs if (label := before[name].label) is not None}
         outcome = _perform(run, stage, labels, now.why or FORCED, log)
@@ -197,12 +198,21 @@ def _perform(run: Run, stage: Stage, labels: Mapping[str, Label], why: str, log:
         seed=config.plant.seed if config.plant is not None else None,
         interrupted=bool(getattr(content, "interrupted", False)),
     )
-    if stage.beside is not None:
-        name, function = stage.beside
-        write_text(run.out / name, find(function)(run.loaded, content, run.out))
+    _put_beside(run, stage, content)
     save(run.file(stage), content, made, sliding if config.robot.linear else str)
     seconds = time.perf_counter() - begin
     return Outcome(stage.name, run.file(stage), True, why, seconds, content, made.interrupted)
+
+
+def _put_beside(run: Run, stage: Stage, content: Any) -> None:
+    """Write the text that goes beside an artifact, unless it is there as it is to be: it may hold more of the
+    configuration than the stage depends on."""
+    if stage.beside is None:
+        return
+    name, function = stage.beside
+    file, text = run.out / name, find(function)(run.loaded, content, run.out)
+    if not file.exists() or file.read_bytes() != text.encode():
+        write_text(file, text)
 
 
 def _tables(run: Run) -> dict[str, Any]:

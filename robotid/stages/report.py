@@ -3,7 +3,7 @@ so it may be made after any stage and shows whatever there is."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -66,7 +66,7 @@ def gather(run: Run) -> Material:
     return replace(material, contents=contents)
 
 
-def _labels(run: Run, found: tuple[StageStatus, ...]) -> Material:
+def _labels(run: Run, found: Sequence[StageStatus]) -> Material:
     """What a page would be made of, without the contents."""
     fresh = {s.stage: s.label for s in found if s.state is State.FRESH and s.label is not None}
     return Material(run, fresh, {}, {s.file.name: s.why for s in found if s.state is State.STALE})
@@ -93,6 +93,6 @@ def why_made(material: Material) -> str:
     return "" if stamp == material.stamp else "what it shows has changed"
 
 
-def is_current(run: Run) -> bool:
+def is_current(run: Run, found: Sequence[StageStatus]) -> bool:
     """Whether the page there is shows what there is."""
-    return not why_made(_labels(run, status(run, checked=False)))
+    return not why_made(_labels(run, found))

@@ -57,6 +57,7 @@ def _blocks(top: float, h: float) -> Iterator[dict[str, Any]]:
         amplitude = float(f"{share * top:.2g}")
         yield {"kind": "triangle", "amplitude": amplitude, "period": long, "duration": long, "sampling_time": h}
         yield {"kind": "triangle", "amplitude": amplitude, "period": short, "duration": long, "sampling_time": h}
-        band = [1.0, min(40.0, round(0.2 / h, 1))]
-        wave = {"kind": "multisine", "band": band, "period": long, "peak": amplitude / 2, "crest_factor": None}
-        yield wave | {"sampling_time": h}
+        low, high = 1.0, min(40.0, round(0.2 / h, 1))
+        if low < high:
+            wave = {"kind": "multisine", "band": [low, high], "period": long, "peak": amplitude / 2}
+            yield wave | {"crest_factor": None, "sampling_time": h}

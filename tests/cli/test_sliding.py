@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import re
 
 import pytest
-from diagnosed import EXTENSION
 
+from robotid.channels import CHANNELS
 from robotid.cli.console import Table
-from robotid.cli.views.sliding import of_axis, slid
+from robotid.cli.views.sliding import slid
+from robotid.model.units import sliding
+from robotid.terms import TERMS
 
 TABLE = Table(
     "Errors [rad]", ("what", "RMSE [rad/s]", "gain [% points]", "unit"), (("floor [rad]", "1", "2", "Nm s/rad"),)
@@ -28,8 +30,9 @@ def test_a_slid_table_stays_as_it_is() -> None:
     assert slid(once, linear=True) == once
 
 
-def test_sentences_take_the_unit_from_the_content() -> None:
-    position = replace(EXTENSION, unit="rad")
-    assert of_axis(position, linear=True).unit == "m"
-    assert of_axis(position, linear=False) is position
-    assert of_axis("anything else", linear=True) == "anything else"
+@pytest.mark.parametrize(
+    "unit", sorted({p.unit for effect in (*TERMS.values(), *CHANNELS.values()) for p in effect.parameters})
+)
+def test_every_unit_slides_once(unit: str) -> None:
+    assert not re.search("rad|Nm|kg m2", sliding(unit))
+    assert sliding(sliding(unit)) == sliding(unit)

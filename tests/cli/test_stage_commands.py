@@ -5,11 +5,16 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import h5py
 import pytest
+from diagnosed import UNKNOWN
 from small_axis import CONFIG
 
+from robotid.artifacts.provenance import Provenance
+from robotid.artifacts.store import save
 from robotid.cli.app import main
 from robotid.cli.views import view
+from robotid.config.load import load
 from robotid.stages.pipeline import STAGES
 
 
@@ -104,6 +109,26 @@ def test_status_tells_what_is_fresh(config: str, capsys: pytest.CaptureFixture[s
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[:2] for line in lines[2:4]] == [["excite", "stale"], ["collect", "absent"]]
     assert "configuration changed: plant" in lines[2]
+
+
+def test_status_names_the_stage_that_is_damaged(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["run", config, "--quiet"])
+    with h5py.File("runs/axis/extension.h5", "r+") as artifact:
+        artifact["content/bic_after"][()] += 1
+    capsys.readouterr()
+    assert main(["status", config]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "damaged: the content does not match its checksum" in next(line for line in lines if "extend" in line)
+    assert lines[-1] == f"next: robotid run {config}"
+
+
+def test_show_prints_an_axis_that_slides_in_its_units(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    file, text = Path("diagnosis.h5"), load(config, ["robot.linear=true"]).resolved_text()
+    save(file, UNKNOWN, Provenance("diagnose", "robotid diagnose", {}, {}, text))
+    assert main(["show", str(file)]) == 0
+    out = capsys.readouterr().out
+    assert "missing torque [N]" in out
+    assert "[Nm]" not in out
 
 
 def test_show_prints_content_and_provenance(config: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from judged_records import CONTROLLER, clean_records, model
+from paper_joint import STRUCTURE, TRUTH
 
 from robotid.judge.examine import Options, examine
 from robotid.judge.simulated import Model
@@ -44,6 +45,22 @@ def test_a_record_on_which_the_model_diverges_is_remarked():
     found = examine(unstable, clean_records()[:1], (), OPTIONS)
     assert found.records == {}
     assert found.remarks[0].startswith("small: the simulation diverges")
+
+
+def test_a_difference_of_a_record_counts_in_all_its_errors():
+    large = clean_records()[1]
+    differs = "record_change.large.arm.inertia.J"
+    joint = assemble(replace(STRUCTURE, changes=(differs,)))
+    light = model({"arm.inertia.J": 0.6 * TRUTH["arm.inertia.J"]}, records=("large",))
+    values = TRUTH | {"arm.inertia.J": TRUTH["arm.inertia.J"], differs: -0.4 * TRUTH["arm.inertia.J"]}
+    changed = replace(light, joint=joint, parameters=joint.parameters().with_values(values))
+    expected, found = (examine(m, (large,), (), OPTIONS).records["large"] for m in (light, changed))
+    assert found.rmse_speed == pytest.approx(expected.rmse_speed, rel=1e-6)
+    assert found.torque_error_percent == pytest.approx(expected.torque_error_percent, rel=1e-6)
+    assert expected.torque_error_percent > 1.0
+    assert found.closed_loop is not None
+    assert expected.closed_loop is not None
+    assert found.closed_loop.torque_percent == pytest.approx(expected.closed_loop.torque_percent, rel=1e-6)
 
 
 def test_a_first_state_that_flatters_is_remarked():

@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 from small_bench import SAMPLING_TIME, TRUTH, fitted, records
 
+from robotid.errors import NumericsError
 from robotid.estimate.grey_box import FitOptions
 from robotid.estimate.result import FitResult
+from robotid.judge import extension
 from robotid.judge.diagnosis import Extension
 from robotid.judge.extension import Refit, extend, gains
+from robotid.judge.simulated import Model, Simulated
 from robotid.model.array import Array
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
@@ -104,6 +107,22 @@ def test_a_single_cause_that_does_not_carry_over_leaves_the_model_as_it_was() ->
     assert {name: s.rmse for name, s in e.after.items()} == {name: s.rmse for name, s in e.before.items()}
     assert e.bic_after == e.bic_before
     assert e.fit is before()
+
+
+def test_a_record_that_cannot_be_simulated_speaks_against_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    simulated = extension.simulate_record
+
+    def diverging(model: Model, record: Record, horizon: float | None) -> Simulated:
+        if record.name == "check" and "motor.constant_torque" not in model.joint.structure.effects:
+            raise NumericsError("the simulation diverges")
+        return simulated(model, record, horizon)
+
+    monkeypatch.setattr(extension, "simulate_record", diverging)
+    refit = Refit(before(), [STRIBECK], made(), FitOptions(), None, lambda _: None)
+    e = extend(refit, ("motor.constant_torque", "motor.stribeck"))
+    assert (e.added, e.dropped) == (("motor.constant_torque", "motor.stribeck"), ())
+    assert "check" not in e.before
+    assert np.isnan(gains(refit, ("motor.constant_torque",))[0]).all()
 
 
 def test_without_records_held_out_nothing_is_dropped() -> None:

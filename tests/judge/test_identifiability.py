@@ -131,3 +131,11 @@ def test_shares_by_hand() -> None:
     assert found["motor.viscous"].there.endswith("rad/s on small")
     assert found["arm.inertia"].alone
     assert found["arm.inertia"].rms == pytest.approx(1.0)
+
+
+def test_what_bends_the_motion_is_judged_without_a_torque_of_its_own() -> None:
+    record = clean_records()[0]
+    bent, plain = (assemble(s) for s in (replace(STRUCTURE, terms=(*STRUCTURE.terms, "gear.backlash")), STRUCTURE))
+    values = bent.parameters().with_values(TRUTH | {"gear.backlash.gap": 1e-6}).values
+    found = torque_shares([(record.name, simulate(bent, values, record))])
+    assert list(found) == list(torque_shares([(record.name, simulate(plain, values[: len(plain.names)], record))]))

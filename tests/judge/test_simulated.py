@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from judged_records import clean_records, model
 
+from robotid.errors import ConfigError
 from robotid.judge.simulated import simulate_record
 from robotid.signals.metrics import fit_percent
 
@@ -29,6 +30,11 @@ def test_pieces_start_afresh():
     assert pieces.signal("speed").shape == record.dphi_m.shape
     error = [np.linalg.norm(s.signal("speed") - record.dphi_m) for s in (whole, pieces)]
     assert error[1] < 0.5 * error[0]
+
+
+def test_pieces_of_hardly_a_sample_are_refused():
+    with pytest.raises(ConfigError, match=r"^horizon: 0\.001 s are fewer than 20 samples of small; give a longer one"):
+        simulate_record(model({}), clean_records()[0], horizon=1e-3)
 
 
 def test_parameters_stay_as_they_are():

@@ -9,7 +9,7 @@ from robotid.judge.thinning import LONGEST_TRACE, thinned
 
 def test_a_short_trace_is_whole() -> None:
     t = np.arange(float(LONGEST_TRACE))
-    trace = thinned(t, np.sin(t), np.cos(t))
+    trace = thinned(t, np.sin(t), np.cos(t), "rad")
     np.testing.assert_array_equal(trace.t, t)
     np.testing.assert_array_equal(trace.simulated, np.cos(t))
 
@@ -19,7 +19,7 @@ def test_a_long_trace_keeps_every_peak_of_signal_and_error() -> None:
     measured, simulated = np.sin(t), np.sin(t)
     measured[[400_001, 700_000]] += 5.0, -6.0
     simulated[[123_456, 400_001]] += 0.3, 5.0
-    trace = thinned(t, measured, simulated)
+    trace = thinned(t, measured, simulated, "rad")
     assert LONGEST_TRACE // 4 < len(trace.t) <= LONGEST_TRACE
     assert np.all(np.diff(trace.t) > 0)
     for peak in (400_001, 700_000, 123_456):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,11 +11,13 @@ from paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
 
 from robotid.errors import NumericsError
 from robotid.model.array import Array
+from robotid.model.port import Port
 from robotid.signals.record import Record
 from robotid.simulate import fallback, solver
 from robotid.simulate.assemble import assemble
 from robotid.simulate.simulate import simulate
 from robotid.simulate.solver import Problem
+from robotid.terms import TERMS
 
 JOINT = assemble(STRUCTURE)
 THETA = JOINT.parameters().with_values(TRUTH).values
@@ -71,13 +74,40 @@ def test_another_parameter_is_another_question(monkeypatch: pytest.MonkeyPatch) 
 @pytest.mark.usefixtures("newton_fails")
 def test_a_damaged_or_deleted_cache_only_costs_time(cache: Path) -> None:
     first = simulate(JOINT, THETA, RECORD, START)
-    for file in cache.glob("*.npy"):
-        file.write_bytes(b"not an array")
-    assert np.array_equal(simulate(JOINT, THETA, RECORD, START).x, first.x)
+    for junk in (b"not an array", b""):
+        for file in cache.glob("*.npy"):
+            file.write_bytes(junk)
+        assert np.array_equal(simulate(JOINT, THETA, RECORD, START).x, first.x)
     for file in cache.glob("*"):
         file.unlink()
     cache.rmdir()
     assert np.array_equal(simulate(JOINT, THETA, RECORD, START).x, first.x)
+
+
+@pytest.mark.usefixtures("newton_fails")
+def test_another_formula_is_another_question(monkeypatch: pytest.MonkeyPatch) -> None:
+    simulate(JOINT, THETA, RECORD, START)
+    monkeypatch.setattr(fallback, "_integrate", None)
+    monkeypatch.setattr(fallback, "_source", lambda term: f"{term} as edited")
+    with pytest.raises(TypeError):
+        simulate(JOINT, THETA, RECORD, START)
+
+
+@pytest.mark.usefixtures("newton_fails")
+def test_a_term_that_no_name_tells_is_not_kept(cache: Path) -> None:
+    nameless = JOINT.with_more(terms=[(Port.MOTOR, TERMS["constant_torque"])])
+    simulate(nameless, np.append(THETA, 0.1), RECORD, START)
+    assert not list(cache.glob("*"))
+
+
+def test_nothing_is_left_of_what_was_not_stored(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: Any, **__: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(np, "save", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        fallback._store(cache / "0.npy", np.zeros(200))
+    assert not list(cache.glob("*"))
 
 
 def test_the_cache_is_bounded_and_drops_the_oldest(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:

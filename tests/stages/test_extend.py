@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from functools import cache
 from pathlib import Path
 
@@ -74,6 +75,14 @@ def test_the_extended_model_lacks_nothing() -> None:
     again()
     found = execute(Run(load(ran("named")[1] / "extended.yaml"), folder), "diagnose").content
     assert (found.verdict, found.causes) == ("clean", ())
+
+
+def test_it_follows_the_parts_of_the_configuration_that_no_fit_depends_on(tmp_path: Path) -> None:
+    config, out = ran("named")
+    copy = Path(shutil.copytree(out, tmp_path / "copy"))
+    outcome = execute(Run(load(config, ["report.title=another"]), copy), "extend")
+    assert not outcome.ran
+    assert load(copy / "extended.yaml").config.report.title == "another"
 
 
 def test_a_clean_model_is_left_as_it_was() -> None:

@@ -10,6 +10,7 @@ from robotid.cli.console import Json, Table, fixed, number
 from robotid.estimate.result import Estimate
 from robotid.judge.diagnosis import Cause, Diagnosis, Rejected, Separation
 from robotid.judge.location import Curve
+from robotid.model.units import sliding
 
 SHOWN = 12  # bins of a shape that a table shows
 VERDICTS = {"clean": "green", "named": "cyan", "unknown": "yellow"}
@@ -35,6 +36,7 @@ def brief(diagnosis: Diagnosis) -> tuple[Table, ...]:
 
 def document(diagnosis: Diagnosis) -> Json:
     """The `diagnose --json` document of CLI.md."""
+    torque = "Nm" if diagnosis.unit != sliding(diagnosis.unit) else "N"
     return {
         "verdict": diagnosis.verdict,
         "model": diagnosis.model,
@@ -44,7 +46,7 @@ def document(diagnosis: Diagnosis) -> Json:
         "causes": [_cause(cause) for cause in diagnosis.causes],
         "rejected": [rejected_document(one) for one in diagnosis.rejected],
         "remaining": diagnosis.remaining,
-        "shape": None if diagnosis.shape is None else _curve(diagnosis.shape),
+        "shape": None if diagnosis.shape is None else _curve(diagnosis.shape, torque),
         "records": {
             name: {
                 "role": m.role,
@@ -56,7 +58,7 @@ def document(diagnosis: Diagnosis) -> Json:
             }
             for name, m in diagnosis.records.items()
         },
-        "where": [_curve(curve) for curve in diagnosis.curves],
+        "where": [_curve(curve, torque) for curve in diagnosis.curves],
         "remarks": diagnosis.remarks,
     }
 
@@ -122,7 +124,8 @@ def _block(separation: Separation) -> Json:
     return inner
 
 
-def _curve(curve: Curve) -> Json:
+def _curve(curve: Curve, unit: str) -> Json:
+    """A curve of the missing torque, in this unit."""
     return {
         "along": curve.along,
         "x": curve.x.tolist(),
@@ -131,7 +134,7 @@ def _curve(curve: Curve) -> Json:
         "spread": curve.spread.tolist(),
         "count": curve.count.tolist(),
         "order": curve.order,
-        "unit": "Nm",
+        "unit": unit,
     }
 
 

@@ -4,22 +4,12 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import TypeVar
 
 from robotid.cli.console import Table
-from robotid.judge.diagnosis import Diagnosis, Extension
 from robotid.model.units import sliding
 
-T = TypeVar("T")
 IN_BRACKETS = re.compile(r"\[([^\]]+)\]")
 UNIT = "unit"  # heading of a column of units
-
-
-def of_axis(content: T, *, linear: bool) -> T:
-    """The content of a stage, its unit that of the axis."""
-    if linear and isinstance(content, Diagnosis | Extension):
-        return replace(content, unit=sliding(content.unit))
-    return content
 
 
 def slid(table: Table, *, linear: bool) -> Table:
