@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,35 +14,23 @@ from yaml.nodes import MappingNode
 from robotid.config.check import problems
 from robotid.config.complain import complaint
 from robotid.config.override import override
-from robotid.config.schema import Config, ParameterSettings
+from robotid.config.schema import Config
 from robotid.config.tree import Plain, compose, follow, plain
 from robotid.errors import ConfigError
-from robotid.model.structure import Structure
 
 
 @dataclass(frozen=True, slots=True)
 class Loaded:
-    """A configuration that fits together. text : as written; overrides : what --set changed."""
+    """A configuration that fits together. overrides : what --set changed."""
 
     config: Config
     path: Path
-    text: str
     overrides: tuple[str, ...] = ()
 
     @property
     def directory(self) -> Path:
         """Where the record files are looked for."""
         return self.path.parent
-
-    @property
-    def structure(self) -> Structure:
-        """The joint to identify."""
-        return self.config.structure()
-
-    @property
-    def parameter_settings(self) -> Mapping[str, ParameterSettings]:
-        """What is known of parameters beforehand, by dotted name."""
-        return self.config.robot.parameters
 
     def resolved_text(self) -> str:
         """The complete configuration, defaults included, as YAML that loads to the same."""
@@ -64,7 +52,7 @@ def load(path: Path | str, overrides: Sequence[str] = ()) -> Loaded:
         raise ConfigError("this is not UTF-8 text", where=str(path)) from None
     except OSError as error:
         raise ConfigError(f"cannot be read: {error.strerror}", where=str(path)) from error
-    return Loaded(parse(text, str(path), overrides), path, text, tuple(overrides))
+    return Loaded(parse(text, str(path), overrides), path, tuple(overrides))
 
 
 def parse(text: str, name: str = "configuration", overrides: Sequence[str] = ()) -> Config:

@@ -21,7 +21,7 @@ HIGHEST_ORDER = 30
 ABSORBED = 4  # lowest frequencies of a record, which the fit shapes
 
 
-def autoregression(residual: Array, highest: int = HIGHEST_ORDER) -> tuple[Array, float]:
+def autoregression(residual: Array) -> tuple[Array, float]:
     """Autoregressive model of a residual: e[n] = sum a_k e[n - k] + w[n]. residual (n,) -> a (order,), variance of w.
 
     Yule-Walker, order by the Bayesian information criterion.
@@ -29,9 +29,9 @@ def autoregression(residual: Array, highest: int = HIGHEST_ORDER) -> tuple[Array
     n = len(residual)
     e = residual - residual.mean()
     spectrum = np.abs(np.fft.rfft(e, 2 * n)) ** 2
-    c = np.fft.irfft(spectrum)[: highest + 1] / n
+    c = np.fft.irfft(spectrum)[: HIGHEST_ORDER + 1] / n
     best, best_bic = (np.zeros(0), float(c[0])), n * np.log(max(c[0], 1e-300))
-    for order in range(1, min(highest, n // 10) + 1):
+    for order in range(1, min(HIGHEST_ORDER, n // 10) + 1):
         a = solve_toeplitz(c[:order], c[1 : order + 1]) if c[0] > 0 else np.zeros(order)
         variance = float(c[0] - a @ c[1 : order + 1])
         bic = n * np.log(max(variance, 1e-300)) + order * np.log(n)

@@ -32,10 +32,10 @@ HOPELESS = 3.0  # relative standard deviation at which the declared guess is no 
 class FlexReading:
     """What one response tells.
 
-    notch, resonance, gain : as read off; Jm = 1 / gain; k = notch^2 Ja with step 1's rigid inertia, as in the paper;
-    both None where there is no notch. values, relative_std : the parametric fit of eq. (13), by dotted name. misfit :
-    its weighted rms residual, about 1 where a linear joint explains the response. twist : the largest, of a linear
-    spring.
+    notch, resonance, gain : as read off; Jm = 1 / gain; k = notch^2 Ja with step 1's rigid inertia, as in the paper.
+    notch, resonance and k are None where there is none. values, relative_std : the parametric fit of eq. (13), by
+    dotted name. misfit : its weighted rms residual, about 1 where a linear joint explains the response. twist : the
+    largest, of a linear spring.
     """
 
     record: str

@@ -1,7 +1,6 @@
 """Bounded Gauss-Newton with Levenberg-Marquardt damping (Nocedal & Wright 2006, section 10.3; bounds by active set).
 
-Steps are taken in columns scaled to unit norm. Only the triangular factor of the Jacobian is kept, so memory does not
-grow with the records.
+Steps are taken in columns scaled to unit norm. Of the Jacobian only the triangular factor is kept.
 """
 
 from __future__ import annotations
@@ -29,21 +28,18 @@ class Iteration:
 
     number: int
     cost: float
-    damping: float
     decrease: float
-    evaluation: Evaluation
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solution:
     """Where the iteration ended.
 
-    factor : (m, m) upper triangular with factor^T factor = J^T J at the end; gradient (m,).
+    factor : (m, m) upper triangular with factor^T factor = J^T J at the end.
     """
 
     evaluation: Evaluation
     factor: Array
-    gradient: Array
     cost: tuple[float, ...]
     end: End
 
@@ -70,7 +66,7 @@ def solve(
     lower, upper = problem.bounds()
     at = problem.evaluate(np.clip(start, lower, upper)) if known is None else known
     if not len(start):
-        return Solution(at, np.zeros((0, 0)), np.zeros(0), (at.cost,), End.CONVERGED)
+        return Solution(at, np.zeros((0, 0)), (at.cost,), End.CONVERGED)
     factor, gradient = linearise(problem, at)
     damping, costs, end, small = FIRST_DAMPING, [at.cost], End.ITERATIONS, 0
     in_noise = IN_NOISE * len(start) / sum(map(len, at.residuals))
@@ -92,12 +88,12 @@ def solve(
             at = after
             costs.append(at.cost)
             if log is not None:
-                log(Iteration(number, at.cost, damping, decrease, at))
+                log(Iteration(number, at.cost, decrease))
     except KeyboardInterrupt:
         if not interruptible:
             raise
         end = End.INTERRUPTED
-    return Solution(at, factor, gradient, tuple(costs), end)
+    return Solution(at, factor, tuple(costs), end)
 
 
 def linearise(problem: OutputError, at: Evaluation) -> tuple[Array, Array]:

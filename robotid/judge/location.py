@@ -77,20 +77,6 @@ def locate(cases: Sequence[tuple[Trajectory, Record, MissingTorque]]) -> tuple[C
     return (*sorted(curves, key=lambda curve: -round(curve.order, 2)), _bands(cases))
 
 
-def follow(curve: Curve, trajectory: Trajectory, record: Record, missing: MissingTorque) -> Array:
-    """The torque of a curve along the motion of one record, (n,) [Nm], zero where its variable is not known."""
-    speed = missing.x[trajectory.joint.speeds.start]
-    name, _, counted = curve.along.partition(",")
-    variable = next(v for v in _variables(0, trajectory, record, missing) if v.name == name)
-    torque, period = np.zeros(len(speed)), TURN if variable.turn else None
-    bins = np.sign(curve.x) if variable.signed else np.zeros(len(curve.x))
-    sides = np.sign(variable.values) if variable.signed else np.zeros(len(speed))
-    for side in np.unique(bins):
-        at, own = sides == side, bins == side
-        torque[at] = np.interp(variable.values[at], curve.x[own], curve.missing_torque[own], period=period)
-    return torque * _gain(speed, counted, curve.at)
-
-
 def _see(cases: Sequence[tuple[Trajectory, Record, MissingTorque]]) -> Seen:
     names = list(dict.fromkeys(record.name for _, record, _ in cases))
     parts = [_variables(names.index(case[1].name), *case) for case in cases]

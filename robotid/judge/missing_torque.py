@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotid.errors import NumericsError
-from robotid.estimate.covariance import impulse_response
 from robotid.judge.smoother import Chain, Smoothed
 from robotid.model.array import Array
 from robotid.signals.record import Quantity, Record
@@ -26,18 +25,16 @@ SWEEPS = 2
 TELLING = 1.0  # of the evidence, a logarithm: a sweep that gains less is the last
 SMALL = 1.5  # residual over noise: the simulated motion is as good as the measured one
 LEAST = 1e-9  # noise of the output, relative to its largest value: with less the numbers say nothing
-LONGEST_RESPONSE = 20_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MissingTorque:
-    """torque (n,) [Nm] at the motor; std [Nm] : of its error, away from reversals and ends; x (nx, n) : its motion.
+    """torque (n,) [Nm] at the motor; x (nx, n) : its motion.
 
     Where friction holds the motor no torque is seen, and it is interpolated.
     """
 
     torque: Array
-    std: float
     x: Array
 
 
@@ -73,10 +70,10 @@ def missing_torque(
         tried.append(smooth(last.x, last.w, power + NEARBY))
         if _evidence(tried[-1]) < _finite(last.evidence) + TELLING:
             break
-    power, best = max(tried, key=_evidence)
+    best = max(tried, key=_evidence)[1]
     if not np.isfinite(best.evidence):
         raise NumericsError(f"no torque makes the model follow {record.name}", hint="check the parameters")
-    return MissingTorque(best.w, _std(trajectory, row, size * 10**power, noise_std, torque_noise), best.x)
+    return MissingTorque(best.w, best.x)
 
 
 def _evidence(tried: tuple[float, Smoothed]) -> float:
@@ -119,14 +116,3 @@ def _likeliest(chain: Chain, powers: Array) -> float:
     bend = low - 2 * middle + high
     shift = 0.5 * (low - high) / bend if -np.inf < bend < 0 else np.sign(np.argmax([low, middle, high]) - 1.0)
     return float(powers[best] + np.clip(shift, -1.0, 1.0) * (powers[1] - powers[0]))
-
-
-def _std(trajectory: Trajectory, row: int, step: float, noise_std: float, torque_noise: float) -> float:
-    """Error of a smoother that never ends (Wiener), the joint slipping with its spring at rest [Nm]."""
-    n = min(len(trajectory.u), LONGEST_RESPONSE)
-    impulse = impulse_response(trajectory.joint, trajectory.theta, row, trajectory.sampling_time, n)
-    omega = np.pi * (np.arange(n + 1) + 0.5) / (n + 1)
-    response = np.abs(np.fft.rfft(impulse, 2 * n)) ** 2
-    walk = step**2 / (2 - 2 * np.cos(omega))
-    noise = noise_std**2 / np.maximum(response, 1e-300) + torque_noise**2
-    return float(np.sqrt(np.mean(walk * noise / (walk + noise))))

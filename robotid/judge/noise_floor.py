@@ -19,7 +19,7 @@ from scipy.signal.windows import hann
 from robotid.estimate.covariance import ABSORBED, held_response, impulse_response
 from robotid.judge.simulated import Case
 from robotid.model.array import Array
-from robotid.signals.record import Quantity, Record
+from robotid.signals.record import Quantity
 from robotid.simulate.simulate import Trajectory
 
 SCORING = 20  # steps of Fisher scoring at most
@@ -72,11 +72,6 @@ class Levels:
     torque: float
     band: int
     sure: bool
-
-
-def noise_floor(trajectory: Trajectory, record: Record, residual: Array, output: Quantity) -> float:
-    """RMS of the part of a residual (n,) that no model can remove, in the unit of the output."""
-    return noise_levels([(trajectory, record, residual)], output)[0].floor
 
 
 def noise_levels(cases: Sequence[Case], output: Quantity) -> tuple[Noise, ...]:

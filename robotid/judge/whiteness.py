@@ -57,10 +57,10 @@ class ResidualTest:
         return "follows the torque: the model lacks something"
 
 
-def residual_test(residual: Array, torque: Array, lags: int = LAGS) -> ResidualTest:
+def residual_test(residual: Array, torque: Array) -> ResidualTest:
     """Test a residual against itself and against the torque, both (n,); the means are taken off first."""
     e, u = residual - residual.mean(), torque - torque.mean()
-    n, lags = len(e), min(lags, len(e) // 4)
+    n, lags = len(e), min(LAGS, len(e) // 4)
     auto = _covariance(e, e, lags)[lags:]
     cross = _covariance(e, u, lags)
     scale = float(auto[0]) or 1.0

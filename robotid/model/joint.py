@@ -204,9 +204,10 @@ class Joint(Layout):
     ) -> Dynamics:
         """Right-hand side and its derivatives.
 
-        x : (nx, n); u : (n,) motor torque; s : (nv, n) directions of motion;
-        t : (n,); theta : (p,). locked : (nv, n) coordinates held at rest by friction. columns : indices into theta of
-        the derivatives wanted; -1 - j asks for that to a force on coordinate j.
+        x : (nx, n); u : (n,) motor torque; s : (nv, n) directions of motion, with the sides of all edges below them
+        (nv + edges, n) where these are not to be those of the distances; t : (n,); theta : (p,). locked : (nv, n)
+        coordinates held at rest by friction. columns : indices into theta of the derivatives wanted; -1 - j asks for
+        that to a force on coordinate j.
         """
         n, nv = x.shape[1], self.masses
         felts = self._feel(x, s, t, theta)

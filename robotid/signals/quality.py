@@ -22,7 +22,7 @@ class Report:
 
     missing, duplicated, not_finite, wraps : samples mended. quantum : of the motor angle, 0 where none shows.
     saturation : share of samples at the largest or smallest torque. reversals : of the motor. still : share of samples
-    at rest. torque_bandwidth : 99 % of the torque's energy is below.
+    at rest. torque_bandwidth : 95 % of the torque's energy is below.
     """
 
     name: str

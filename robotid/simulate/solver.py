@@ -155,7 +155,6 @@ class TrajectoryNewton(OdeSolver):
         super().__init__(fun, t0, y0, t_bound, vectorized)
         self.problem, self.rescue = problem, rescue
         self.node, self.window = 0, LARGEST_WINDOW // 2
-        self.rescued: list[tuple[int, int]] = []
         self.unsettled = 0
         self.x = self.y[:, None]
         self.first = 0
@@ -181,7 +180,6 @@ class TrajectoryNewton(OdeSolver):
             # What did not lead there may be far off; over a short window, so little happens that rest is a fair guess.
             guess = np.repeat(self.y[:, None], min(self.window, total - self.node) + 1, axis=1)
         stop = min(total, self.node + SMALLEST_WINDOW)
-        self.rescued.append((self.node, stop))
         self._advance(self.rescue(problem, self.node, stop, self.y))
         self.window = 4 * SMALLEST_WINDOW
         return True, None

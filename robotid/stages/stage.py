@@ -21,7 +21,8 @@ class Stage:
 
     inputs : stages whose content the function takes, after the configuration; sections : of the configuration that it
     reads; function, content : where it and the class of its content are, imported when needed; files : it takes the
-    tables of the measured files too; logs : it takes a `progress.Log`.
+    tables of the measured files too; logs : it takes a `progress.Log`; beside : a text file that goes with the
+    artifact, and the function that makes it of the configuration, the content and the folder.
     """
 
     name: str

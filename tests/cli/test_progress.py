@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable
 from io import StringIO
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import pytest
 from rich.console import Console
@@ -30,7 +30,7 @@ class Clock:
 
 
 def step(model: str, number: int = 1) -> Step:
-    return Step(model, ("m1", "m2", "m3"), Iteration(number, 12.5, 1e-3, 0.25, cast(Any, None)))
+    return Step(model, ("m1", "m2", "m3"), Iteration(number, 12.5, 0.25))
 
 
 @pytest.fixture

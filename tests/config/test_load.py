@@ -93,9 +93,8 @@ def test_a_section_has_one_text_however_it_is_written(tmp_path: Path) -> None:
 def test_a_file_knows_its_folder(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text(RIGID)
-    loaded = load(path)
-    assert (loaded.directory, loaded.text) == (tmp_path, RIGID)
-    assert loaded.structure.terms == ("motor.inertia", "motor.viscous")
+    assert load(path).directory == tmp_path
+    assert load(path).config.structure().terms == ("motor.inertia", "motor.viscous")
 
 
 @pytest.mark.parametrize(

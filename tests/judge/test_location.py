@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hidden_records import SPEED_NOISE, TORQUE_NOISE, Hidden, hidden
 
-from robotid.judge.location import Curve, follow, locate
+from robotid.judge.location import Curve, locate
 from robotid.judge.missing_torque import MissingTorque, missing_torque
 from robotid.model.array import Array
 from robotid.signals.record import Record
@@ -118,14 +118,6 @@ def test_what_does_not_vary_has_no_curve(clean: tuple[Case, ...]) -> None:
     assert not {"reversal", "record"} & onward
     at_rest = locate([(trajectory, record, replace(missing, x=0 * x))])
     assert {curve.along for curve in at_rest} == {"frequency"}
-
-
-def test_a_curve_can_be_followed_along_a_motion(clean: tuple[Case, ...]) -> None:
-    one = clean[0]
-    speed = one[2].x[one[0].joint.speeds.start]
-    torque = -0.01 * speed - 0.1 * np.sign(speed)
-    curve = named(locate([told(one, torque)]), "dphi_m")
-    assert follow(curve, *one) == pytest.approx(torque, abs=0.02)
 
 
 def test_frequencies_carry_the_whole_of_it(clean: tuple[Case, ...]) -> None:

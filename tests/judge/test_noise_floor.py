@@ -9,7 +9,7 @@ import pytest
 from hidden_records import SPEED_NOISE, TORQUE_NOISE, Hidden, hidden
 from paper_joint import SAMPLING_TIME, references
 
-from robotid.judge.noise_floor import noise_floor, noise_levels
+from robotid.judge.noise_floor import noise_levels
 from robotid.model.array import Array
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
@@ -73,14 +73,14 @@ def test_the_quantum_of_a_derived_speed_is_noise() -> None:
     clean = hidden("constant_torque", NOTHING)
     coarse = 2e-3 * np.round(clean.record.phi_m / 2e-3)
     residual = np.gradient(coarse, SAMPLING_TIME) - clean.simulated.signal("speed")
-    floor = noise_floor(clean.simulated.trajectories[0], clean.record, residual, "speed")
+    floor = noise_levels([(clean.simulated.trajectories[0], clean.record, residual)], "speed")[0].floor
     assert floor == pytest.approx(float(np.std(residual)), rel=0.2)
     assert floor > 10 * SPEED_NOISE
 
 
 def test_without_a_residual_there_is_no_noise() -> None:
     found = hidden("constant_torque", NOTHING)
-    assert noise_floor(found.simulated.trajectories[0], found.record, np.zeros(6000), "speed") == 0.0
+    assert noise_levels([(found.simulated.trajectories[0], found.record, np.zeros(6000))], "speed")[0].floor == 0.0
 
 
 def test_the_torques_noise_counts_by_what_it_does_to_the_output() -> None:

@@ -46,7 +46,7 @@ def _readings(flex: FlexResult) -> Table:
 
 
 def _fits(flex: FlexResult) -> Table:
-    """The parametric fits of eq. (13), a row a response; relative standard deviations are in percent."""
+    """The parametric fits of eq. (13), a row a response."""
     names = tuple(dict.fromkeys(name for r in flex.readings for name in r.values))
     rows = tuple((r.record, *(_value(r, name) for name in names), number(r.misfit, 3)) for r in flex.readings)
     note = "misfit about 1: a linear joint explains the response"
