@@ -9,11 +9,11 @@ import numpy as np
 
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.result import FitResult
+from robotid.judge.conditions import Conditions
 from robotid.judge.growth import Growth
 from robotid.judge.search import search
 from robotid.judge.set_up import set_up
 from robotid.judge.simulated import Simulated, fitted_model, simulate_record
-from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Trial
 from robotid.model.array import Array
 from robotid.model.joint import Joint
@@ -77,10 +77,10 @@ def fitted(made: list[Record]) -> FitResult:
     return fit_model("m", joint, start, made[:2], FitOptions())
 
 
-def searched(made: list[Record], terms: Terms | None = None) -> Growth:
+def searched(made: list[Record], conditions: Conditions | None = None) -> Growth:
     """What a search finds on such records."""
     runs = simulated(made)
-    return search(fitted_model(fitted(made)), runs[:2], made[2:], None, terms or Terms(), lambda _: None)
+    return search(fitted_model(fitted(made)), runs[:2], made[2:], None, conditions or Conditions(), lambda _: None)
 
 
 def simulated(made: list[Record]) -> list[Simulated]:
@@ -89,9 +89,11 @@ def simulated(made: list[Record]) -> list[Simulated]:
     return [simulate_record(model, record) for record in made]
 
 
-def bench(made: list[Record], terms: Terms | None = None) -> tuple[Bench, Trial]:
+def bench(made: list[Record], conditions: Conditions | None = None) -> tuple[Bench, Trial]:
     """The records with their noise as it shows, and the model as it is fitted to them."""
-    benched, looked = set_up(fitted_model(fitted(made)), simulated(made)[:2], made[2:], None, terms or Terms())
+    benched, looked = set_up(
+        fitted_model(fitted(made)), simulated(made)[:2], made[2:], None, conditions or Conditions()
+    )
     return benched, looked.trial
 
 

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from robotid.errors import NumericsError
+from robotid.judge.conditions import Conditions
 from robotid.judge.growth import Found, Turned, share_removed
 from robotid.judge.ranking import Round, best_of_each, p_value
 from robotid.judge.refits import Tried
 from robotid.judge.score import Score
-from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Trial, reduced, try_model
 from robotid.model.structure import rests_on
 
@@ -25,11 +25,11 @@ COLLINEAR = 0.999  # cosine at which columns are the same
 
 
 def accept(
-    first: Trial, now: Trial, tried: Tried, seen: Round, bench: Bench, terms: Terms, turned: list[Turned]
+    first: Trial, now: Trial, tried: Tried, seen: Round, bench: Bench, conditions: Conditions, turned: list[Turned]
 ) -> Found | None:
     """The best cause of a round that stands all tests, or None."""
     for k, (best, after) in enumerate(tried):
-        why = objection(first, now, after, bench, terms)
+        why = objection(first, now, after, bench, conditions)
         if why is None:
             return found(first, now, tried[k:], seen, bench)
         gain = after.held_fit_percent - now.held_fit_percent
@@ -37,7 +37,7 @@ def accept(
     return None
 
 
-def objection(first: Trial, now: Trial, after: Trial, bench: Bench, terms: Terms) -> str | None:
+def objection(first: Trial, now: Trial, after: Trial, bench: Bench, conditions: Conditions) -> str | None:
     """Why a refitted cause is none, in words; None where it stands."""
     if bench.held:
         gained = now.held_energy - after.held_energy
@@ -51,7 +51,7 @@ def objection(first: Trial, now: Trial, after: Trial, bench: Bench, terms: Terms
     share = share_removed(first, now, after, bench)
     if share < LEAST:
         return f"is not worth it: explains {100 * share:.2g} % of the misfit"
-    if gained < terms.worth**2 * samples:
+    if gained < conditions.worth**2 * samples:
         return f"is not worth it: removes {np.sqrt(max(0.0, gained) / samples):.2g} noise standard deviations"
     return None
 
@@ -68,7 +68,9 @@ def _rival_without(rival: Trial, effect: str, bench: Bench) -> Trial | None:
         return None
 
 
-def drop(first: Trial, causes: Sequence[Found], now: Trial, bench: Bench, terms: Terms) -> tuple[list[Found], Trial]:
+def drop(
+    first: Trial, causes: Sequence[Found], now: Trial, bench: Bench, conditions: Conditions
+) -> tuple[list[Found], Trial]:
     """The causes but for the earlier ones that the last has made worthless, and the model without them. One that gains
     only beside others has the gain that it has there."""
     kept = list(causes)
@@ -80,7 +82,7 @@ def drop(first: Trial, causes: Sequence[Found], now: Trial, bench: Bench, terms:
         except NumericsError:
             continue
         lost = share_removed(first, lean, now, bench)
-        if lost < STILL * one.explained and objection(first, lean, now, bench, terms) is not None:
+        if lost < STILL * one.explained and objection(first, lean, now, bench, conditions) is not None:
             kept.remove(one)
             last = kept[-1]
             both = share_removed(first, last.before, lean, bench) + one.explained

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robotid.judge.candidates import Candidate, Difference, candidates, differences
+from robotid.judge.conditions import Conditions
 from robotid.judge.periods import periods
 from robotid.judge.resonances import resonances
 from robotid.judge.score import DEPENDENT, Projected, Scan, Score, left_over, project, scans, score, significance
-from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Trial
 from robotid.model.array import Array
 from robotid.model.structure import RECORD_CHANGE
@@ -52,11 +52,11 @@ def look_again(trial: Trial, missing: tuple[Candidate, ...], before: Sequence[Sc
     return Look(trial, missing, tuple(replace(one, trajectory=t, signals=rows) for one, t, rows in signals))
 
 
-def rank(looked: Look, bench: Bench, terms: Terms) -> Round:
+def rank(looked: Look, bench: Bench, conditions: Conditions) -> Round:
     """All candidates by what they would explain, and every parameter as different in each record."""
     trial, known, seen = looked.trial, looked.missing, looked.scans
     names = list(dict.fromkeys(record.name for record in bench.fitted))
-    wanted = len(names) > 1 and RECORD_CHANGE not in terms.skip
+    wanted = len(names) > 1 and RECORD_CHANGE not in conditions.skip
     other = differences(trial.problem.joint, trial.problem.columns, names) if wanted else ()
     gradients = residual_gradients(looked, bench)
     more = (*periods(known, trial, bench.fitted, gradients), *resonances(known, trial, gradients))

@@ -8,11 +8,11 @@ import numpy as np
 
 from robotid.errors import NumericsError
 from robotid.judge.candidates import Candidate, Difference
+from robotid.judge.conditions import Conditions
 from robotid.judge.growth import Log
 from robotid.judge.ranking import Round, best_of_each, p_value
 from robotid.judge.score import Score
 from robotid.judge.shooting import try_from_pieces
-from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Trial, extended, try_model
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
@@ -31,20 +31,20 @@ Tried = list[tuple[Score, Trial]]
 """Candidates refitted, the best first."""
 
 
-def refit_hopeful(now: Trial, seen: Round, bench: Bench, terms: Terms, log: Log) -> Tried:
+def refit_hopeful(now: Trial, seen: Round, bench: Bench, conditions: Conditions, log: Log) -> Tried:
     """The candidates of a round that score best, refitted; where none of them can be, other points of their grids and
     the candidates that follow."""
-    points = [s for s in seen.scores if s.energy > terms.worth**2 * bench.samples]
+    points = [s for s in seen.scores if s.energy > conditions.worth**2 * bench.samples]
     failed = set[str]()
     for _ in range(GOES):
-        each = [s for s in best_of_each(points) if p_value(s, seen, bench) < terms.level]
+        each = [s for s in best_of_each(points) if p_value(s, seen, bench) < conditions.level]
         new = [s for s in each if s.candidate.name not in failed]
-        hopeful = [s for s in new if s.energy > HOPEFUL * new[0].energy][: terms.refits]
+        hopeful = [s for s in new if s.energy > HOPEFUL * new[0].energy][: conditions.refits]
         again = [s for s in each if s.candidate.name in failed]
         chosen = [*again, *hopeful, *_elsewhere(now, hopeful, seen, bench)]
         tried = list(_refit(now, chosen, seen, bench, log))
         if tried:
-            return _in_order(tried, bench, terms)
+            return _in_order(tried, bench, conditions)
         done = {s.candidate for s in chosen}
         failed |= {candidate.name for candidate in done}
         points = [s for s in points if s.candidate not in done]
@@ -86,14 +86,14 @@ def _refit(now: Trial, hopeful: Sequence[Score], seen: Round, bench: Bench, log:
         yield one, after
 
 
-def _in_order(tried: Tried, bench: Bench, terms: Terms) -> Tried:
+def _in_order(tried: Tried, bench: Bench, conditions: Conditions) -> Tried:
     """By the criterion, each effect once; but what has fewer parameters goes before the best where the difference is
     not worth a word."""
     each: dict[str, tuple[Score, Trial]] = {}
     for one, after in sorted(tried, key=lambda pair: _criterion(pair[1], bench)):
         each.setdefault(one.candidate.name, (one, after))
     ordered = list(each.values())
-    least = ordered[0][1].energy + terms.worth**2 * bench.samples if ordered else 0.0
+    least = ordered[0][1].energy + conditions.worth**2 * bench.samples if ordered else 0.0
     return sorted(ordered, key=lambda pair: len(pair[1].problem.columns) if pair[1].energy <= least else np.inf)
 
 

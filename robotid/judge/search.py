@@ -10,13 +10,13 @@ import numpy as np
 
 from robotid.judge.acceptance import accept, drop, found, objection
 from robotid.judge.changes import changes
+from robotid.judge.conditions import Conditions
 from robotid.judge.growth import Found, Growth, Log, Turned, misfit_energy, share_removed
 from robotid.judge.ranking import Look, Round, look, rank
 from robotid.judge.refits import Tried, refit_hopeful
 from robotid.judge.score import significance
 from robotid.judge.set_up import renew, set_up
 from robotid.judge.simulated import Model, Simulated
-from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Trial, try_model
 from robotid.judge.unknown import Shape, acting_along, in_motion, shapes
 from robotid.model.structure import RECORD_CHANGE
@@ -30,37 +30,42 @@ TRUSTED = 2  # causes that are added before the question is asked whether they o
 
 
 def search(
-    model: Model, fitted: Sequence[Simulated], held: Sequence[Record], horizon: float | None, terms: Terms, log: Log
+    model: Model,
+    fitted: Sequence[Simulated],
+    held: Sequence[Record],
+    horizon: float | None,
+    conditions: Conditions,
+    log: Log,
 ) -> Growth:
     """What a model lacks that was simulated so, by the noise of the sensors; and where that is out of reach and names
     nothing, as it is on most machines, by that of torque errors besides. held : records held out; horizon [s] : of
     the pieces that start afresh."""
     log("measuring the noise")
-    bench, looked = set_up(model, fitted, held, horizon, terms)
-    growth = grow(looked, bench, terms, log)
+    bench, looked = set_up(model, fitted, held, horizon, conditions)
+    growth = grow(looked, bench, conditions, log)
     if growth.causes or bench.reached:
         return growth
     log("allowing for errors of the torque")
-    bench, looked = set_up(model, fitted, held, horizon, terms, errors=True)
-    blunt = grow(looked, bench, terms, log)
+    bench, looked = set_up(model, fitted, held, horizon, conditions, errors=True)
+    blunt = grow(looked, bench, conditions, log)
     return blunt if blunt.causes or growth.shape is None else growth
 
 
-def grow(looked: Look, bench: Bench, terms: Terms, log: Log) -> Growth:
+def grow(looked: Look, bench: Bench, conditions: Conditions, log: Log) -> Growth:
     """Extend a model cause by cause."""
     first, now, before = looked.trial, looked.trial, bench
     causes, turned, rounds, imitated = list[Found](), list[Turned](), list[Round](), None
-    while len(causes) < terms.causes and len(rounds) < 2 * terms.causes:
+    while len(causes) < conditions.causes and len(rounds) < 2 * conditions.causes:
         log(f"scoring the catalogue for cause {len(causes) + 1}")
-        seen = rank(looked, bench, terms)
+        seen = rank(looked, bench, conditions)
         rounds.append(seen)
-        tried = refit_hopeful(now, seen, bench, terms, log)
-        one = accept(first, now, tried, seen, bench, terms, turned)
-        new = [one] if one is not None else _together(first, now, tried, seen, bench, terms, log)
+        tried = refit_hopeful(now, seen, bench, conditions, log)
+        one = accept(first, now, tried, seen, bench, conditions, turned)
+        new = [one] if one is not None else _together(first, now, tried, seen, bench, conditions, log)
         if not new:
             break
-        causes, now = _without_worthless(first, [*causes, *new], bench, terms, turned, log)
-        looked = look(now, terms.skip)
+        causes, now = _without_worthless(first, [*causes, *new], bench, conditions, turned, log)
+        looked = look(now, conditions.skip)
         bench, now = renew(looked, bench)
         imitated = _imitated(first, now, bench) if len(causes) == TRUSTED else None
         if imitated is not None:
@@ -69,35 +74,37 @@ def grow(looked: Look, bench: Bench, terms: Terms, log: Log) -> Growth:
     growth = Growth(bench, first, now, _by_one_noise(causes, first, bench), tuple(turned), tuple(rounds))
     if causes and len(causes) != TRUSTED:
         imitated = _imitated(first, now, bench)
-    growth = _with_unknown(growth, terms) if imitated is None else _as_unknown(growth, imitated, before)
-    if RECORD_CHANGE in terms.skip:
+    growth = _with_unknown(growth, conditions) if imitated is None else _as_unknown(growth, imitated, before)
+    if RECORD_CHANGE in conditions.skip:
         return growth
     log("comparing the records held out")
     return replace(growth, changes=changes(growth.last, growth.bench))
 
 
-def _together(first: Trial, now: Trial, tried: Tried, seen: Round, bench: Bench, terms: Terms, log: Log) -> list[Found]:
+def _together(
+    first: Trial, now: Trial, tried: Tried, seen: Round, bench: Bench, conditions: Conditions, log: Log
+) -> list[Found]:
     """Two causes that carry over only beside each other: without the second, the fit bends the first to imitate it."""
     if not tried or share_removed(first, now, tried[0][1], bench) < NOTHING:
         return []
     alone = found(first, now, tried, seen, bench)
     log(f"looking for a second cause beside {alone.effect}")
-    more = rank(look(alone.after, terms.skip), bench, terms)
-    pairs = refit_hopeful(alone.after, more, bench, terms, log)
+    more = rank(look(alone.after, conditions.skip), bench, conditions)
+    pairs = refit_hopeful(alone.after, more, bench, conditions, log)
     for k, (_, after) in enumerate(pairs):
-        if objection(first, now, after, bench, terms) is None:
+        if objection(first, now, after, bench, conditions) is None:
             return [alone, found(first, alone.after, pairs[k:], more, bench)]
     return []
 
 
 def _without_worthless(
-    first: Trial, causes: list[Found], bench: Bench, terms: Terms, turned: list[Turned], log: Log
+    first: Trial, causes: list[Found], bench: Bench, conditions: Conditions, turned: list[Turned], log: Log
 ) -> tuple[list[Found], Trial]:
     """The causes that keep their worth once the last is there, and the model with them."""
     last = causes[-1]
     if len(causes) > 1:
         log("trying without the earlier causes")
-    kept, now = drop(first, causes, last.after, bench, terms)
+    kept, now = drop(first, causes, last.after, bench, conditions)
     for one in causes:
         if one.effect not in {k.effect for k in kept}:
             turned.append(Turned(one.effect, one.explained, one.gain, f"lost its worth once {last.effect} was there"))
@@ -112,18 +119,18 @@ def _by_one_noise(causes: Sequence[Found], first: Trial, bench: Bench) -> tuple[
     return tuple(replace(one, explained=share) for one, share in zip(causes, shares, strict=True))
 
 
-def _with_unknown(growth: Growth, terms: Terms) -> Growth:
+def _with_unknown(growth: Growth, conditions: Conditions) -> Growth:
     """The search with the curve that explains most of what it leaves, where that is worth a word."""
     bench, whole = growth.bench, misfit_energy(growth.first, growth.bench)
     remaining = growth.last.energy - bench.samples
-    if whole <= 0.0 or remaining < max(terms.worth**2 * bench.samples, NOTHING * whole):
+    if whole <= 0.0 or remaining < max(conditions.worth**2 * bench.samples, NOTHING * whole):
         return growth
     left = next(iter(shapes(growth.last, bench)), None)
-    if left is None or left.energy < NOTHING * whole or not _curve_stands(left, growth, terms):
+    if left is None or left.energy < NOTHING * whole or not _curve_stands(left, growth, conditions):
         return growth
     left = in_motion(left, growth.last, bench)
     share = _share(left, growth.first, bench)
-    if share < NOTHING or (bench.held and left.held_energy < terms.worth**2 * sum(map(len, bench.held))):
+    if share < NOTHING or (bench.held and left.held_energy < conditions.worth**2 * sum(map(len, bench.held))):
         return growth
     return replace(growth, shape=left, share=share)
 
@@ -176,8 +183,8 @@ def _share(shape: Shape, first: Trial, bench: Bench) -> float:
     return float(np.clip(shape.energy / max(misfit_energy(first, bench), 1e-9), 0.0, 1.0))
 
 
-def _curve_stands(shape: Shape, growth: Growth, terms: Terms) -> bool:
+def _curve_stands(shape: Shape, growth: Growth, conditions: Conditions) -> bool:
     bench = growth.bench
     tries = len(growth.rounds[-1].scores)
     p = significance(shape.energy, len(shape.values), growth.last.energy, bench.samples, tries)
-    return p < terms.level and shape.energy > terms.worth**2 * bench.samples
+    return p < conditions.level and shape.energy > conditions.worth**2 * bench.samples

@@ -9,11 +9,11 @@ import numpy as np
 
 from robotid.estimate.residual import OutputError
 from robotid.judge.candidates import candidates
+from robotid.judge.conditions import Conditions
 from robotid.judge.noise import estimate_noise
 from robotid.judge.ranking import Look, look, look_again
 from robotid.judge.score import Scan, scans, unexplained
 from robotid.judge.simulated import Model, Simulated
-from robotid.judge.terms import Terms
 from robotid.judge.trial import Bench, Motions, Trial, try_model
 from robotid.judge.unknown import free_forces
 from robotid.judge.whitening import Whitening, whitened_energy, whitening
@@ -28,7 +28,7 @@ def set_up(
     fitted: Sequence[Simulated],
     held: Sequence[Record],
     horizon: float | None,
-    terms: Terms,
+    conditions: Conditions,
     *,
     errors: bool = False,
 ) -> tuple[Bench, Look]:
@@ -36,7 +36,7 @@ def set_up(
     cases = [case for run in fitted for case in run.cases(model.output)]
     trajectories, pieces, _ = zip(*cases, strict=True)
     bare = OutputError(model.joint, model.parameters, pieces, model.output, np.ones(len(pieces)), model.estimate_states)
-    missing = candidates(model.joint.structure, model.output, terms.skip)
+    missing = candidates(model.joint.structure, model.output, conditions.skip)
     seen = scans(cases, model.output, bare.columns, bare.free_states, missing)
     whiten, reached = estimate_noise(seen, model.output, bare.row, lambda: _freed(seen, bare), errors=errors)
     held_pieces = tuple(piece for record in held for piece in record.pieces(horizon or record.duration))
@@ -45,7 +45,7 @@ def set_up(
     first = try_model(model.joint.structure, [model.parameters], bench, Motions(trajectories), careful=True)
     moved = [after - before for after, (_, _, before) in zip(first.residuals, cases, strict=True)]
     alike = whitened_energy(moved, whiten) < ALIKE * first.energy
-    return bench, look_again(first, missing, seen) if alike else look(first, terms.skip)
+    return bench, look_again(first, missing, seen) if alike else look(first, conditions.skip)
 
 
 def renew(looked: Look, bench: Bench) -> tuple[Bench, Trial]:

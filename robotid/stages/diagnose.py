@@ -6,12 +6,12 @@ from dataclasses import replace
 
 from robotid.config.schema import Config
 from robotid.estimate.result import Fits
+from robotid.judge.conditions import Conditions
 from robotid.judge.diagnosis import Diagnosis
 from robotid.judge.extension import Refit, gains
 from robotid.judge.search import search
 from robotid.judge.simulated import fitted_model, simulate_record
 from robotid.judge.stretches import stretches
-from robotid.judge.terms import Terms
 from robotid.judge.verdict import verdict
 from robotid.model.structure import belongs
 from robotid.signals.quality import Recordings
@@ -34,7 +34,7 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
         if log is not None:
             log(Progress(text))
 
-    terms = Terms(section.level, section.worth, section.refits, section.causes, section.skip)
+    conditions = Conditions(section.level, section.worth, section.refits, section.causes, section.skip)
     remarks = tuple(_shortened(r, section.samples) for r in recordings.records if len(r) > section.samples)
     for remark in remarks:
         say(remark)
@@ -42,7 +42,7 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
     simulated = [simulate_record(model, r, settings.fit.horizon) for r in records]
     fitted = [run for run in simulated if run.record.name in model.records]
     held = [r for r in records if r.name not in model.records]
-    growth = search(model, fitted, held, settings.fit.horizon, terms, say)
+    growth = search(model, fitted, held, settings.fit.horizon, conditions, say)
     say("measuring where the misfit sits")
     diagnosis = verdict(model, simulated, growth)
     diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))

@@ -7,10 +7,10 @@ import pytest
 from small_bench import bench, records
 
 from robotid.judge.candidates import candidates
+from robotid.judge.conditions import Conditions
 from robotid.judge.periods import periods
 from robotid.judge.ranking import look, rank, residual_gradients
 from robotid.judge.refits import refit_hopeful
-from robotid.judge.terms import Terms
 
 
 @pytest.mark.parametrize(
@@ -26,8 +26,8 @@ def test_the_number_of_periods_is_found_between_the_points_of_the_grid(effect: s
     found = [c.values[2] for c in periods(missing, trial, benched.fitted, gradients) if c.name == effect]
     span = max(float(abs(r.phi_m).max()) for r in benched.fitted) * 2
     assert min(abs(n - point) for point in found) < np.pi / span  # within the main lobe, from where a refit finds it
-    seen = rank(looked, benched, Terms())
-    tried = refit_hopeful(trial, seen, benched, Terms(skip=("record_change",)), lambda _: None)
+    seen = rank(looked, benched, Conditions())
+    tried = refit_hopeful(trial, seen, benched, Conditions(skip=("record_change",)), lambda _: None)
     assert tried[0][0].candidate.name == effect
     assert tried[0][0].candidate.values[2] in found
     assert tried[0][1].parameters[f"{effect}.n"] == pytest.approx(n, rel=0.01)

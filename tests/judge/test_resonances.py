@@ -9,17 +9,17 @@ from paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH, references
 
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.judge.candidates import candidates
+from robotid.judge.conditions import Conditions
 from robotid.judge.ranking import rank
 from robotid.judge.refits import refit_hopeful
 from robotid.judge.set_up import set_up
 from robotid.judge.simulated import fitted_model, simulate_record
-from robotid.judge.terms import Terms
 from robotid.signals.reference import Reference
 from robotid.simulate.assemble import assemble
 from robotid.simulate.plant import Plant
 
 TOOL = {"link.third_mass.Jb": 15.0, "link.third_mass.wb": 67.0, "link.third_mass.zeta": 0.012}
-TERMS = Terms(skip=("record_change",))
+TERMS = Conditions(skip=("record_change",))
 
 
 def test_a_narrow_resonance_is_found_between_the_points_of_the_grid() -> None:

@@ -14,20 +14,20 @@ from small_bench import SPEED_NOISE, bench, fitted, records, searched, simulated
 from robotid.errors import NumericsError
 from robotid.judge import refits
 from robotid.judge.candidates import Candidate
+from robotid.judge.conditions import Conditions
 from robotid.judge.diagnosis import Diagnosis
 from robotid.judge.growth import Growth, misfit_energy
 from robotid.judge.ranking import Round, best_of_each, look, rank
 from robotid.judge.refits import Tried
 from robotid.judge.score import Score
 from robotid.judge.simulated import fitted_model
-from robotid.judge.terms import Terms
 from robotid.judge.trial import Trial
 from robotid.judge.verdict import verdict
 from robotid.signals.record import Record
 
 STRIBECK = {"motor.stribeck.dFs": 0.15, "motor.stribeck.vs": 1.0}
 COGGING = {"motor.cogging.A": 0.04, "motor.cogging.B": 0.03, "motor.cogging.n": 6.0}
-QUICK = Terms(skip=("power_friction",))
+QUICK = Conditions(skip=("power_friction",))
 """Without the slowest refit, where it decides nothing."""
 
 
@@ -50,8 +50,8 @@ def question(name: str) -> tuple[list[Record], Growth, Diagnosis]:
         "warm": lambda: records({}, changed={"motor.coulomb.Fc": 1.1}),
         "accident": only_in_the_fit,
     }[name]()
-    terms = replace(QUICK, skip=("power_friction", "record_change")) if name == "pair" else QUICK
-    growth = searched(made, terms)
+    conditions = replace(QUICK, skip=("power_friction", "record_change")) if name == "pair" else QUICK
+    growth = searched(made, conditions)
     return made, growth, told(made, growth)
 
 

@@ -10,10 +10,10 @@ import pytest
 from scipy.ndimage import gaussian_filter1d
 from small_bench import AXIS, SAMPLING_TIME, TRUTH, bench, fitted, records_of, searched, simulated
 
+from robotid.judge.conditions import Conditions
 from robotid.judge.diagnosis import Diagnosis
 from robotid.judge.location import Curve
 from robotid.judge.simulated import fitted_model
-from robotid.judge.terms import Terms
 from robotid.judge.unknown import in_motion, shapes
 from robotid.judge.verdict import verdict
 from robotid.model.array import Array
@@ -97,7 +97,7 @@ def recorded(term: Unlisted, size: float) -> list[Record]:
 @cache
 def diagnosed(case: str) -> tuple[list[Record], Diagnosis]:
     made = recorded(*CASES[case][:2])
-    growth = searched(made, Terms(skip=("power_friction", "record_change"), causes=2))
+    growth = searched(made, Conditions(skip=("power_friction", "record_change"), causes=2))
     return made, verdict(fitted_model(fitted(made)), simulated(made), growth)
 
 
