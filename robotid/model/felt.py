@@ -11,10 +11,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from robotid.model.array import Array
+from robotid.model.geometry import Selection
 from robotid.model.port import Port
 from robotid.model.term import Bend, Motion, Partials, Term
 
-Selection = tuple[tuple[int, float], ...]
 Tangent = dict[int, "Array | float"]
 """Derivatives of one signal: row of the state, or number of states + index into theta, to (n,) or a number."""
 

@@ -46,7 +46,8 @@ class Material:
     def stamp(self) -> str:
         """Digest of all that a page of it shows."""
         made = [f"{stage} {label.digest} {label.provenance.created}" for stage, label in self.fresh.items()]
-        return digest("\n".join([__version__, self.run.loaded.resolved_text(), *made, *self.left_out]).encode())
+        missing = [f"{file} {why}" for file, why in self.left_out.items()]
+        return digest("\n".join([__version__, self.run.loaded.resolved_text(), *made, *missing]).encode())
 
     def findings(self) -> Findings:
         """The contents as a report takes them."""

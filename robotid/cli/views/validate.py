@@ -67,7 +67,7 @@ def _record(record: RecordValidation) -> Json:
 
 
 def _perturbations(model: ModelValidation) -> dict[str, Perturbation]:
-    return {name: r.perturbation for name, r in model.records.items() if r.perturbation is not None}
+    return {name: r.perturbation for name, r in model.records.items()}
 
 
 def _changes(p: Perturbation) -> Json:
