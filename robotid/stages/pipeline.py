@@ -168,15 +168,21 @@ def _settle(
 ) -> Outcome:
     """Make a stage's artifact fresh. before : the state of this stage and of those before it."""
     now = before[stage.name]
-    fresh = now.state is State.FRESH
+    why = now.why or (FORCED if force else "")
     if dry_run:
-        return Outcome(stage.name, now.file, False, now.why or (FORCED if force else FRESH))
-    if fresh and not force:
-        outcome = Outcome(stage.name, now.file, False, FRESH, content=load(now.file, stage.type()).content)
-        _put_beside(run, stage, outcome.content)
-    else:
+        return Outcome(stage.name, now.file, False, why or FRESH)
+    content = None
+    if not why:
+        try:
+            content = load(now.file, stage.type()).content
+        except InputError as error:  # this version wrote it when its layout was another
+            why = error.what
+    if why:
         labels = {name: label for name in stage.inputs if (label := before[name].label) is not None}
-        outcome = _perform(run, stage, labels, now.why or FORCED, log)
+        outcome = _perform(run, stage, labels, why, log)
+    else:
+        outcome = Outcome(stage.name, now.file, False, FRESH, content=content)
+        _put_beside(run, stage, content)
     return _judged(run, stage, outcome)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator
+from dataclasses import make_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import pytest
 from fake_stages import CALLS, FAILURES, Sum
 
 from robotid.artifacts.store import load as load_artifact
-from robotid.artifacts.store import peek
+from robotid.artifacts.store import peek, save
 from robotid.config.load import load
 from robotid.errors import InputError, NumericsError, ThresholdError
 from robotid.stages import freshness, pipeline
@@ -162,6 +163,15 @@ def test_a_damaged_artifact_is_made_again(damage: Any, why: str, config: Path) -
     damage(config.parent / "out" / "two.h5")
     assert states(config) == [("fresh", ""), ("stale", why), ("stale", "two.h5 is stale")]
     assert ran(made(config)) == ["second"], "the third is fresh once its input is what it was"
+
+
+def test_an_artifact_of_another_layout_is_made_again(config: Path) -> None:
+    made(config)
+    file = config.parent / "out" / "two.h5"
+    other = make_dataclass("Sum", [("total", float)], frozen=True)
+    save(file, other(1.0), peek(file).provenance)
+    (outcome,) = [o for o in made(config) if o.ran]
+    assert (outcome.stage, outcome.why) == ("second", "of another version (/content has no value)")
 
 
 def test_one_stage_reads_no_damaged_input_and_makes_its_own_again(config: Path) -> None:
