@@ -60,8 +60,8 @@ def solve(
     keyboard ends the iteration with the last iterate, rather than all.
 
     Converged when the decrease that a full step promises is below tolerance times the cost, or when steps stall
-    (friction leaves kinks) at a promise lost in the noise. Raises NumericsError where the very first simulation
-    diverges.
+    (friction leaves kinks) at a promise lost in the noise; stalled, too, before an iterate without finite derivatives.
+    Raises NumericsError where the very first simulation diverges.
     """
     lower, upper = problem.bounds()
     at = problem.evaluate(np.clip(start, lower, upper)) if known is None else known
@@ -82,9 +82,13 @@ def solve(
                 end = End.CONVERGED if promised < in_noise else End.STALLED
                 break
             after, damping = step
+            try:
+                factor, gradient = linearise(problem, after)
+            except NumericsError:
+                end = End.STALLED
+                break
             decrease = at.cost - after.cost
             small = small + 1 if decrease < tolerance * at.cost else 0
-            factor, gradient = linearise(problem, after)
             at = after
             costs.append(at.cost)
             if log is not None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from robotid.errors import ConfigError
+from robotid.errors import ConfigError, NumericsError
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
@@ -133,7 +133,8 @@ class OutputError:
         return Evaluation(unknowns, tuple(residuals), tuple(trajectories))
 
     def jacobian(self, at: Evaluation, k: int) -> tuple[Array, Array]:
-        """Derivatives of record k's weighted residual: the columns concerned (m,), and their values (m, n)."""
+        """Derivatives of record k's weighted residual: the columns concerned (m,), and their values (m, n). Raises
+        NumericsError where they are not finite, as where a state begins far beyond what holds it."""
         trajectory = at.trajectories[k]
         nx, width = self.joint.nx, len(self.columns) + len(self.free_states)
         small = nx * width * len(self.records[k]) <= LARGEST_PREDICTION
@@ -143,7 +144,11 @@ class OutputError:
         if small:
             at.derivatives[k] = inner
         outer = output_columns(trajectory, self.output, self.columns, inner[list(seen)] if small else inner)
-        return self._unknowns_of(k), -self._shaped(k, outer)
+        values = -self._shaped(k, outer)
+        if not np.isfinite(values).all():
+            what = f"the derivatives on {self.records[k].name} are not finite"
+            raise NumericsError(what, hint="check the parameters' guesses and bounds")
+        return self._unknowns_of(k), values
 
     def _shaped(self, k: int, signals: Array) -> Array:
         return np.asarray(self.weights[k] * (self.whiten[k](signals) if self.whiten else signals))

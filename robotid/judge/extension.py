@@ -64,8 +64,8 @@ class Refit:
 def extend(refit: Refit, effects: Sequence[str]) -> Extension:
     """Fit a model with further effects on the records of its fit, and score it on all.
 
-    Effects without which it does at least as well on the records held out are dropped. Raises NumericsError where the
-    extended model does not converge.
+    Effects without which it converges and does at least as well on the records held out are dropped. Raises
+    NumericsError where the extended model does not converge.
     """
     before = refit.before
     refit.say("measuring the model as it is")
@@ -78,7 +78,10 @@ def extend(refit: Refit, effects: Sequence[str]) -> Extension:
             continue
         others = _others(kept, effect)
         refit.say(f"trying without {effect}")
-        leaner = refit.fit(others) if others else before
+        try:
+            leaner = refit.fit(others) if others else before
+        except NumericsError:
+            continue
         lean = refit.scores(leaner) if others else earlier
         whole, part = _mean_fit(scores, refit.held), _mean_fit(lean, refit.held)
         if whole <= part:
@@ -111,12 +114,18 @@ def gains(refit: Refit, effects: Sequence[str]) -> tuple[list[float], FitResult 
     def reaches(fit: FitResult) -> float:
         return _mean_fit(refit.scores(fit), refit.held)
 
+    def without(effect: str) -> float:
+        try:
+            return reaches(refit.fit(_others(effects, effect)))
+        except NumericsError:
+            return -np.inf
+
     fits = [refit.before, *(refit.fit(effects[: k + 1]) for k in range(len(effects)))]
     reached = [reaches(fit) for fit in fits]
     found = [_gain(after, earlier) for earlier, after in pairwise(reached)]
     alone = [k for k, gain in enumerate(found[:-1]) if gain <= 0.0]
     for k in alone:
-        found[k] = _gain(reached[-1], reaches(refit.fit(_others(effects, effects[k]))))
+        found[k] = _gain(reached[-1], without(effects[k]))
     return found, fits[-1]
 
 

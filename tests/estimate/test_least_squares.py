@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from robotid.errors import NumericsError
 from robotid.estimate.least_squares import solve
 from robotid.estimate.residual import Evaluation
 from robotid.estimate.result import End
@@ -41,3 +42,20 @@ def test_a_step_that_its_bounds_turn_uphill_is_shortened() -> None:
     held = -0.1, float(J[:, 1] @ (problem.b + 0.1 * J[:, 0]) / (J[:, 1] @ J[:, 1]))
     assert solution.end is End.CONVERGED
     assert solution.evaluation.unknowns == pytest.approx(held, rel=1e-5)
+
+
+class Explosive(Linear):
+    """The same, but that derivatives are finite at the start alone."""
+
+    def jacobian(self, at: Evaluation, k: int) -> tuple[Array, Array]:
+        if at.unknowns.any():
+            raise NumericsError("the derivatives are not finite")
+        return super().jacobian(at, k)
+
+
+def test_it_ends_before_an_iterate_without_finite_derivatives() -> None:
+    problem = Explosive(np.eye(2), np.array([1.0, 2.0]), np.full(2, -np.inf))
+    solution = solve(problem, np.zeros(2))  # type: ignore[arg-type]
+    assert solution.end is End.STALLED
+    assert not solution.evaluation.unknowns.any()
+    assert np.abs(solution.factor) == pytest.approx(np.eye(2))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from robotid.judge.diagnosis import Extension
 from robotid.judge.extension import Refit, extend, gains
 from robotid.judge.simulated import Model, Simulated
 from robotid.model.array import Array
+from robotid.model.joint import Joint
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
 
@@ -123,6 +125,21 @@ def test_a_record_that_cannot_be_simulated_speaks_against_the_model(monkeypatch:
     assert (e.added, e.dropped) == (("motor.constant_torque", "motor.stribeck"), ())
     assert "check" not in e.before
     assert np.isnan(gains(refit, ("motor.constant_torque",))[0]).all()
+
+
+def test_what_no_fit_can_be_without_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    fit_model = extension.fit_model
+
+    def failing(name: str, joint: Joint, *rest: Any, **options: Any) -> FitResult:
+        if "motor.constant_torque" not in joint.structure.effects:
+            raise NumericsError("the derivatives are not finite")
+        return fit_model(name, joint, *rest, **options)
+
+    monkeypatch.setattr(extension, "fit_model", failing)
+    refit = Refit(before(), [STRIBECK], made(), FitOptions(), None, lambda _: None)
+    e = extend(refit, ("motor.constant_torque", "motor.stribeck"))
+    assert (e.added, e.dropped) == (("motor.constant_torque", "motor.stribeck"), ())
+    assert np.isnan(gains(refit, ("motor.constant_torque", "motor.stribeck"))[0][0])
 
 
 def test_without_records_held_out_nothing_is_dropped() -> None:
