@@ -132,6 +132,7 @@ class OutputError:
                 break
         return Evaluation(unknowns, tuple(residuals), tuple(trajectories))
 
+    @np.errstate(all="ignore")  # what is not finite is told below
     def jacobian(self, at: Evaluation, k: int) -> tuple[Array, Array]:
         """Derivatives of record k's weighted residual: the columns concerned (m,), and their values (m, n). Raises
         NumericsError where they are not finite, as where a state begins far beyond what holds it."""
