@@ -12,7 +12,7 @@ from robotid.cli.views import view
 from robotid.cli.views.sliding import slid
 from robotid.config.load import parse
 from robotid.errors import InputError
-from robotid.model.units import sliding
+from robotid.model.units import on_axis
 from robotid.stages.pipeline import STAGES
 
 
@@ -36,7 +36,7 @@ def plot_artifact(file: Path, figure: Path) -> None:
     content = _content(file, label)
     from robotid.report.figures import draw
 
-    save_figure(draw(content, sliding if _linear(label) else str), figure)
+    save_figure(draw(content, on_axis(linear=_linear(label))), figure)
     say(f"{figure} written")
 
 

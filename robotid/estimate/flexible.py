@@ -17,7 +17,7 @@ from robotid.estimate.rigid import RigidResult
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
-from robotid.model.units import sliding
+from robotid.model.units import on_axis
 from robotid.signals.frf import Frf
 from robotid.signals.record import Record
 from robotid.simulate.assemble import assemble
@@ -142,7 +142,7 @@ def _result(linear: Joint, joint: Joint, parameters: Parameters, total: float, f
         springs = _spring_laws(telling, guesses)
         law = springs[-1]
         guesses |= {STIFFNESS: law.k1, CUBIC: law.k3} if law.stiffens else {CUBIC: 0.0}
-        remarks += [_say(law, sliding if joint.structure.linear else str)]
+        remarks += [_say(law, on_axis(linear=joint.structure.linear))]
     return FlexResult(
         frfs=tuple(f.response.frf for f in fitted),
         readings=tuple(_as_read(linear, total, f) for f in fitted),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from robotid.export.write import Columns, Tree
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.linear import LinearJoint, linearise
-from robotid.model.units import sliding
+from robotid.model.units import on_axis
 from robotid.simulate.assemble import assemble
 
 ANGLES, SPEEDS = ("phi_m", "phi_a", "phi_b"), ("dphi_m", "dphi_a", "dphi_b")
@@ -29,7 +29,7 @@ def model_tree(fit: FitResult, speed: float, sampling_times: Mapping[str, float]
     joint = assemble(fit.structure, angle=True)  # the angle is an output
     theta = np.array([fit[name].value for name in joint.names])
     linear = linearise(joint, theta, speed)
-    called: Callable[[str], str] = sliding if fit.structure.linear else str
+    called = on_axis(linear=fit.structure.linear)
     C, D = _outputs(joint, linear)
     channels = tuple(f"{signal}.{channel.name}" for signal, channel in joint.channels)
     angles = ANGLES[: joint.masses]

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from robotid.export.write import Columns
-from robotid.model.units import sliding
+from robotid.model.units import on_axis
 from robotid.signals.frf import Frf
 
 
 def response_columns(frf: Frf, *, linear: bool) -> Columns:
     """A response from motor torque to motor acceleration, a row a frequency. linear : of a sliding axis."""
-    unit = sliding("rad/s2/Nm") if linear else "rad/s2/Nm"
+    unit = on_axis(linear=linear)("rad/s2/Nm")
     optional = {"noise_std": frf.noise_std, "distortion_std": frf.distortion_std}
     return {
         "frequency [Hz]": frf.frequency,

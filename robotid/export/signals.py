@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from robotid.export.write import Columns
 from robotid.judge.simulated import Model, simulate_record
-from robotid.model.units import sliding
+from robotid.model.units import on_axis
 from robotid.signals.record import Record
 
 UNITS = {"t": "s", "tau_m": "Nm", "phi_m": "rad", "dphi_m": "rad/s", "phi_a": "rad"}
@@ -22,5 +22,5 @@ def signal_columns(record: Record, model: Model | None, *, linear: bool) -> Colu
     if model is not None:
         simulated = simulate_record(model, record)
         found |= {"phi_m_simulated": simulated.signal("position"), "dphi_m_simulated": simulated.signal("speed")}
-    called = {name: units[name.removesuffix("_simulated")] for name in found}
-    return {f"{name} [{sliding(called[name]) if linear else called[name]}]": values for name, values in found.items()}
+    called = on_axis(linear=linear)
+    return {f"{name} [{called(units[name.removesuffix('_simulated')])}]": values for name, values in found.items()}

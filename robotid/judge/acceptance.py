@@ -56,14 +56,10 @@ def objection(first: Trial, now: Trial, after: Trial, bench: Bench, conditions: 
     return None
 
 
-def _without(now: Trial, effect: str, bench: Bench) -> Trial:
+def _without(now: Trial, effect: str, bench: Bench) -> Trial | None:
     structure, parameters = reduced(now, effect)
-    return try_model(structure, [parameters], bench, now.motions)
-
-
-def _rival_without(rival: Trial, effect: str, bench: Bench) -> Trial | None:
     try:
-        return _without(rival, effect, bench)
+        return try_model(structure, [parameters], bench, now.motions)
     except NumericsError:
         return None
 
@@ -77,16 +73,15 @@ def drop(
     for one in causes[:-1]:
         if any(rests_on(other.effect, one.effect) for other in kept):
             continue
-        try:
-            lean = _without(now, one.effect, bench)
-        except NumericsError:
+        lean = _without(now, one.effect, bench)
+        if lean is None:
             continue
         lost = share_removed(first, lean, now, bench)
         if lost < STILL * one.explained and objection(first, lean, now, bench, conditions) is not None:
             kept.remove(one)
             last = kept[-1]
             both = share_removed(first, last.before, lean, bench) + one.explained
-            rival = None if last.rival is None else _rival_without(last.rival, one.effect, bench)
+            rival = None if last.rival is None else _without(last.rival, one.effect, bench)
             kept[-1] = replace(last, explained=min(1.0, both), after=lean, rival=rival)
             now = lean
         elif one.gain <= 0.0:

@@ -14,7 +14,7 @@ import numpy as np
 from robotid.judge.columns import as_measured
 from robotid.judge.location import BY_DIRECTION, BY_SPEED
 from robotid.model.array import Array
-from robotid.model.units import sliding
+from robotid.model.units import on_axis
 from robotid.signals.record import Record
 from robotid.simulate.simulate import Trajectory, measured_guess
 
@@ -68,7 +68,7 @@ def at_measured_speed(trajectory: Trajectory, record: Record) -> Trajectory:
 
 def variables(trajectory: Trajectory) -> list[Variable]:
     """Those that the joint has and that vary, in the units of its axis."""
-    flexible, unit = trajectory.joint.masses > 1, sliding if trajectory.joint.structure.linear else str
+    flexible, unit = trajectory.joint.masses > 1, on_axis(linear=trajectory.joint.structure.linear)
     found = [v for v in VARIABLES if (flexible or not v.gear) and np.ptp(_signals(trajectory, v)[0]) > 0.0]
     return [replace(v, unit=unit(v.unit)) for v in found]
 

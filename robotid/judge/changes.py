@@ -14,7 +14,7 @@ from robotid.judge.score import significance
 from robotid.judge.simulated import measured
 from robotid.judge.trial import PATIENCE, TOLERANCE, Bench, Trial, carried
 from robotid.judge.whitening import Whitening
-from robotid.model.units import sliding
+from robotid.model.units import on_axis
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
 from robotid.simulate.assemble import assemble
@@ -73,7 +73,7 @@ def _best(
     return Change(
         effect=candidate.name,
         value=value,
-        unit=(sliding if trial.structure.linear else str)(candidate.effect.parameters[0].unit),
+        unit=on_axis(linear=trial.structure.linear)(candidate.effect.parameters[0].unit),
         explained=min(1.0, explained),
         gain=_fit(after, parts[1], trial) - _fit(before, parts[1], trial),
         p_value=significance(explained * misfit / usual, 1, 2.0 * before.cost / usual, len(parts[1]), len(tried)),

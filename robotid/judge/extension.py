@@ -60,6 +60,13 @@ class Refit:
         first, *others = (carried(old.parameters, structure, values) for values in self.starts)
         return fit_model(self.before.name, joint, first, used, self.options, others=others)
 
+    def try_fit(self, effects: Sequence[str]) -> FitResult | None:
+        """The same, or the model as it was without further effects; None where it does not converge."""
+        try:
+            return self.fit(effects) if effects else self.before
+        except NumericsError:
+            return None
+
 
 def extend(refit: Refit, effects: Sequence[str]) -> Extension:
     """Fit a model with further effects on the records of its fit, and score it on all.
@@ -78,9 +85,8 @@ def extend(refit: Refit, effects: Sequence[str]) -> Extension:
             continue
         others = _others(kept, effect)
         refit.say(f"trying without {effect}")
-        try:
-            leaner = refit.fit(others) if others else before
-        except NumericsError:
+        leaner = refit.try_fit(others)
+        if leaner is None:
             continue
         lean = refit.scores(leaner) if others else earlier
         whole, part = _mean_fit(scores, refit.held), _mean_fit(lean, refit.held)
@@ -111,21 +117,15 @@ def gains(refit: Refit, effects: Sequence[str]) -> tuple[list[float], FitResult 
     if not effects or not refit.held:
         return [float("nan")] * len(effects), None
 
-    def reaches(fit: FitResult) -> float:
-        return _mean_fit(refit.scores(fit), refit.held)
-
-    def without(effect: str) -> float:
-        try:
-            return reaches(refit.fit(_others(effects, effect)))
-        except NumericsError:
-            return -np.inf
+    def reaches(fit: FitResult | None) -> float:
+        return _mean_fit({} if fit is None else refit.scores(fit), refit.held)
 
     fits = [refit.before, *(refit.fit(effects[: k + 1]) for k in range(len(effects)))]
     reached = [reaches(fit) for fit in fits]
     found = [_gain(after, earlier) for earlier, after in pairwise(reached)]
     alone = [k for k, gain in enumerate(found[:-1]) if gain <= 0.0]
     for k in alone:
-        found[k] = _gain(reached[-1], without(effects[k]))
+        found[k] = _gain(reached[-1], reaches(refit.try_fit(_others(effects, effects[k]))))
     return found, fits[-1]
 
 

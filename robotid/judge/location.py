@@ -10,7 +10,7 @@ import numpy as np
 from robotid.judge.bins import edges
 from robotid.judge.missing_torque import MissingTorque
 from robotid.model.array import Array, Index, Mask
-from robotid.model.units import sliding
+from robotid.model.units import on_axis
 from robotid.signals.record import Record
 from robotid.simulate.simulate import Trajectory
 
@@ -107,7 +107,7 @@ def _joined(parts: Sequence[Variable], kept: Mask) -> Variable:
 def _variables(number: int, trajectory: Trajectory, record: Record, missing: MissingTorque) -> list[Variable]:
     """Of one record, the speed first."""
     joint, x, h = trajectory.joint, missing.x, record.sampling_time
-    unit = sliding if joint.structure.linear else str
+    unit = on_axis(linear=joint.structure.linear)
     speed = x[joint.speeds.start]
     both = ("", BY_DIRECTION)
     every = (*both, BY_SPEED)

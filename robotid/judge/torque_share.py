@@ -12,7 +12,7 @@ from robotid.model.felt import Placed
 from robotid.model.joint import Joint
 from robotid.model.port import Port
 from robotid.model.term import Motion
-from robotid.model.units import sliding
+from robotid.model.units import on_axis
 from robotid.simulate.simulate import BLOCK, Trajectory
 from robotid.simulate.solver import Problem
 from robotid.simulate.steps import modes
@@ -83,7 +83,7 @@ def _add(
 
 def _say(place: Placed, m: Motion, k: int, joint: Joint, theta: Array) -> str:
     """The motion that the effect reads, at sample k."""
-    units = sliding if joint.structure.linear else str
+    units = on_axis(linear=joint.structure.linear)
     d = place.term.partials(m, theta[place.at].tolist())
     if not (isinstance(d.x, float) and d.x == 0.0):
         return f"a {POSITION.get(place.port, 'position')} of {_number(m.x, k)} {units('rad')}"

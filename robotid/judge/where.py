@@ -15,6 +15,7 @@ from robotid.judge.simulated import Case
 from robotid.judge.thinning import thinned
 from robotid.judge.validation import Trace
 from robotid.model.array import Array
+from robotid.model.units import on_axis
 from robotid.signals.record import Quantity, Record
 from robotid.simulate.simulate import Trajectory
 
@@ -83,4 +84,4 @@ def _trace(name: str, found: Sequence[tuple[Trajectory, Record, MissingTorque]],
     torque = _torques(found)[name]
     supplied = torque - left[name] if name in left and len(left[name]) == len(torque) else np.zeros(len(torque))
     linear = any(trajectory.joint.structure.linear for trajectory, _, _ in found)
-    return thinned(t, torque, supplied, "N" if linear else "Nm")
+    return thinned(t, torque, supplied, on_axis(linear=linear)("Nm"))

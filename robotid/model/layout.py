@@ -22,7 +22,7 @@ from robotid.model.port import Port, Signal
 from robotid.model.reads import Reads, reads_of
 from robotid.model.structure import Structure, changed
 from robotid.model.term import Bend, Term
-from robotid.model.units import sliding
+from robotid.model.units import on_axis
 
 
 class Layout:
@@ -153,5 +153,5 @@ class Layout:
         """Declared guesses and bounds, all free, terms first and then channels."""
         lower, upper = np.array([p.bounds for p in self.declared], dtype=np.float64).reshape(-1, 2).T
         values = np.array([p.guess for p in self.declared], dtype=np.float64)
-        units = tuple(sliding(p.unit) if self.structure.linear else p.unit for p in self.declared)
+        units = tuple(map(on_axis(linear=self.structure.linear), (p.unit for p in self.declared)))
         return Parameters(self.names, units, values, lower, upper, np.ones(len(values), dtype=bool))

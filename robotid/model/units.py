@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 
 SLIDING = {"rad": "m", "rad2": "m2", "rad3": "m3", "Nm": "N", "Nm2": "N2", "kg m2": "kg"}
 """What a turning axis' units become; others stay."""
-TURNING = re.compile(r"\b(kg m2|Nm2|Nm|rad3|rad2|rad)\b")
+TURNING = re.compile(rf"\b({'|'.join(SLIDING)})\b")
 
 
 def sliding(unit: str) -> str:
@@ -14,7 +15,11 @@ def sliding(unit: str) -> str:
     return TURNING.sub(lambda found: SLIDING[found[1]], unit)
 
 
+def on_axis(*, linear: bool) -> Callable[[str], str]:
+    """What a turning axis' unit is called on an axis that slides, or turns."""
+    return sliding if linear else str
+
+
 def unit_of(output: str, *, linear: bool) -> str:
     """Of a measured quantity, speed or position, on an axis that turns or slides."""
-    unit = "rad/s" if output == "speed" else "rad"
-    return sliding(unit) if linear else unit
+    return on_axis(linear=linear)("rad/s" if output == "speed" else "rad")

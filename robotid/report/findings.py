@@ -9,7 +9,7 @@ from robotid.estimate.result import Fits
 from robotid.estimate.rigid import RigidResult
 from robotid.judge.diagnosis import Diagnosis, Extension
 from robotid.judge.validation import Validation
-from robotid.model.units import sliding
+from robotid.model.units import on_axis
 from robotid.signals.quality import Recordings
 from robotid.signals.reference import Excitation
 
@@ -33,4 +33,4 @@ class Findings:
 
     def units(self, unit: str) -> str:
         """What the unit of a turning axis is called here."""
-        return sliding(unit) if self.linear else unit
+        return on_axis(linear=self.linear)(unit)

@@ -12,7 +12,7 @@ from typing import Any
 from robotid.artifacts.provenance import Provenance
 from robotid.artifacts.store import Label, load, save, write_text
 from robotid.errors import InputError, ThresholdError
-from robotid.model.units import sliding
+from robotid.model.units import on_axis
 from robotid.stages.freshness import StageStatus, State, judge
 from robotid.stages.progress import Begun, Log
 from robotid.stages.stage import Run, Stage, find
@@ -205,7 +205,7 @@ def _perform(run: Run, stage: Stage, labels: Mapping[str, Label], why: str, log:
         interrupted=bool(getattr(content, "interrupted", False)),
     )
     _put_beside(run, stage, content)
-    save(run.file(stage), content, made, sliding if config.robot.linear else str)
+    save(run.file(stage), content, made, on_axis(linear=config.robot.linear))
     seconds = time.perf_counter() - begin
     return Outcome(stage.name, run.file(stage), True, why, seconds, content, made.interrupted)
 
