@@ -221,8 +221,8 @@ def sensitivities(
                 forcing[:, k, 1:] = steps.S[:, mechanical.index(column)]
             elif column in channel:
                 forcing[:, k, 1:] = steps.S[:, -1] * channel[column][first:last]
-        for j in range(len(inputs)):
-            forcing[:, given:, 1:] += steps.S[:, None, len(mechanical) + j] * forces[j, :, first:last]
+        pushed = steps.S[:, len(mechanical) : -1]
+        np.einsum("ijn,jqn->iqn", pushed, forces[: len(inputs), :, first:last], out=forcing[:, given:, 1:])
         z = carry(steps, forcing)
         out[:, :, first : last + 1] = z[list(rows)]
         start = z[:, :, -1]
