@@ -30,7 +30,7 @@ def picture(diagnosis: Diagnosis, extension: Extension) -> Figure:
     upper, lower = figure.subfigures(2, 1, height_ratios=(1.15, 1))
     strips = list(upper.subplots(2, 1, sharex=True, height_ratios=(2, 1.2)))
     before, after = extension.before[RECORD], extension.after[RECORD]
-    draw_strips(strips, extended_plot(RECORD, before, after, extension.output), most=1600, legends=False)
+    draw_strips(strips, extended_plot(RECORD, before, after, extension.output), most=1600)
     legend(strips[0], columns=3)
     where, why, gain = lower.subplots(1, 3, width_ratios=(1, 1.15, 1))
     draw_curve(where, best_of_each(diagnosis.curves)[0])

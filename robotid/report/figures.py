@@ -23,7 +23,15 @@ from robotid.report.location import best_of_each, draw_curve, reach_of
 from robotid.report.parameters import draw_iterations, draw_parameters
 from robotid.report.plates import bode_models
 from robotid.report.residual import draw_correlations
-from robotid.report.time import TimePlot, draw_strips, extended_plot, record_plot, reference_plot, trace_plot
+from robotid.report.time import (
+    TimePlot,
+    draw_strips,
+    extended_plot,
+    name_curves,
+    record_plot,
+    reference_plot,
+    trace_plot,
+)
 from robotid.signals.quality import Recordings
 from robotid.signals.reference import Excitation
 
@@ -128,26 +136,6 @@ def draw_extension(content: Extension, units: Units = str) -> Figure:
     return figure
 
 
-def bode_figure(content: Validation, units: Units = str) -> Figure:
-    """Figure 3 of the paper, torque to speed, and the same to acceleration."""
-    figure = new_figure(10.0, 4.2)
-    _bode(figure, content, units)
-    return figure
-
-
-def trace_figure(model: ModelValidation, units: Units = str) -> Figure:
-    """Measured and simulated output on every record, with a strip of their difference."""
-    return _sheet(_traces(model, units))
-
-
-def correlation_figure(model: ModelValidation) -> Figure:
-    """Correlations of the residual on every record."""
-    rows, columns = grid_of(len(model.records))
-    figure = new_figure(max(6.4, PANEL[0] * columns), PANEL[1] * rows)
-    _correlations(figure, model)
-    return figure
-
-
 def _bode(figure: FigureBase, content: Validation, units: Units) -> None:
     models = bode_models(content)
     left, right = figure.subplots(1, 2)
@@ -173,10 +161,12 @@ def _sheet(plots: Sequence[TimePlot]) -> Figure:
 
 
 def _time_plots(figure: FigureBase, plots: Sequence[TimePlot]) -> None:
-    """Plots in a grid, curves named on the first."""
+    """Plots in a grid, curves named once."""
     panels = _grid(figure, len(plots), plots[0].heights) if plots else []
-    for k, (strips, plot) in enumerate(zip(panels, plots, strict=True)):
-        draw_strips(strips, plot, legends=k == 0)
+    for strips, plot in zip(panels, plots, strict=True):
+        draw_strips(strips, plot)
+    if panels:
+        name_curves(figure, panels[0])
 
 
 def _grid(figure: FigureBase, count: int, heights: Sequence[float]) -> list[list[Axes]]:

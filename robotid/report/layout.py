@@ -17,22 +17,23 @@ from robotid.report.gain import draw_gain, gains
 from robotid.report.parameters import draw_intervals, interval_rows
 from robotid.report.perturbation import draw_perturbation, perturbations
 from robotid.report.residual import draw_correlations
-from robotid.report.time import TimePlot, draw_strips
+from robotid.report.time import TimePlot, draw_strips, name_curves
 from robotid.signals.frf import Frf
 
 WIDTH, HEIGHT = 4.6, 3.1  # [inch] of a figure that a phone can show
 TIME_WIDTH = 7.0  # of signals over time
-MARGINS, LABEL = (0.85, 0.1, 0.5, 0.35), -0.52  # [inch] left, right, bottom, top of strips; where they are labelled
+MARGINS, LABEL = (0.85, 0.1, 0.75, 0.35), -0.52  # [inch] left, right, bottom, top of strips; where they are labelled
 
 
 def time_figure(plot: TimePlot) -> Figure:
     """Strips over time, their left edges in line."""
-    wide, tall = TIME_WIDTH, 1.0 + 1.05 * sum(plot.heights)
+    wide, tall = TIME_WIDTH, 1.25 + 1.05 * sum(plot.heights)
     left, right, bottom, top = MARGINS
     figure = new_figure(wide, tall, None)
     figure.subplots_adjust(left / wide, bottom / tall, 1 - right / wide, 1 - top / tall, hspace=0.12)
-    axes = figure.subplots(len(plot.strips), 1, squeeze=False, height_ratios=plot.heights)[:, 0]
-    draw_strips(list(axes), plot)
+    axes = list(figure.subplots(len(plot.strips), 1, squeeze=False, height_ratios=plot.heights)[:, 0])
+    draw_strips(axes, plot)
+    name_curves(figure, axes)
     for one in axes:
         one.yaxis.set_label_coords(LABEL / (wide - left - right), 0.5)
     return figure

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
 
 from robotid.judge.diagnosis import Score
 from robotid.judge.validation import RecordValidation, Trace
 from robotid.model.array import Array
-from robotid.report.axes import BLUE, FAINT, INK, MOST_POINTS, VERMILLION, Units, dress, envelope, legend, worded
+from robotid.report.axes import BLUE, FAINT, INK, MOST_POINTS, VERMILLION, Units, dress, envelope, worded
 from robotid.report.numbers import fixed
 from robotid.signals.record import Quantity, Record
 from robotid.signals.reference import Reference
@@ -101,7 +102,7 @@ def missing_plot(name: str, missing: Trace, units: Units = str, *, supplied: boo
     return TimePlot(f"{what} of {name}", (Strip(f"{what} [{units('Nm')}]", (asked, *added), 2.0, zero=True),))
 
 
-def draw_strips(pair: Sequence[Axes], plot: TimePlot, *, most: int = MOST_POINTS, legends: bool = True) -> None:
+def draw_strips(pair: Sequence[Axes], plot: TimePlot, *, most: int = MOST_POINTS) -> None:
     """A plot over as many axes as it has strips."""
     for axes, strip in zip(pair, plot.strips, strict=True):
         for series in strip.series:
@@ -112,9 +113,13 @@ def draw_strips(pair: Sequence[Axes], plot: TimePlot, *, most: int = MOST_POINTS
         last = strip is plot.strips[-1]
         dress(axes, "time [s]" if last else "", strip.label, plot.title if strip is plot.strips[0] else "")
         axes.tick_params(labelbottom=last)
-    if legends:
-        fullest = max(range(len(pair)), key=lambda k: sum(bool(s.name) for s in plot.strips[k].series))
-        legend(pair[fullest])
+
+
+def name_curves(figure: FigureBase, pair: Sequence[Axes]) -> None:
+    """What the curves of strips are called, below them all, where no signal runs."""
+    handles, names = max((axes.get_legend_handles_labels() for axes in pair), key=lambda found: len(found[1]))
+    if names:
+        figure.legend(handles, names, fontsize=8, frameon=False, ncols=len(names), loc="outside lower center")
 
 
 def _compared(title: str, traces: dict[str, tuple[Trace, str]], output: Quantity, units: Units) -> TimePlot:

@@ -17,7 +17,7 @@ from robotid.errors import ConfigError
 from robotid.estimate.flexible import FlexResult
 from robotid.model.units import sliding
 from robotid.report.axes import MOST_POINTS, envelope
-from robotid.report.figures import bode_figure, correlation_figure, draw, trace_figure
+from robotid.report.figures import draw
 from robotid.signals.quality import Recordings
 
 
@@ -62,7 +62,7 @@ def test_what_a_figure_says(content, expected) -> None:
 def test_magnitudes_are_those_of_the_responses() -> None:
     lines = draw(flex()).get_axes()[0].get_lines()
     np.testing.assert_allclose(lines[1].get_ydata(), np.abs(clean_responses()[1].response))
-    speed = bode_figure(validation()).get_axes()[0].get_lines()
+    speed = draw(validation()).get_axes()[0].get_lines()
     np.testing.assert_allclose(speed[0].get_ydata(), np.abs(clean_responses()[0].speed_response))
     best = validation().models["m"].bode
     assert best is not None
@@ -70,14 +70,15 @@ def test_magnitudes_are_those_of_the_responses() -> None:
 
 
 def test_the_residual_strip_is_the_difference() -> None:
-    wrong = validation().models["m0"]
-    upper, lower, *_ = trace_figure(wrong).get_axes()
+    upper, lower, *_ = draw(replace(validation(), best="m0", frfs=())).get_axes()
     measured, simulated = (line.get_ydata() for line in upper.get_lines())
     np.testing.assert_allclose(lower.get_lines()[0].get_ydata(), measured - simulated, atol=1e-12)
 
 
 def test_lags_outside_the_band_are_of_another_colour() -> None:
-    axes = correlation_figure(validation().models["m0"]).get_axes()[0]
+    axes = next(
+        a for a in draw(replace(validation(), best="m0")).get_axes() if "small: residual" in a.get_title("left")
+    )
     inside, outside = axes.collections[-2:]
     test = validation().models["m0"].records["small"].residual
     assert len(outside.get_segments()) == np.sum(np.abs(test.autocorrelation) > test.band) > 0
