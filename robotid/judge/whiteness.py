@@ -24,8 +24,8 @@ class ResidualTest:
     autocorrelation (lags,) at lags 1 to LAGS samples, within +- band at 99 % if the residual is white.
     crosscorrelation (2 LAGS + 1,) of the residual at t with the torque at t - lag, lags -LAGS to LAGS, within
     +- cross_band if independent; negative lags show feedback, and do not count. p values : of the portmanteau tests
-    over all positive lags. noise_floor : standard deviation of a white noise as dense as the residual is in the upper
-    half of its spectrum; misfit : what the residual holds beyond it.
+    over all positive lags. white_part : standard deviation of a white noise as dense as the residual is in the upper
+    half of its spectrum; coloured_part : of what the residual holds beyond it.
     """
 
     autocorrelation: Array
@@ -34,8 +34,8 @@ class ResidualTest:
     cross_band: float
     whiteness_p: float
     independence_p: float
-    noise_floor: float = field(metadata={"unit": "rad/s or rad"})
-    misfit: float = field(metadata={"unit": "rad/s or rad"})
+    white_part: float = field(metadata={"unit": "rad/s or rad"})
+    coloured_part: float = field(metadata={"unit": "rad/s or rad"})
 
     @property
     def white(self) -> bool:
@@ -67,7 +67,7 @@ def residual_test(residual: Array, torque: Array) -> ResidualTest:
     r = auto[1:] / scale
     spread = _cross_variance(e, u, lags)
     both = np.sqrt(scale * float(u @ u) / n) or 1.0
-    floor = _noise_floor(e)
+    white = _white_part(e)
     return ResidualTest(
         autocorrelation=r,
         band=float(QUANTILE / np.sqrt(n)),
@@ -76,8 +76,8 @@ def residual_test(residual: Array, torque: Array) -> ResidualTest:
         # Ljung & Box 1978
         whiteness_p=float(chdtrc(lags, n * (n + 2) * np.sum(r**2 / (n - np.arange(1, lags + 1))))),
         independence_p=_independence(cross[lags + 1 :], spread, n),
-        noise_floor=floor,
-        misfit=float(np.sqrt(max(0.0, auto[0] - floor**2))),
+        white_part=white,
+        coloured_part=float(np.sqrt(max(0.0, auto[0] - white**2))),
     )
 
 
@@ -111,7 +111,7 @@ def _independence(cross: Array, spread: Array, n: int) -> float:
     return float(chdtrc(int(told.sum()), n * np.sum((vectors.T @ cross)[told] ** 2 / values[told])))
 
 
-def _noise_floor(e: Array) -> float:
+def _white_part(e: Array) -> float:
     """Standard deviation of a white noise with the mean density of the upper half of the spectrum."""
     power = np.abs(np.fft.rfft(e)) ** 2 / len(e)
     return float(np.sqrt(power[len(power) // 2 :].mean()))

@@ -64,16 +64,16 @@ def test_bands_hold_99_percent():
     assert test.cross_band == pytest.approx(test.band, rel=0.15)
 
 
-def test_noise_floor_beneath_a_slow_misfit():
+def test_white_noise_beneath_a_slow_misfit():
     rng = np.random.default_rng(7)
     slow = 0.3 * np.sin(2 * np.pi * np.arange(N) / 500)
     test = residual_test(0.1 * rng.standard_normal(N) + slow, coloured(rng, 0.9))
-    assert test.noise_floor == pytest.approx(0.1, rel=0.1)
-    assert test.misfit == pytest.approx(0.3 / np.sqrt(2), rel=0.05)
+    assert test.white_part == pytest.approx(0.1, rel=0.1)
+    assert test.coloured_part == pytest.approx(0.3 / np.sqrt(2), rel=0.05)
 
 
 def test_a_perfect_residual_has_nothing_to_test():
     test = residual_test(np.zeros(N), coloured(np.random.default_rng(8), 0.5))
     assert test.white
     assert test.independent
-    assert test.noise_floor == test.misfit == 0.0
+    assert test.white_part == test.coloured_part == 0.0

@@ -7,6 +7,7 @@ from math import sqrt
 from robotid.cli.console import Json, Table, fixed, number
 from robotid.judge.perturbation import Perturbation
 from robotid.judge.validation import ModelValidation, RecordValidation, Validation
+from robotid.model.units import unit_of
 
 
 def tables(validation: Validation) -> tuple[Table, ...]:
@@ -59,8 +60,8 @@ def _record(record: RecordValidation) -> Json:
         "residual": {
             "whiteness_p": residual.whiteness_p,
             "independence_p": residual.independence_p,
-            "noise_floor": residual.noise_floor,
-            "misfit": residual.misfit,
+            "white_part": residual.white_part,
+            "coloured_part": residual.coloured_part,
         },
         "remarks": record.remarks,
     }
@@ -155,14 +156,15 @@ def _residuals(name: str, model: ModelValidation) -> Table:
     rows = tuple(
         (
             record,
-            number(r.residual.noise_floor, 3),
-            number(r.residual.misfit, 3),
+            number(r.residual.white_part, 3),
+            number(r.residual.coloured_part, 3),
             _p(r.residual.whiteness_p),
             _p(r.residual.independence_p),
         )
         for record, r in model.records.items()
     )
-    columns = ("record", "noise floor", "misfit", "p white", "p independent of torque")
+    unit = unit_of(model.output, linear=model.structure.linear)
+    columns = ("record", f"white part [{unit}]", f"coloured part [{unit}]", "p white", "p independent of torque")
     return Table(f"Residuals of {name}", columns, rows, "p below 0.01: the model leaves something unexplained")
 
 
