@@ -12,7 +12,7 @@ from robotid.model.channel import Channel
 from robotid.model.felt import Felt, Lever, Placed, Tangent, absent, bent, combine, own_tangent
 from robotid.model.geometry import Selection
 from robotid.model.layout import Layout
-from robotid.model.linear_algebra import hold, inverse, stacked, times, with_held
+from robotid.model.linear_algebra import hold, inverse, product, stacked, with_held
 from robotid.model.port import Port, Signal
 from robotid.model.reads import Reads
 from robotid.model.term import Bend, Motion, Term
@@ -215,7 +215,7 @@ class Joint(Layout):
         if locked is not None:
             force, mass = np.where(locked, 0.0, force), with_held(mass, locked)
         gain = inverse(mass)
-        ddq = times(gain, force)
+        ddq = product(gain, force)
         jacobian = np.zeros((nv, self.nx, n))
         response = None if columns is None else np.zeros((nv, len(columns) + 1, n))
         f, A = np.empty((self.nx, n)), np.zeros((self.nx, self.nx, n))
@@ -238,9 +238,9 @@ class Joint(Layout):
             hold(jacobian, locked)
             if response is not None:
                 hold(response, locked)
-        A[self.speeds] = times(gain, jacobian)
+        product(gain, jacobian, out=A[self.speeds])
         if response is not None and B is not None:
-            B[self.speeds] = times(gain, response)
+            product(gain, response, out=B[self.speeds])
         return Dynamics(f, A, B)
 
     def _add_torque(

@@ -36,20 +36,9 @@ def inverse(matrices: Array) -> Array:
     return solve(matrices, np.broadcast_to(np.eye(d)[:, :, None], (d, d, n)))
 
 
-def product(a: Array, b: Array) -> Array:
-    """Matrix products at every sample. a (i, j, n), b (j, k, n) -> (i, k, n)."""
-    total = a[:, 0, None] * b[None, 0]
-    scratch = np.empty_like(total)
-    for j in range(1, len(b)):
-        total += np.multiply(a[:, j, None], b[None, j], out=scratch)
-    return np.asarray(total)
-
-
-def times(gain: Array, columns: Array) -> Array:
-    """gain (nv, nv, 1 or n) times columns (nv, n) or (nv, k, n)."""
-    if gain.shape[0] == 1:
-        return np.asarray(gain[0] * columns)
-    return product(gain, columns[:, None])[:, 0] if columns.ndim == 2 else product(gain, columns)
+def product(a: Array, b: Array, out: Array | None = None) -> Array:
+    """Matrix products at every sample. a (i, j, n or 1), b (j, k, n) or (j, n) -> (i, k, n) or (i, n)."""
+    return np.einsum("ijn,j...n->i...n", a, b, out=out)
 
 
 def with_held(mass: Array, locked: Mask) -> Array:
