@@ -165,8 +165,7 @@ def _time_plots(figure: FigureBase, plots: Sequence[TimePlot]) -> None:
     panels = _grid(figure, len(plots), plots[0].heights) if plots else []
     for strips, plot in zip(panels, plots, strict=True):
         draw_strips(strips, plot)
-    if panels:
-        name_curves(figure, panels[0])
+    name_curves(figure, [axes for strips in panels for axes in strips])
 
 
 def _grid(figure: FigureBase, count: int, heights: Sequence[float]) -> list[list[Axes]]:

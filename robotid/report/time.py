@@ -115,9 +115,10 @@ def draw_strips(pair: Sequence[Axes], plot: TimePlot, *, most: int = MOST_POINTS
         axes.tick_params(labelbottom=last)
 
 
-def name_curves(figure: FigureBase, pair: Sequence[Axes]) -> None:
-    """What the curves of strips are called, below them all, where no signal runs."""
-    handles, names = max((axes.get_legend_handles_labels() for axes in pair), key=lambda found: len(found[1]))
+def name_curves(figure: FigureBase, every: Sequence[Axes]) -> None:
+    """What the curves are called, as on the axes that name most, below them all, where no signal runs."""
+    found = [axes.get_legend_handles_labels() for axes in every]
+    handles, names = max(found, key=lambda one: len(one[1]), default=([], []))
     if names:
         figure.legend(handles, names, fontsize=8, frameon=False, ncols=len(names), loc="outside lower center")
 

@@ -11,6 +11,7 @@ import pytest
 from diagnosed import CLEAN
 from judged_records import clean_records, clean_responses
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
 from report_findings import diagnosis, excitation, extension, fits, flex, validation
 
 from robotid.errors import ConfigError
@@ -30,7 +31,7 @@ def texts(figure: Figure) -> str:
     said = []
     for axes in figure.get_axes():
         said += [axes.get_title(loc="left"), axes.get_xlabel(), axes.get_ylabel()]
-        said += axes.get_legend_handles_labels()[1]
+    said += [text.get_text() for legend in figure.findobj(Legend) for text in legend.get_texts()]
     return "\n".join(said)
 
 
@@ -57,6 +58,12 @@ def test_what_a_figure_says(content, expected) -> None:
     png = BytesIO()
     figure.savefig(png, format="png")
     assert png.getvalue().startswith(b"\x89PNG")
+
+
+def test_a_reference_in_one_record_alone_is_named() -> None:
+    first, second = clean_records()
+    followed = replace(second, ref=second.dphi_m, ref_kind="speed")
+    assert "reference" in texts(draw(Recordings((replace(first, ref=None), followed), ())))
 
 
 def test_magnitudes_are_those_of_the_responses() -> None:
