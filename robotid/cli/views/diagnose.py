@@ -199,8 +199,9 @@ def _causes(diagnosis: Diagnosis) -> tuple[Table, ...]:
         for cause in diagnosis.causes
         for p in cause.parameters
     )
+    note = "explains: share of the misfit's energy, every frequency weighed by the noise that it has"
     return (
-        Table("Causes", columns, rows),
+        Table("Causes", columns, rows, note),
         Table("Their parameters", ("parameter", "value", "sd", "unit", "remark"), values),
     )
 

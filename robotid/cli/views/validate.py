@@ -165,7 +165,8 @@ def _residuals(name: str, model: ModelValidation) -> Table:
     )
     unit = unit_of(model.output, linear=model.structure.linear)
     columns = ("record", f"white part [{unit}]", f"coloured part [{unit}]", "p white", "p independent of torque")
-    return Table(f"Residuals of {name}", columns, rows, "p below 0.01: the model leaves something unexplained")
+    note = "p below 0.01: a pattern is left; the coloured part tells how large it is"
+    return Table(f"Residuals of {name}", columns, rows, note)
 
 
 def _p(value: float) -> str:
