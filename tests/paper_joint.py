@@ -45,26 +45,3 @@ def multisine(t: Array, peak: float) -> Array:
     phase = -np.pi * np.arange(len(lines)) * (np.arange(len(lines)) + 1) / len(lines)
     y = np.cos(2 * np.pi * 0.2 * np.outer(t, lines) + phase).sum(axis=1)
     return np.asarray(peak * y / np.abs(y).max())
-
-
-def set_valued(u: Array, h: float, truth: dict[str, float], substeps: int = 40) -> tuple[Array, Array, Array]:
-    """Twist, motor speed and arm speed under held torque u, from rest, with dry friction as a set-valued law.
-
-    Semi-implicit time stepping in plain floats: in every substep friction first takes what it needs to bring the
-    motor to rest, at most its level (Moreau 1988). First order in the substep; shares nothing with the package.
-    """
-    jm, fv, fc, k1, k3, d, ja = (truth[k] for k in TRUTH)
-    dt, r = h / substeps, RATIO
-    twist = wm = wa = 0.0
-    out = np.empty((3, len(u)))
-    for n, torque in enumerate(u.tolist()):
-        out[:, n] = twist, wm, wa
-        for _ in range(substeps):
-            middle = twist + 0.5 * dt * (r * wm - wa)
-            gear = k1 * middle + k3 * middle * middle * middle + d * (r * wm - wa)
-            free = wm + dt * (torque - fv * wm - r * gear) / jm
-            most = dt * fc / jm
-            before, wm = wm, 0.0 if abs(free) <= most else free - most if free > 0 else free + most
-            old, wa = wa, wa + dt * gear / ja
-            twist += 0.5 * dt * (r * (before + wm) - old - wa)
-    return out[0], out[1], out[2]

@@ -141,7 +141,8 @@ def _period(found: Findings, t: Array, declared: float | None) -> float:
 def _bridge(found: Findings, counts: NDArray[np.intp], missing: int) -> None:
     """Say that gaps are filled, or refuse."""
     longest = int(counts.max()) - 1
-    refused = found.policy.gaps == "refuse" or (found.policy.gaps is None and not few(missing, longest, len(counts)))
+    mended = found.policy.gaps is None and few(missing, longest, int(counts.sum()) + 1)
+    refused = found.policy.gaps != "interpolate" and not mended
     k = int(np.argmax(counts) if refused else np.argmax(counts > 1)) + 1
     where = found.where(k)
     plural = f"{missing} samples are missing" if missing > 1 else "1 sample is missing"

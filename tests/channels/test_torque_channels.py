@@ -19,6 +19,12 @@ def torque(n: int = 30) -> Array:
     return np.asarray(np.random.default_rng(3).normal(size=n))
 
 
+def test_gain_and_saturation_are_those_of_their_equations() -> None:
+    u = torque()
+    np.testing.assert_allclose(CHANNELS["torque_gain"].apply(u, H, [0.1]), 1.1 * u, rtol=1e-14)
+    np.testing.assert_allclose(CHANNELS["torque_saturation"].apply(u, H, [0.25]), 2.0 * np.tanh(u / 2.0), rtol=1e-14)
+
+
 @pytest.mark.parametrize("samples", [0.0, 0.25, 1.0, 2.618, 7.5, 29.0, 40.3])
 def test_delay_is_the_mean_of_the_shifted_hold(samples: float) -> None:
     u = torque()

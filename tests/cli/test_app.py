@@ -91,14 +91,14 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
 THREADS = """
 import os
 from robotid.cli.app import main
-main(["fit", "absent.yaml", "--jobs", "1"])
+main(["fit", "absent.yaml", "--jobs", "3"])
 print(os.environ["OPENBLAS_NUM_THREADS"])
 """
 
 
 def test_threads_are_limited() -> None:
     done = subprocess.run([sys.executable, "-c", THREADS], capture_output=True, text=True, check=True)
-    assert done.stdout == "1\n"
+    assert done.stdout == "3\n"
 
 
 def test_completion_is_there(tmp_path: Path) -> None:

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH, references
 
 from robotid.errors import NumericsError
+from robotid.estimate import grey_box
 from robotid.estimate.grey_box import FitOptions, fit_model
-from robotid.estimate.least_squares import Iteration
+from robotid.estimate.least_squares import Iteration, Solution
 from robotid.estimate.result import End, FitResult
 from robotid.model.parameters import Parameters
+from robotid.model.structure import Structure
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
 from robotid.simulate.assemble import assemble
 from robotid.simulate.controller import Controller
 from robotid.simulate.plant import Plant
+from robotid.simulate.simulate import simulate
 
 JOINT = assemble(STRUCTURE)
 TYPICAL = {"motor.inertia.J": 0.0123, "arm.inertia.J": 1000.0, "gear.spring.k1": 1.2e6, "gear.damper.d": 2000.0}
@@ -123,16 +127,62 @@ def test_the_keyboard_ends_further_starts_with_the_best_so_far(records: tuple[Re
     assert len(begun) == 2
 
 
-def test_a_horizon_fits_pieces_and_reports_whole_records(records: tuple[Record, ...]) -> None:
-    fit = fit_model("m", JOINT, start(), records[:1], FitOptions(horizon=1.0))
-    assert list(fit.fit_percent) == ["set1"]
-    assert fit["motor.viscous.Fv"].value == pytest.approx(TRUTH["motor.viscous.Fv"], rel=0.02)
+RIGID = assemble(Structure(("motor.inertia", "motor.viscous")), angle=True)
+LIGHT = {"motor.inertia.J": 0.012, "motor.viscous.Fv": 0.03}
 
 
-def test_multistart_keeps_the_best(records: tuple[Record, ...]) -> None:
-    once = fit_model("m", JOINT, start(), records[1:2], FitOptions())
-    more = fit_model("m", JOINT, start(), records[1:2], FitOptions(multistart=1))
-    assert more.cost[-1] <= once.cost[-1] * (1 + 1e-6)
+def light(name: str = "r", noise: float = 0.01, seed: int = 1, offset: float = 0.0, **changed: float) -> Record:
+    """Two seconds of an axis of inertia and viscous friction. offset : of the recorded torque [Nm]."""
+    t = np.arange(400) * 0.005
+    u = 0.5 * np.sin(4 * t) + 0.3 * np.sin(17 * t)
+    asked = Record(name, "estimate", "both", 0.005, u, 0 * u, 0 * u)
+    motion = simulate(RIGID, RIGID.parameters().with_values(LIGHT | changed).values, asked, np.zeros(RIGID.nx))
+    speed = motion.dphi_m + noise * np.random.default_rng(seed).standard_normal(len(u))
+    return replace(asked, tau_m=u + offset, phi_m=motion.phi_m, dphi_m=speed)
+
+
+def fit_light(*made: Record, **options: Any) -> FitResult:
+    joint = assemble(RIGID.structure)
+    return fit_model("m", joint, joint.parameters().with_values(LIGHT), made, FitOptions(**options))
+
+
+def test_deviations_are_those_of_repeated_experiments() -> None:
+    fits = [fit_light(light(noise=0.1, seed=seed)) for seed in range(40)]
+    for name in LIGHT:
+        spread = np.std([fit[name].value for fit in fits], ddof=1)
+        for kind in ("std", "std_robust"):
+            assert 0.7 < np.mean([getattr(fit[name], kind) for fit in fits]) / spread < 1.4
+
+
+def test_pieces_of_a_horizon_start_afresh() -> None:
+    drifting = light(offset=0.1)
+    whole, pieces = fit_light(drifting), fit_light(drifting, horizon=0.2)
+    assert list(pieces.fit_percent) == ["r"]
+    assert pieces.noise_std["r"] < 0.5 * whole.noise_std["r"]
+
+
+def test_a_weight_draws_the_fit_to_its_record() -> None:
+    one, other = light("one"), light("other", seed=2, **{"motor.viscous.Fv": 0.04})
+    found = {w: fit_light(one, other, weights={"other": w})["motor.viscous.Fv"].value for w in (0.01, 1.0, 100.0)}
+    assert found[0.01] == pytest.approx(0.03, rel=0.01)
+    assert 0.032 < found[1.0] < 0.038
+    assert found[100.0] == pytest.approx(0.04, rel=0.01)
+
+
+def test_multistart_keeps_the_best(monkeypatch: pytest.MonkeyPatch) -> None:
+    solve, costs = grey_box._solve, list[float]()
+
+    def noted(*arguments: Any) -> Solution:
+        found = solve(*arguments)
+        costs.append(found.evaluation.cost)
+        return found
+
+    monkeypatch.setattr(grey_box, "_solve", noted)
+    joint = assemble(RIGID.structure)
+    far = joint.parameters().with_values({"motor.inertia.J": 0.2, "motor.viscous.Fv": 1.0})
+    found = fit_model("m", joint, far, (light(),), FitOptions(most=1, multistart=3))
+    assert len(costs) == 4
+    assert found.cost[-1] == min(costs) < costs[0]
 
 
 def test_a_diverging_start_is_refused(records: tuple[Record, ...]) -> None:

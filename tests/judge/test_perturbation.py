@@ -10,6 +10,7 @@ from paper_joint import TRUTH
 from robotid.judge import perturbation
 from robotid.judge.perturbation import perturb
 from robotid.judge.simulated import simulate_record
+from robotid.signals.metrics import fit_percent
 
 RECORD = clean_records()[0]
 
@@ -29,6 +30,14 @@ def test_towards_the_truth_gains_and_away_from_it_loses():
     at = table.names.index("motor.coulomb.Fc")
     assert table.plus[at] > 5
     assert table.minus[at] < -5
+
+
+def test_an_entry_is_the_loss_of_fit_with_that_parameter_changed():
+    table = perturb(model({}), simulate_record(model({}), RECORD), 20.0)
+    at, truth = table.names.index("motor.coulomb.Fc"), TRUTH["motor.coulomb.Fc"]
+    for factor, entry in ((1.2, table.plus[at]), (0.8, table.minus[at])):
+        changed = simulate_record(model({"motor.coulomb.Fc": factor * truth}), RECORD)
+        assert entry == pytest.approx(fit_percent(RECORD.dphi_m, changed.signal("speed")) - 100.0, abs=1e-3)
 
 
 def test_no_perturbation_changes_nothing():

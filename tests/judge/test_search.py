@@ -9,21 +9,23 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_bench import SPEED_NOISE, bench, fitted, records, searched, simulated
+from small_bench import AXIS, SPEED_NOISE, TRUTH, bench, fitted, records, records_of, searched, simulated
 
 from robotid.errors import NumericsError
 from robotid.judge import refits
+from robotid.judge.acceptance import drop, objection
 from robotid.judge.candidates import Candidate
 from robotid.judge.conditions import Conditions
 from robotid.judge.diagnosis import Diagnosis
-from robotid.judge.growth import Growth, misfit_energy
-from robotid.judge.ranking import Round, best_of_each, look, rank
-from robotid.judge.refits import Tried
+from robotid.judge.growth import Found, Growth, misfit_energy
+from robotid.judge.ranking import Round, best_of_each, look, p_value, rank
+from robotid.judge.refits import Tried, refit_hopeful
 from robotid.judge.score import Score
 from robotid.judge.simulated import fitted_model
-from robotid.judge.trial import Trial
+from robotid.judge.trial import Bench, Trial, extended, try_model
 from robotid.judge.verdict import verdict
 from robotid.signals.record import Record
+from robotid.simulate.assemble import assemble
 
 STRIBECK = {"motor.stribeck.dFs": 0.15, "motor.stribeck.vs": 1.0}
 COGGING = {"motor.cogging.A": 0.04, "motor.cogging.B": 0.03, "motor.cogging.n": 6.0}
@@ -210,3 +212,59 @@ def test_an_effect_that_cannot_be_refitted_from_one_point_of_its_grid_is_tried_f
     best = seen.scores[0].candidate
     assert [one.candidate.name for one, _ in tried] == [best.name]
     assert tried[0][0].candidate != best
+
+
+def test_what_differs_on_a_record_held_out_is_told_with_its_size() -> None:
+    warm = records_of(assemble(AXIS, angle=True), TRUTH | {"motor.coulomb.Fc": 0.7})[2]
+    made = [*records({})[:2], warm]
+    growth = searched(made, QUICK)
+    (one,) = growth.changes
+    assert growth.causes == ()
+    assert one.effect == "record_change.check.motor.coulomb.Fc"
+    assert one.value == pytest.approx(0.1, rel=0.1)
+    assert told(made, growth).verdict == "named"
+
+
+@cache
+def idle_then_stribeck() -> tuple[Bench, Trial, Trial, Trial]:
+    """The axis, with a cogging that it does not have, and with the Stribeck effect that it has besides."""
+    where, first = bench(records(STRIBECK), QUICK)
+    structure, start = extended(first, "motor.cogging", {f"motor.cogging.{k}": v for k, v in (("A", 0.01), ("n", 6.0))})
+    idle = try_model(structure, [start], where, first.motions)
+    structure, start = extended(idle, "motor.stribeck", STRIBECK)
+    return where, first, idle, try_model(structure, [start], where, idle.motions)
+
+
+def test_a_cause_that_loses_its_worth_is_dropped() -> None:
+    where, first, idle, both = idle_then_stribeck()
+    causes = [
+        Found("motor.cogging", 0.3, 1.0, 1e-9, ("motor.cogging",), first, idle, None),
+        Found("motor.stribeck", 0.9, 1.0, 1e-9, ("motor.stribeck",), idle, both, None),
+    ]
+    kept, now = drop(first, causes, both, where, QUICK)
+    assert [one.effect for one in kept] == ["motor.stribeck"]
+    assert now.structure.effects == (*AXIS.effects, "motor.stribeck")
+
+
+def test_a_cause_must_be_worth_what_is_asked_on_the_records_held_out() -> None:
+    where, first, idle, both = idle_then_stribeck()
+    gained = (idle.held_energy - both.held_energy) / sum(map(len, where.held))
+    assert objection(first, idle, both, where, replace(QUICK, worth=0.99 * gained**0.5)) is None
+    why = objection(first, idle, both, where, replace(QUICK, worth=1.01 * gained**0.5))
+    assert why is not None
+    assert "is not worth it" in why
+
+
+def test_only_what_is_significant_and_worth_it_is_refitted() -> None:
+    loose = replace(QUICK, worth=0.0)
+    where, trial = bench(records({}), loose)
+    seen = rank(look(trial, loose.skip), where, loose)
+    p = min(p_value(one, seen, where) for one in seen.scores)
+    worth = (seen.scores[0].energy / where.samples) ** 0.5
+
+    def tried(level: float, worth: float = 0.0) -> Tried:
+        return refit_hopeful(trial, seen, where, replace(loose, level=level, worth=worth), lambda _: None)
+
+    assert tried(2.0 * p)
+    assert not tried(p)
+    assert not tried(2.0 * p, 1.01 * worth)

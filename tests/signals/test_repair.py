@@ -62,6 +62,23 @@ def test_a_short_gap_is_filled() -> None:
     np.testing.assert_allclose(mended.signals["phi_m"], np.sin(3 * T), atol=2e-3)
 
 
+@pytest.mark.parametrize(
+    ("rows", "mended"),
+    [
+        ([100, 101, 102], True),
+        ([100, 101, 102, 103], False),
+        ([50, 110, 170, 230], True),  # one in a hundred
+        ([50, 110, 170, 230, 290], False),
+    ],
+)
+def test_three_in_a_row_and_one_in_a_hundred_are_mended(rows: list[int], mended: bool) -> None:
+    if mended:
+        assert run(*without(rows)).grid.missing == len(rows)
+    else:
+        with pytest.raises(InputError, match=f"{len(rows)} samples are missing"):
+            run(*without(rows))
+
+
 def test_many_short_gaps_are_refused_unless_asked_for() -> None:
     found, t = without(list(range(50, 350, 20)))
     with pytest.raises(InputError, match="15 samples are missing, 1 of them before this one"):

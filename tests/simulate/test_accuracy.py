@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
-from paper_joint import RATIO, SAMPLING_TIME, STRUCTURE, TRUTH, references, set_valued
+from extended_joint import open_loop
+from fine_steps import Hidden, fine_steps
+from paper_joint import RATIO, SAMPLING_TIME, STRUCTURE, TRUTH, references
 from scipy.integrate import solve_ivp
 
 from robotid.model.array import Array
@@ -32,11 +36,37 @@ def torques() -> list[Array]:
 @pytest.mark.parametrize("number", [0, 1, 2])
 def test_dry_friction_agrees_with_a_set_valued_reference(number: int) -> None:
     u = torques()[number]
-    _, speed, _ = set_valued(u, SAMPLING_TIME, TRUTH)
+    speed = fine_steps(u, SAMPLING_TIME, Hidden())
     joint = assemble(STRUCTURE)
     simulated = simulate(joint, joint.parameters().with_values(TRUTH).values, record_of(u, speed), x0=np.zeros(3))
     assert simulated.rescued == ()
     assert np.sqrt(np.mean((simulated.dphi_m - speed) ** 2)) <= 0.002
+
+
+HARD = {
+    "gear.backlash": ({"gap": 2e-5}, Hidden(gap=2e-5)),
+    "gear.soft_spring": ({"s": 0.5, "xs": 2e-5}, Hidden(soft=0.5, soft_within=2e-5)),
+    "gear.transmission_error": ({"A": 1e-5, "B": 0.0, "n": 2.0}, Hidden(error=1e-5, error_periods=2.0)),
+    "gear.hysteresis": ({"kh": 80.0, "xs": 3e-5}, Hidden(slip_torque=80.0, slip_twist=3e-5)),
+    "motor.load_friction": ({"mu": 0.05}, Hidden(load=0.05)),
+    "motor.thermal_friction": ({"c": 0.3, "T": 0.5}, Hidden(warm_up=0.3, warm_up_time=0.5)),
+    "motor.presliding": ({"w": 1.0, "s0": 30.0, "s1": 1e-3}, Hidden(bristles=30.0, bristle_damping=1e-3)),
+}
+
+
+@cache
+def without_effect() -> Array:
+    return fine_steps(open_loop(1500).tau_m, SAMPLING_TIME, Hidden())
+
+
+@pytest.mark.parametrize("effect", HARD)
+def test_what_is_hard_to_simulate_agrees_with_small_steps(effect: str) -> None:
+    own, hidden = HARD[effect]
+    record, joint = open_loop(1500), assemble(STRUCTURE.extended(effect))
+    theta = joint.parameters().with_values(TRUTH | {f"{effect}.{k}": v for k, v in own.items()}).values
+    expected = fine_steps(record.tau_m, SAMPLING_TIME, hidden)
+    error = simulate(joint, theta, record, np.zeros(joint.nx)).dphi_m - expected
+    assert np.linalg.norm(error) < 0.03 * np.linalg.norm(expected - without_effect())
 
 
 def test_a_stuck_motor_does_not_move_at_all() -> None:

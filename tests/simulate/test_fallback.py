@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +54,25 @@ def test_a_rescued_stretch_agrees_with_newton(monkeypatch: pytest.MonkeyPatch) -
     plain = simulate(JOINT, THETA, RECORD, START)
     assert plain.rescued == ()
     assert rescued.dphi_m == pytest.approx(plain.dphi_m, abs=2e-5)
+
+
+def test_a_rescued_reversal_agrees_with_newton(monkeypatch: pytest.MonkeyPatch) -> None:
+    works = solver.newton
+    back = replace(RECORD, tau_m=-3.5 + 0 * T, dphi_m=0 * T)
+    plain = simulate(JOINT, THETA, back, START)
+    turn = int(np.argmax(plain.dphi_m <= 0.0))
+    assert turn > 5
+    assert plain.dphi_m[-1] < -1.0
+
+    def stubborn(problem: Problem, first: int, start: Array, guess: Array) -> tuple[Array, int, int]:
+        if first < turn + 5 and first + guess.shape[1] - 1 > turn - 5:
+            return guess, 0, 1
+        return works(problem, first, start, guess)
+
+    monkeypatch.setattr(solver, "newton", stubborn)
+    rescued = simulate(JOINT, THETA, back, START)
+    assert rescued.rescued
+    assert rescued.dphi_m == pytest.approx(plain.dphi_m, abs=1e-4)
 
 
 @pytest.mark.usefixtures("newton_fails")
