@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.io import loadmat
+from smoke_run import SMOKE, smoke_run
 
 from robotid.artifacts.store import load
 from robotid.cli.app import main
@@ -18,14 +19,10 @@ from robotid.signals.metrics import fit_percent
 from robotid.signals.quality import Recordings
 from robotid.signals.readers import read
 
-SMOKE = Path(__file__).parents[2] / "configs" / "smoke.yaml"
 
-
-@pytest.fixture(scope="module")
-def run_directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("smoke")
-    assert main(["run", str(SMOKE), "--out", str(out), "--quiet"]) == 0
-    return out
+@pytest.fixture
+def run_directory() -> Path:
+    return smoke_run()
 
 
 def export(artifact: Path, to: Path, *options: str) -> int:

@@ -5,17 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from smoke_run import smoke_run
 
 from robotid.cli.app import main
 
-SMOKE = Path(__file__).parents[2] / "configs" / "smoke.yaml"
 
-
-@pytest.fixture(scope="module")
-def run_directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("smoke")
-    assert main(["run", str(SMOKE), "--out", str(out), "--quiet"]) == 0
-    return out
+@pytest.fixture
+def run_directory() -> Path:
+    return smoke_run()
 
 
 @pytest.mark.parametrize("artifact", ["records.h5", "flex.h5", "model.h5", "validation.h5"])

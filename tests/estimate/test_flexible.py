@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 from paper_joint import RATIO, SAMPLING_TIME, STRUCTURE, TRUTH
-from virtual_records import paper_records
+from virtual_records import paper_records, true_records
 
 from robotid.estimate.average_stiffness import equivalent_law, published_law, simulate_twist
 from robotid.estimate.flexible import FlexResult, fit_flexible
@@ -174,7 +174,7 @@ def test_a_third_mass_is_found(structure: Structure, tool: dict[str, float]) -> 
 
 
 def test_a_tool_that_is_not_there_is_said() -> None:
-    set1, set2, _ = paper_records(STRUCTURE, TRUTH)
+    set1, set2, _ = true_records()
     joint = assemble(THREE)
     rigid = fit_rigid(joint, joint.parameters(), [set1])
     flex = fit_flexible(joint, joint.parameters().with_values(rigid.guesses), rigid, [set2])
@@ -182,7 +182,7 @@ def test_a_tool_that_is_not_there_is_said() -> None:
 
 
 def test_a_fixed_parameter_is_held() -> None:
-    set1, set2, _ = paper_records(STRUCTURE, TRUTH)
+    set1, set2, _ = true_records()
     joint = assemble(STRUCTURE)
     parameters = joint.parameters().with_values({"motor.inertia.J": 0.0121})
     parameters = replace(parameters, free=np.array([name != "motor.inertia.J" for name in joint.names]))
@@ -194,7 +194,7 @@ def test_a_fixed_parameter_is_held() -> None:
 
 
 def test_slow_motion_tells_no_stiffness() -> None:
-    set1, *_ = paper_records(STRUCTURE, TRUTH)
+    set1, *_ = true_records()
     joint = assemble(STRUCTURE)
     rigid = fit_rigid(joint, joint.parameters(), [set1])
     flex = fit_flexible(joint, joint.parameters().with_values(rigid.guesses), rigid, [set1], band=(0.2, 2.0))
@@ -203,7 +203,7 @@ def test_slow_motion_tells_no_stiffness() -> None:
 
 
 def test_a_rigid_axis_gives_an_empty_result() -> None:
-    set1, *_ = paper_records(STRUCTURE, TRUTH)
+    set1, *_ = true_records()
     joint = assemble(Structure(("motor.inertia", "motor.viscous", "motor.coulomb")))
     flex = fit_flexible(joint, joint.parameters(), fit_rigid(joint, joint.parameters(), [set1]), [set1])
     assert flex.frfs == ()
@@ -213,7 +213,7 @@ def test_a_rigid_axis_gives_an_empty_result() -> None:
 
 def test_realisations_become_one_response() -> None:
     """Two phase realisations, told by equal band, period and reference RMS; another amplitude stays apart."""
-    _, set2, set3 = paper_records(STRUCTURE, TRUTH)
+    _, set2, set3 = true_records()
     assert set2.ref is not None
     joint = assemble(STRUCTURE)
     parameters = joint.parameters().with_values(TRUTH)

@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from followed_curve import correlation_beyond, followed, imitable
 from scipy.ndimage import gaussian_filter1d
 from small_bench import AXIS, SAMPLING_TIME, TRUTH, bench, fitted, records_of, searched, simulated
 
@@ -101,33 +102,16 @@ def diagnosed(case: str) -> tuple[list[Record], Diagnosis]:
     return made, verdict(fitted_model(fitted(made)), simulated(made), growth)
 
 
-def correlation(curve: Curve, made: list[Record], term: Unlisted) -> float:
-    """Of the torque that a curve makes of the motion with the true one, but for what the fitted model can take of
-    either: a part along acceleration, speed, direction, and a constant."""
+def likeness(curve: Curve, made: list[Record], term: Unlisted) -> float:
+    """Correlation of the torque that a curve makes of the motion with the true one, but for what the fitted model can
+    take of either."""
     told, true, taken = [], [], []
     for record in made[:2]:
         v, x = gaussian_filter1d(record.dphi_m, SMOOTH), record.phi_m
-        told.append(followed(curve, v, x))
+        told.append(followed(curve, {"dphi_m": v, "phi_m": x}[curve.along.partition(", ")[0]], v))
         true.append(-term.shape(v, x))
-        taken.append(np.column_stack([np.gradient(v, SAMPLING_TIME), v, np.sign(v), np.ones_like(v)]))
-    known = np.concatenate(taken)
-    both = [np.concatenate(signal) for signal in (told, true)]
-    left = [s - known @ np.linalg.lstsq(known, s, rcond=None)[0] for s in both]
-    return float(np.corrcoef(*left)[0, 1])
-
-
-def followed(curve: Curve, v: Array, x: Array) -> Array:
-    """The torque of a curve along a motion; at a knot that is there twice it jumps."""
-    name, _, counted = curve.along.partition(", ")
-    variable = {"dphi_m": v, "phi_m": x}[name]
-    torque = np.interp(variable, curve.x, curve.missing_torque)
-    twice = np.flatnonzero(np.diff(curve.x) == 0.0)
-    if twice.size:
-        k = int(twice[0]) + 1
-        lower = np.interp(variable, curve.x[:k], curve.missing_torque[:k])
-        upper = np.interp(variable, curve.x[k:], curve.missing_torque[k:])
-        torque = np.where(variable < 0, lower, upper)
-    return np.asarray(torque * {"": 1.0, "by speed": v / curve.at, "by direction": np.sign(v)}[counted])
+        taken.append(imitable(v, SAMPLING_TIME))
+    return correlation_beyond(*map(np.concatenate, (told, true, taken)))
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -145,14 +129,14 @@ def test_the_shape_is_that_of_the_torque_along_what_orders_it(case: str) -> None
     assert d.shape is not None
     assert d.shape.along == along
     assert d.shape.order > 0.9
-    assert correlation(d.shape, made, term) >= ALIKE
+    assert likeness(d.shape, made, term) >= ALIKE
 
 
 def test_the_shape_of_another_torque_is_not_taken_for_it() -> None:
     """Else the correlation would show nothing."""
     made, d = diagnosed("bump")
     assert d.shape is not None
-    assert correlation(d.shape, made, Product()) < 0.5
+    assert likeness(d.shape, made, Product()) < 0.5
 
 
 def test_the_size_of_the_bump_is_told_in_newton_metres() -> None:
