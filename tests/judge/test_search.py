@@ -13,6 +13,7 @@ from small_bench import AXIS, SPEED_NOISE, TRUTH, bench, fitted, records, record
 
 from robotid.errors import NumericsError
 from robotid.judge import refits
+from robotid.judge import search as searching
 from robotid.judge.acceptance import drop, objection
 from robotid.judge.candidates import Candidate
 from robotid.judge.conditions import Conditions
@@ -23,6 +24,7 @@ from robotid.judge.refits import Tried, refit_hopeful
 from robotid.judge.score import Score
 from robotid.judge.simulated import fitted_model
 from robotid.judge.trial import Bench, Trial, extended, try_model
+from robotid.judge.unknown import shapes
 from robotid.judge.verdict import verdict
 from robotid.signals.record import Record
 from robotid.simulate.assemble import assemble
@@ -268,3 +270,43 @@ def test_only_what_is_significant_and_worth_it_is_refitted() -> None:
     assert tried(2.0 * p)
     assert not tried(p)
     assert not tried(2.0 * p, 1.01 * worth)
+
+
+@pytest.mark.parametrize(
+    ("reached", "named", "shaped", "named_then", "passes"),
+    [
+        (True, False, False, True, 1),  # the sensors explain what is left: nothing is missing
+        (False, True, False, True, 1),
+        (False, False, False, False, 2),
+        (False, False, True, True, 2),
+    ],
+)
+def test_errors_of_the_torque_are_allowed_for_where_sensors_explain_too_little(
+    reached: bool, named: bool, shaped: bool, named_then: bool, passes: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made, one, _ = question("stribeck")
+    allowed, grown = list[bool](), list[Growth]()
+
+    def set_up(*_: object, errors: bool = False) -> tuple[Bench, None]:
+        allowed.append(errors)
+        return replace(one.bench, reached=reached, errors=errors), None
+
+    def grow(_: None, where: Bench, *__: object) -> Growth:
+        shape = shapes(one.first, one.bench)[0] if shaped and not where.errors else None
+        causes = one.causes if (named_then if where.errors else named) else ()
+        grown.append(replace(one, bench=where, causes=causes, shape=shape))
+        return grown[-1]
+
+    monkeypatch.setattr(searching, "set_up", set_up)
+    monkeypatch.setattr(searching, "grow", grow)
+    assert searched(made, QUICK) is grown[-1]
+    assert allowed == [False, True][:passes]
+
+
+def test_a_curve_stands_where_errors_of_the_torque_leave_no_cause(monkeypatch: pytest.MonkeyPatch) -> None:
+    made, one, _ = question("stribeck")
+    first = replace(one, causes=(), shape=shapes(one.first, one.bench)[0])
+    both = iter([first, replace(one, causes=())])
+    monkeypatch.setattr(searching, "set_up", lambda *_, **__: (replace(one.bench, reached=False), None))
+    monkeypatch.setattr(searching, "grow", lambda *_: next(both))
+    assert searched(made, QUICK) is first
