@@ -257,6 +257,13 @@ def test_a_cause_must_be_worth_what_is_asked_on_the_records_held_out() -> None:
     assert "is not worth it" in why
 
 
+def test_a_cause_that_explains_a_thousandth_is_an_error_of_the_simulation() -> None:
+    where, first, idle, both = idle_then_stribeck()
+    wild = replace(first, residuals=tuple(100.0 * r for r in first.residuals))
+    assert objection(first, idle, both, where, QUICK) is None
+    assert "of the misfit" in str(objection(wild, idle, both, where, QUICK))
+
+
 def test_only_what_is_significant_and_worth_it_is_refitted() -> None:
     loose = replace(QUICK, worth=0.0)
     where, trial = bench(records({}), loose)
