@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.io import loadmat
-from smoke_run import SMOKE, smoke_run
 
 from robotid.artifacts.store import load
 from robotid.cli.app import main
@@ -19,10 +18,7 @@ from robotid.signals.metrics import fit_percent
 from robotid.signals.quality import Recordings
 from robotid.signals.readers import read
 
-
-@pytest.fixture
-def run_directory() -> Path:
-    return smoke_run()
+SMOKE = Path(__file__).parents[2] / "configs" / "smoke.yaml"
 
 
 def export(artifact: Path, to: Path, *options: str) -> int:

@@ -5,14 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from smoke_run import smoke_run
 
 from robotid.cli.app import main
-
-
-@pytest.fixture
-def run_directory() -> Path:
-    return smoke_run()
 
 
 @pytest.mark.parametrize("artifact", ["records.h5", "flex.h5", "model.h5", "validation.h5"])

@@ -169,6 +169,18 @@ def test_a_weight_draws_the_fit_to_its_record() -> None:
     assert found[100.0] == pytest.approx(0.04, rel=0.01)
 
 
+def test_a_horizon_fits_pieces_and_reports_whole_records(records: tuple[Record, ...]) -> None:
+    fit = fit_model("m", JOINT, start(), records[:1], FitOptions(horizon=1.0))
+    assert list(fit.fit_percent) == ["set1"]
+    assert fit["motor.viscous.Fv"].value == pytest.approx(TRUTH["motor.viscous.Fv"], rel=0.02)
+
+
+def test_multistart_is_no_worse_than_one_start(records: tuple[Record, ...]) -> None:
+    once = fit_model("m", JOINT, start(), records[1:2], FitOptions())
+    more = fit_model("m", JOINT, start(), records[1:2], FitOptions(multistart=1))
+    assert more.cost[-1] <= once.cost[-1] * (1 + 1e-6)
+
+
 def test_multistart_keeps_the_best(monkeypatch: pytest.MonkeyPatch) -> None:
     solve, costs = grey_box._solve, list[float]()
 

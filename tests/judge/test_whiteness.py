@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from robotid.judge.whiteness import residual_test
+from robotid.judge.whiteness import QUANTILE, residual_test
 from robotid.model.array import Array
 
 N, DRAWS = 1500, 400
@@ -63,6 +63,8 @@ def test_bands_hold_99_percent():
     within = [np.abs(t.autocorrelation) <= t.band for t in tests]
     apart = [np.abs(t.crosscorrelation) <= t.cross_band for t in tests]
     assert [np.mean(within), np.mean(apart)] == pytest.approx([0.99, 0.99], abs=0.003)
+    assert tests[0].band == pytest.approx(QUANTILE / np.sqrt(N))
+    assert tests[0].cross_band == pytest.approx(tests[0].band, rel=0.15)
 
 
 def test_white_noise_beneath_a_slow_misfit():

@@ -33,17 +33,21 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "cache"
 
 
-@pytest.fixture
-def newton_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Newton's method refuses every window that touches samples 80 to 90."""
+def refuse(first_one: int, last_one: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Newton's method refuses every window that touches these samples."""
     works = solver.newton
 
     def stubborn(problem: Problem, first: int, start: Array, guess: Array) -> tuple[Array, int, int]:
-        if first < 90 and first + guess.shape[1] - 1 > 80:
+        if first < last_one and first + guess.shape[1] - 1 > first_one:
             return guess, 0, 1
         return works(problem, first, start, guess)
 
     monkeypatch.setattr(solver, "newton", stubborn)
+
+
+@pytest.fixture
+def newton_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    refuse(80, 90, monkeypatch)
 
 
 @pytest.mark.usefixtures("newton_fails")
@@ -57,19 +61,12 @@ def test_a_rescued_stretch_agrees_with_newton(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_a_rescued_reversal_agrees_with_newton(monkeypatch: pytest.MonkeyPatch) -> None:
-    works = solver.newton
     back = replace(RECORD, tau_m=-3.5 + 0 * T, dphi_m=0 * T)
     plain = simulate(JOINT, THETA, back, START)
     turn = int(np.argmax(plain.dphi_m <= 0.0))
     assert turn > 5
     assert plain.dphi_m[-1] < -1.0
-
-    def stubborn(problem: Problem, first: int, start: Array, guess: Array) -> tuple[Array, int, int]:
-        if first < turn + 5 and first + guess.shape[1] - 1 > turn - 5:
-            return guess, 0, 1
-        return works(problem, first, start, guess)
-
-    monkeypatch.setattr(solver, "newton", stubborn)
+    refuse(turn - 5, turn + 5, monkeypatch)
     rescued = simulate(JOINT, THETA, back, START)
     assert rescued.rescued
     assert rescued.dphi_m == pytest.approx(plain.dphi_m, abs=1e-4)

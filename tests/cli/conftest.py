@@ -1,0 +1,19 @@
+"""What tests of the command line share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from robotid.cli.app import main
+
+SMOKE = Path(__file__).parents[2] / "configs" / "smoke.yaml"
+
+
+@pytest.fixture(scope="session")
+def run_directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The configuration that CI runs, taken through all stages once; not to be written to."""
+    out = tmp_path_factory.mktemp("smoke")
+    assert main(["run", str(SMOKE), "--out", str(out), "--quiet"]) == 0
+    return out
