@@ -48,14 +48,14 @@ bench: $(STAMP)
 
 # TRIALS='--only motor.stribeck --draws 2' selects; results are kept in trials/.
 trials: $(STAMP)
-	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests $(BIN)/python -m hidden --readme $(TRIALS)
+	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests $(BIN)/python -m study --readme $(TRIALS)
 
 picture: $(STAMP)
 	$(ROBOTID) run configs/hidden.yaml
 	$(BIN)/python data/make_picture.py runs/hidden data/picture.svg
 
 readme: $(STAMP)
-	$(BIN)/python tests/readme.py
+	PYTHONPATH=tests $(BIN)/python -m support.effects_table
 
 # One rule a stage. What make finds stale by time, robotid checks by content: what turns out fresh is only touched.
 # Measured files are those that the configuration names; one that is missing is left for robotid to complain of.

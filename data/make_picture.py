@@ -13,7 +13,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from robotid.artifacts.store import load
-from robotid.judge.diagnosis import Diagnosis, Extension
+from robotid.diagnosis.results import Diagnosis, Extension
 from robotid.report.axes import legend, new_figure
 from robotid.report.causes import draw_causes
 from robotid.report.gain import draw_gain

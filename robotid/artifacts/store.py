@@ -105,7 +105,7 @@ def load(path: Path, cls: type[T]) -> Artifact[T]:
             raise InputError(f"of another version ({_first_line(error)})", where=str(path), hint=AGAIN) from error
 
 
-def peek(path: Path, *, checked: bool = True) -> Label:
+def read_header(path: Path, *, checked: bool = True) -> Label:
     """The label alone, of whatever kind. checked : the content, though not told, is held against its checksum. Raises
     InputError as `load` does."""
     with _open(path) as file:

@@ -11,10 +11,12 @@ from textwrap import fill
 from typing import Any
 
 from robotid.artifacts.store import load
-from robotid.cli.views import view
-from robotid.stages.pipeline import DIAGNOSE, EXTEND, VALIDATE, Outcome, Run, StageStatus, State, status
-from robotid.stages.report import is_current
-from robotid.stages.stage import Stage
+from robotid.pipeline.execute import Outcome, status
+from robotid.pipeline.freshness import StageStatus, State
+from robotid.pipeline.report_page import is_current
+from robotid.pipeline.stage import Run, Stage
+from robotid.pipeline.table import DIAGNOSE, EXTEND, VALIDATE
+from robotid.report.tables import view
 
 EXTENDED = Path("extended.yaml")
 

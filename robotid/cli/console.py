@@ -6,33 +6,19 @@ import json
 import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from io import StringIO
 from math import isfinite
 from typing import IO, TYPE_CHECKING, Literal
 
+from robotid.report.tables.table import Json, Table
+
 if TYPE_CHECKING:
     from rich.console import Console
-
-Json = None | bool | int | float | str | Sequence["Json"] | Mapping[str, "Json"]
 
 WIDE = 1000  # a table in a file or a pipe is never folded
 TEXT = 24  # characters to which a column of sentences may shrink
 GAP = 3  # between columns
-
-
-@dataclass(frozen=True, slots=True)
-class Table:
-    """Rows of text under a title; columns that hold numbers are set flush right.
-
-    styles : how a terminal shows cells of certain words, such as {"stale": "yellow"}.
-    """
-
-    title: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    note: str = ""
-    styles: Mapping[str, str] = field(default_factory=dict)
 
 
 def say(text: str, *, quiet: bool = False) -> None:
@@ -151,15 +137,3 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return text in ("", "-")
     return True
-
-
-def number(value: float | None, digits: int = 4) -> str:
-    """A number with so many significant digits; a dash where there is none."""
-    return "-" if value is None or not isfinite(value) else f"{value:.{digits}g}"
-
-
-def fixed(value: float | None, decimals: int = 2) -> str:
-    """A number with so many decimals; a dash where there is none."""
-    if value is None or not isfinite(value):
-        return "-"
-    return f"{round(value, decimals) + 0.0:.{decimals}f}"  # + 0.0 takes the sign from zero

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from robotid.channels import CHANNELS
-from robotid.cli.console import Json, Table, number, print_json, print_tables
+from robotid.cli.console import print_json, print_tables
 from robotid.config.suggest import suggest
 from robotid.errors import ConfigError
 from robotid.model.channel import Channel
 from robotid.model.describe import Description, describe
 from robotid.model.parameters import Parameter
 from robotid.model.term import Term
+from robotid.report.tables.table import Json, Table, number
 from robotid.terms import TERMS
 
 EFFECTS: dict[str, Term | Channel] = {**TERMS, **CHANNELS}

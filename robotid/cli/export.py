@@ -7,20 +7,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from robotid.artifacts.store import Label, load, peek
+from robotid.artifacts.store import Label, load, read_header
 from robotid.cli.console import say
 from robotid.config.load import parse
 from robotid.config.schema import Config
 from robotid.config.suggest import suggest
 from robotid.errors import ConfigError, NumericsError
+from robotid.estimate.fitted_model import fitted_model
 from robotid.estimate.result import FitResult, Fits
 from robotid.export.linear_model import model_tree, parameter_columns
 from robotid.export.responses import response_columns
 from robotid.export.signals import signal_columns
 from robotid.export.write import Columns, check_format, write_columns, write_tree
-from robotid.judge.simulated import fitted_model
+from robotid.pipeline.table import STAGES
 from robotid.signals.quality import Recordings
-from robotid.stages.pipeline import STAGES
 
 EXPORTED = ("fit", "collect", "init-flex")
 
@@ -40,7 +40,7 @@ class _Source:
 def export_artifact(file: Path, to: Path, *, model: str | None, record: str | None, speed: float) -> None:
     """Write what an artifact holds. Raises ConfigError for an artifact, a format or a name that cannot be exported."""
     check_format(to)
-    label = peek(file)
+    label = read_header(file)
     stage = label.provenance.stage
     if stage not in EXPORTED:
         known = ", ".join(STAGES[name].output for name in EXPORTED)
@@ -65,7 +65,7 @@ def _model(source: _Source, to: Path, speed: float) -> None:
 def _sampling_times(source: _Source, fit: FitResult) -> dict[str, float]:
     """Of the records of a fit, where they still lie beside it."""
     file = source.file.with_name(STAGES["collect"].output)
-    if not file.exists() or peek(file).digest != source.label.provenance.inputs.get("collect"):
+    if not file.exists() or read_header(file).digest != source.label.provenance.inputs.get("collect"):
         return {}
     return {r.name: r.sampling_time for r in load(file, Recordings).content.records if r.name in fit.records}
 

@@ -9,9 +9,10 @@ from pathlib import Path
 import yaml
 
 from robotid.artifacts.store import write_text
-from robotid.cli.console import Table, number, print_tables, say
+from robotid.cli.console import print_tables, say
 from robotid.config.template import measured, virtual
 from robotid.errors import ConfigError, InputError
+from robotid.report.tables.table import Table, number
 from robotid.signals.columns import Column
 from robotid.signals.proposal import Proposal, propose
 from robotid.signals.units import UNITS

@@ -10,15 +10,18 @@ import typer
 
 from robotid.artifacts.store import load as load_artifact
 from robotid.cli.closing import closing
-from robotid.cli.console import Json, Table, fixed, print_json, print_tables, say
+from robotid.cli.console import print_json, print_tables, say
 from robotid.cli.progress import watching
-from robotid.cli.views import view
-from robotid.cli.views.sliding import slid
 from robotid.config.load import load
 from robotid.errors import INTERRUPTED, ThresholdError
-from robotid.stages.pipeline import FRESH, STAGES, Outcome, Run, execute, execute_all
-from robotid.stages.progress import Log
-from robotid.stages.report import PAGE
+from robotid.pipeline.execute import FRESH, Outcome, execute, execute_all
+from robotid.pipeline.report_page import PAGE
+from robotid.pipeline.stage import Run
+from robotid.pipeline.table import STAGES
+from robotid.progress import Log
+from robotid.report.tables import view
+from robotid.report.tables.sliding import slid
+from robotid.report.tables.table import Json, Table, fixed
 
 ONE_OF = ("fit", "validate")  # of a whole run the last that was reached is printed,
 AS_WELL = ("diagnose", "extend")  # and these in brief

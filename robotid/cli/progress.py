@@ -9,8 +9,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from robotid.cli.console import number, say
-from robotid.stages.progress import Begun, Log, Progress, Step
+from robotid.cli.console import say
+from robotid.progress import Begun, Log, Progress, Step
+from robotid.report.tables.table import number
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

@@ -3,33 +3,23 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 from robotid.artifacts.store import Label, write_text
-from robotid.cli.views import view
-from robotid.cli.views.sliding import slid
+from robotid.pipeline.execute import FORCED, FRESH, Outcome
+from robotid.pipeline.report_page import Material, gather, page_file, why_made
+from robotid.pipeline.stage import Run
+from robotid.pipeline.table import STAGES
+from robotid.progress import Begun, Log, Progress
+from robotid.report.figure_specs import figure_specs
 from robotid.report.page import Origin, Source, page
-from robotid.report.plates import plates
 from robotid.report.save import check_format, save_figure
 from robotid.report.summary import summary
-from robotid.stages.pipeline import FORCED, FRESH, STAGES, Outcome
-from robotid.stages.progress import Begun, Log, Progress
-from robotid.stages.report import Material, gather, page_file, why_made
-from robotid.stages.stage import Run
+from robotid.report.tables import view
+from robotid.report.tables.sliding import slid
+from robotid.report.written import Report
 
 STAGE = "report"
-
-
-@dataclass(frozen=True, slots=True)
-class Report:
-    """What was written. shows : stages; left_out : artifacts that are stale, and why; figures : files."""
-
-    file: Path
-    summary: str
-    shows: tuple[str, ...]
-    left_out: dict[str, str]
-    figures: tuple[Path, ...]
 
 
 def make_report(
@@ -91,7 +81,7 @@ def _source(stage: str, label: Label) -> Source:
 
 def _write_figures(material: Material, folder: Path, form: str, log: Log | None) -> tuple[Path, ...]:
     folder.mkdir(parents=True, exist_ok=True)
-    every = plates(material.findings())
+    every = figure_specs(material.findings())
     files = tuple(folder / f"{plate.name}.{form}" for plate in every)
     for k, (plate, file) in enumerate(zip(every, files, strict=True)):
         if log is not None:

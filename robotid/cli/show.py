@@ -6,19 +6,20 @@ from pathlib import Path
 from typing import Any
 
 from robotid.artifacts.provenance import Provenance
-from robotid.artifacts.store import Label, load, peek
-from robotid.cli.console import Json, Table, print_json, print_tables, say
-from robotid.cli.views import view
-from robotid.cli.views.sliding import slid
+from robotid.artifacts.store import Label, load, read_header
+from robotid.cli.console import print_json, print_tables, say
 from robotid.config.load import parse
 from robotid.errors import InputError
 from robotid.model.units import on_axis
-from robotid.stages.pipeline import STAGES
+from robotid.pipeline.table import STAGES
+from robotid.report.tables import view
+from robotid.report.tables.sliding import slid
+from robotid.report.tables.table import Json, Table
 
 
 def show_artifact(file: Path, *, as_json: bool = False) -> None:
     """Print an artifact of any stage. Raises InputError where it is missing, foreign or damaged."""
-    label = peek(file)
+    label = read_header(file)
     stage, content = label.provenance.stage, _content(file, label)
     if as_json:
         print_json({"content": view(stage).document(content), "provenance": _document(label)})
@@ -32,7 +33,7 @@ def plot_artifact(file: Path, figure: Path) -> None:
     from robotid.report.save import check_format, save_figure
 
     check_format(figure.suffix.removeprefix("."), str(figure))
-    label = peek(file)
+    label = read_header(file)
     content = _content(file, label)
     from robotid.report.figures import draw
 

@@ -23,7 +23,7 @@ STAGES: dict[str, str] = {
     "diagnose": "What the simulation gets wrong, and the physical cause.",
     "extend": "The model with its causes, fitted anew, and the gain on records it did not see.",
 }
-"""Names as in `robotid.stages.pipeline`, and what --help says of them without importing a stage."""
+"""Names as in `robotid.pipeline.table`, and what --help says of them without importing a stage."""
 
 
 def add_stages(app: typer.Typer) -> None:

@@ -5,9 +5,12 @@ from __future__ import annotations
 from datetime import UTC, datetime
 
 from robotid.cli.closing import next_command
-from robotid.cli.console import Table, print_json, print_tables
+from robotid.cli.console import print_json, print_tables
 from robotid.cli.progress import duration
-from robotid.stages.pipeline import Run, StageStatus, status
+from robotid.pipeline.execute import status
+from robotid.pipeline.freshness import StageStatus
+from robotid.pipeline.stage import Run
+from robotid.report.tables.table import Table
 
 STATES = {"fresh": "green", "stale": "yellow", "absent": "dim"}
 

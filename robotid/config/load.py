@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from yaml.nodes import MappingNode
 
 from robotid.config.check import problems
-from robotid.config.complain import complaint
+from robotid.config.config_error import complaint
 from robotid.config.override import override
 from robotid.config.schema import Config
 from robotid.config.tree import Plain, compose, follow, plain

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from robotid.catalogue import assemble
 from robotid.estimate.average_stiffness import SpringLaw, equivalent_law, published_law, simulate_twist
 from robotid.estimate.flexible_start import rigid_inertia, starts
 from robotid.estimate.linear_response import FLOOR, ResponseFit, fit_response, linear_part
@@ -20,7 +21,6 @@ from robotid.model.parameters import Parameters
 from robotid.model.units import on_axis
 from robotid.signals.frf import Frf
 from robotid.signals.record import Record
-from robotid.simulate.assemble import assemble
 
 NEEDED = ("motor.inertia.J", "gear.spring.k1", "arm.inertia.J")
 STIFFNESS, CUBIC = "gear.spring.k1", "gear.cubic_spring.k3"

@@ -10,12 +10,13 @@ import numpy as np
 
 from robotid.errors import NumericsError
 from robotid.estimate.covariance import coloured_information, impulse_response
-from robotid.estimate.least_squares import Iteration, Solution, solve
+from robotid.estimate.least_squares import Solution, solve
 from robotid.estimate.residual import Evaluation, OutputError, observed
 from robotid.estimate.result import End, Estimate, FitResult
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
+from robotid.progress import Iteration
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Quantity, Record
 

@@ -14,21 +14,13 @@ from robotid.errors import NumericsError
 from robotid.estimate.residual import Evaluation, OutputError
 from robotid.estimate.result import End
 from robotid.model.array import Array, Mask
+from robotid.progress import Iteration
 
 SMALLEST_DAMPING, LARGEST_DAMPING = 1e-14, 1e10
 FIRST_DAMPING = 1e-3
 SLOWEST_GROWTH = 4  # of the damping at a step in vain; twice as fast at each further one (Nielsen 1999)
 IN_NOISE = 0.1  # of the decrease that fitting pure noise brings, unknowns / samples: less is not worth a step
 MOST_SMALL = 3  # steps in a row that gain less than they promised and less than the tolerance
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Iteration:
-    """One line of the iteration log."""
-
-    number: int
-    cost: float
-    decrease: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)

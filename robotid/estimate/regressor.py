@@ -12,10 +12,10 @@ import numpy as np
 
 from robotid.model import term
 from robotid.model.array import Array
-from robotid.model.felt import Placed
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.port import Port
+from robotid.model.port_motion import Placed
 from robotid.signals.differentiate import Kinematics, decimate, differentiate
 from robotid.signals.record import Record
 
@@ -90,7 +90,7 @@ def moving(joint: Joint) -> Iterator[tuple[Placed, float]]:
     terms), with the speed of their port in motor speeds."""
     factors = {Port.MOTOR: 1.0, Port.ARM: joint.ratio, Port.TOOL: joint.ratio}
     for place in joint.placed:
-        own = not place.term.states and place.term.reads is None and not isinstance(place.term, term.Bend)
+        own = not place.term.states and place.term.reads is None and not isinstance(place.term, term.MotionTransform)
         if place.port in factors and own:
             yield place, factors[place.port]
 

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from robotid import __version__
+from robotid.catalogue import assemble
 from robotid.estimate.result import Estimate, FitResult
 from robotid.export.write import Columns, Tree
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.linear import LinearJoint, linearise
 from robotid.model.units import on_axis
-from robotid.simulate.assemble import assemble
 
 ANGLES, SPEEDS = ("phi_m", "phi_a", "phi_b"), ("dphi_m", "dphi_a", "dphi_b")
 CONTINUOUS = "dx/dt = A x + B u, y = C x + D u, about the operating point; dry friction is constant there"

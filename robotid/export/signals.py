@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from robotid.estimate.fitted_model import Model, simulate_record
 from robotid.export.write import Columns
-from robotid.judge.simulated import Model, simulate_record
 from robotid.model.units import on_axis
 from robotid.signals.record import Record
 

@@ -9,13 +9,13 @@ import numpy as np
 
 from robotid.model.array import Array, Mask
 from robotid.model.channel import Channel
-from robotid.model.felt import Felt, Lever, Placed, Tangent, absent, bent, combine, own_tangent
 from robotid.model.geometry import Selection
 from robotid.model.layout import Layout
 from robotid.model.linear_algebra import hold, inverse, product, stacked, with_held
 from robotid.model.port import Port, Signal
+from robotid.model.port_motion import Lever, Placed, PortMotion, Tangent, absent, bent, combine, own_tangent
 from robotid.model.reads import Reads
-from robotid.model.term import Bend, Motion, Term
+from robotid.model.term import Motion, MotionTransform, Term
 
 
 @dataclass(slots=True)
@@ -73,11 +73,13 @@ class Joint(Layout):
             self._add_torque(place, felt, theta, jacobian, None, {})
         return jacobian, self._mass_matrix(felts, theta)
 
-    def _feel(self, x: Array, s: Array, t: Array, theta: Array, places: Sequence[Placed] | None = None) -> list[Felt]:
+    def _feel(
+        self, x: Array, s: Array, t: Array, theta: Array, places: Sequence[Placed] | None = None
+    ) -> list[PortMotion]:
         """What each place feels: the motion of its port, bent by the bends there, and the torque it reads."""
         places = self.placed if places is None else places
         ports = {port: self._raw(place, x, s, t) for port, place in {p.port: p for p in places}.items()}
-        felts: dict[int, Felt] = {}
+        felts: dict[int, PortMotion] = {}
         bends = [(k, place.bend) for k, place in enumerate(places) if place.bend is not None]
         # Errors of the teeth come before play between them, whatever the order of the list.
         for k, bend in sorted(bends, key=lambda one: one[1].watches is None):
@@ -94,14 +96,14 @@ class Joint(Layout):
             for k in range(len(places))
         ]
 
-    def _raw(self, place: Placed, x: Array, s: Array, t: Array) -> Felt:
+    def _raw(self, place: Placed, x: Array, s: Array, t: Array) -> PortMotion:
         """The motion of a port itself."""
         v, zero = _sum(place.v, x), np.zeros(1)
         direction = s[place.q[0][0]] * np.sign(place.q[0][1]) if len(place.q) == 1 else np.sign(v)
         m = Motion(_sum(place.x, x) if place.x else zero, v, zero, direction, t, x[:0])
-        return Felt(m, dict(place.x), dict(place.v), {}, {}, tuple(Lever(j, c) for j, c in place.q))
+        return PortMotion(m, dict(place.x), dict(place.v), {}, {}, tuple(Lever(j, c) for j, c in place.q))
 
-    def _at(self, place: Placed, felt: Felt, x: Array, s: Array, theta: Array) -> Felt:
+    def _at(self, place: Placed, felt: PortMotion, x: Array, s: Array, theta: Array) -> PortMotion:
         """The same motion with the term's own memory and sides; sides not given are those of the distances."""
         term = place.term
         if not term.states and not term.edges:
@@ -144,14 +146,14 @@ class Joint(Layout):
                         matrix[row, k] += value
         return self.distances(x, s, t, theta), slopes, response
 
-    def _watched(self, bend: Bend, x: Array, s: Array, t: Array) -> Felt | None:
+    def _watched(self, bend: MotionTransform, x: Array, s: Array, t: Array) -> PortMotion | None:
         if bend.watches is None:
             return None
         port = self._place(bend.watches, bend, 0, 0, 0, Reads(x=True, a=False, s=False), acts=True)
         return self._raw(port, x, s, t)
 
     def _read(
-        self, reader: Placed, places: Sequence[Placed], felts: dict[int, Felt], theta: Array
+        self, reader: Placed, places: Sequence[Placed], felts: dict[int, PortMotion], theta: Array
     ) -> tuple[Array | float, Tangent]:
         """The torque that a term reads, as it acts on the reader's coordinate, with its tangent."""
         reading = reader.term.reads
@@ -170,7 +172,7 @@ class Joint(Layout):
                 parts.append((factor, felt.chain(d, own_tangent(place, d, self.nx))))
         return total, combine(parts)
 
-    def _force(self, felts: Sequence[Felt], u: Array, theta: Array) -> Array:
+    def _force(self, felts: Sequence[PortMotion], u: Array, theta: Array) -> Array:
         force = np.zeros((self.masses, len(u)))
         force[0] = u
         for place, felt in zip(self.placed, felts, strict=False):
@@ -179,7 +181,7 @@ class Joint(Layout):
                 force[lever.j] -= lever.c * tau
         return force
 
-    def _mass_matrix(self, felts: Sequence[Felt], theta: Array) -> Array:
+    def _mass_matrix(self, felts: Sequence[PortMotion], theta: Array) -> Array:
         """M = sum S^T (dtau/da) S, (nv, nv, n), or (nv, nv, 1) where it does not change."""
         mass = np.zeros((self.masses, self.masses, 1))
         for place, felt in zip(self.placed, felts, strict=False):
@@ -246,7 +248,7 @@ class Joint(Layout):
     def _add_torque(
         self,
         place: Placed,
-        felt: Felt,
+        felt: PortMotion,
         theta: Array,
         jacobian: Array | None,
         response: Array | None,
@@ -273,7 +275,7 @@ class Joint(Layout):
                     matrix[lever.j, k] -= value * tau
 
     def _add_memory(
-        self, place: Placed, felt: Felt, theta: Array, f: Array, A: Array, B: Array | None, where: dict[int, int]
+        self, place: Placed, felt: PortMotion, theta: Array, f: Array, A: Array, B: Array | None, where: dict[int, int]
     ) -> None:
         p = place.values(theta)
         rates, slopes = place.term.rate(felt.m, p), place.term.rate_partials(felt.m, p)

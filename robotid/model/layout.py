@@ -15,13 +15,13 @@ import numpy as np
 from robotid.errors import ConfigError
 from robotid.model.array import Array
 from robotid.model.channel import Channel
-from robotid.model.felt import Placed
 from robotid.model.geometry import coordinates, position, rotates
 from robotid.model.parameters import Parameter, Parameters
 from robotid.model.port import Port, Signal
+from robotid.model.port_motion import Placed
 from robotid.model.reads import Reads, reads_of
 from robotid.model.structure import Structure, changed
-from robotid.model.term import Bend, Term
+from robotid.model.term import MotionTransform, Term
 from robotid.model.units import on_axis
 
 
@@ -134,7 +134,9 @@ class Layout:
         x = position(port, nv, r) if self.keeps_angle or port not in rotates(nv) else ()
         at, z = slice(theta, theta + len(term.parameters)), slice(memory, memory + len(term.states))
         side = slice(sides, sides + len(term.edges))
-        return Placed(port, term, at, x, v, q, z, side, probe.a, term if isinstance(term, Bend) else None, acts)
+        return Placed(
+            port, term, at, x, v, q, z, side, probe.a, term if isinstance(term, MotionTransform) else None, acts
+        )
 
     @property
     def state_names(self) -> tuple[str, ...]:

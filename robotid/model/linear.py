@@ -74,6 +74,6 @@ def channel_response(joint: Joint, theta: Array, omega: Array, sampling_time: fl
     response = np.ones(len(omega), dtype=np.complex128)
     for _, channel, p, _ in joint.channels_on(theta, Signal.TORQUE, Signal.SPEED):
         after = channel.push(impulse, quiet, sampling_time, p)
-        lasting = np.flatnonzero(after)
-        response *= np.exp(-1j * np.outer(omega, t[lasting])) @ after[lasting]
+        with_duration = np.flatnonzero(after)
+        response *= np.exp(-1j * np.outer(omega, t[with_duration])) @ after[with_duration]
     return response

@@ -127,7 +127,7 @@ class Term(ABC):
         return (0.0,) * len(self.states)
 
 
-class Bend(Term):
+class MotionTransform(Term):
     """An effect without a torque of its own: it bends the motion that the other terms at its port feel.
 
     Position, speed and direction may be bent. watches : another port, whose motion enters as xw and vw and whose speed
@@ -144,7 +144,7 @@ class Bend(Term):
         """The position, speed and direction (x, v, s) that the other terms feel, (n,) each."""
 
     @abstractmethod
-    def bend_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, Partials, Partials]:
+    def transform_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, Partials, Partials]:
         """Derivatives of the three."""
 
     def torque(self, m: Motion, p: Sequence[float]) -> float:

@@ -29,7 +29,7 @@ def new_figure(width: float, height: float, layout: Literal["constrained"] | Non
     return Figure(figsize=(width, height), dpi=110, layout=layout, facecolor="white")
 
 
-def worded(quantity: str, units: Units) -> str:
+def axis_label(quantity: str, units: Units) -> str:
     """A quantity in the words of its axis: one that slides has forces and positions."""
     return quantity.replace("torque", "force").replace("angle", "position") if units("rad") == "m" else quantity
 
@@ -39,7 +39,7 @@ def colour(k: int) -> str:
     return PALETTE[k % len(PALETTE)]
 
 
-def dress(axes: Axes, x: str, y: str, title: str = "") -> None:
+def style_axes(axes: Axes, x: str, y: str, title: str = "") -> None:
     """Labels, grid, and no frame beyond the two axes."""
     axes.set_xlabel(x, fontsize=9)
     axes.set_ylabel(y, fontsize=9)

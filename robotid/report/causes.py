@@ -6,8 +6,8 @@ from math import isfinite
 
 from matplotlib.axes import Axes
 
-from robotid.judge.diagnosis import Cause, Diagnosis
-from robotid.report.axes import BLUE, FAINT, INK, QUIET, dress
+from robotid.diagnosis.results import Cause, Diagnosis
+from robotid.report.axes import BLUE, FAINT, INK, QUIET, style_axes
 from robotid.report.numbers import fixed
 
 MOST_REJECTED = 8
@@ -31,7 +31,7 @@ def draw_causes(axes: Axes, diagnosis: Diagnosis, most_rejected: int = MOST_REJE
     axes.set_yticks([])
     axes.set_xlim(0, 100 + ROOM)
     axes.set_xticks(range(0, 101, 20))
-    dress(axes, "share of the misfit explained [%]", "", f"What {diagnosis.model} lacks")
+    style_axes(axes, "share of the misfit explained [%]", "", f"What {diagnosis.model} lacks")
     axes.xaxis.label.set_horizontalalignment("left")
     axes.xaxis.label.set_x(0)
     axes.grid(False, axis="y")

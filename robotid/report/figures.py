@@ -9,19 +9,19 @@ from functools import singledispatch
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase
 
+from robotid.diagnosis.results import Diagnosis
 from robotid.errors import ConfigError
 from robotid.estimate.flexible import FlexResult
 from robotid.estimate.result import Fits
-from robotid.judge.diagnosis import Diagnosis, Extension
-from robotid.judge.validation import ModelValidation, Validation
+from robotid.extension.results import Extension
 from robotid.model.units import sliding
 from robotid.report.axes import Units, grid_of, legend, new_figure
 from robotid.report.causes import draw_causes, rows_of
+from robotid.report.figure_specs import bode_models
 from robotid.report.frequency import draw_bode, draw_responses
 from robotid.report.gain import draw_gain, gains
 from robotid.report.location import best_of_each, draw_curve, reach_of
 from robotid.report.parameters import draw_iterations, draw_parameters
-from robotid.report.plates import bode_models
 from robotid.report.residual import draw_correlations
 from robotid.report.time import (
     TimePlot,
@@ -34,6 +34,7 @@ from robotid.report.time import (
 )
 from robotid.signals.quality import Recordings
 from robotid.signals.reference import Excitation
+from robotid.validation.results import ModelValidation, Validation
 
 PANEL = (4.4, 3.4)  # width and height [inch] of a pair of axes
 

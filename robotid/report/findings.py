@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from robotid.diagnosis.results import Diagnosis
 from robotid.estimate.flexible import FlexResult
 from robotid.estimate.result import Fits
 from robotid.estimate.rigid import RigidResult
-from robotid.judge.diagnosis import Diagnosis, Extension
-from robotid.judge.validation import Validation
+from robotid.extension.results import Extension
 from robotid.model.units import on_axis
 from robotid.signals.quality import Recordings
 from robotid.signals.reference import Excitation
+from robotid.validation.results import Validation
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,9 +8,9 @@ from typing import Literal
 import numpy as np
 from matplotlib.axes import Axes
 
-from robotid.judge.bode import Bode
-from robotid.report.axes import FAINT, INK, Units, colour, dress, legend, plain, worded
+from robotid.report.axes import FAINT, INK, Units, axis_label, colour, legend, plain, style_axes
 from robotid.signals.frf import Frf
+from robotid.validation.bode import Bode
 
 Motion = Literal["acceleration", "speed"]
 UNIT = {"acceleration": "rad/s2/Nm", "speed": "rad/s/Nm"}
@@ -31,11 +31,11 @@ def draw_responses(axes: Axes, frfs: Sequence[Frf], motion: Motion = "accelerati
         )
     plain(axes.xaxis)
     plain(axes.yaxis)
-    dress(
+    style_axes(
         axes,
         "frequency [Hz]",
         f"magnitude [{units(UNIT[motion])}]",
-        f"{worded('Motor torque', units)} to motor {motion}",
+        f"{axis_label('Motor torque', units)} to motor {motion}",
     )
 
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from robotid.judge.diagnosis import Extension
+from robotid.extension.results import Extension
 from robotid.model.array import Array
-from robotid.report.axes import BLUE, GRID, INK, VERMILLION, dress
+from robotid.report.axes import BLUE, GRID, INK, VERMILLION, style_axes
 from robotid.report.numbers import fixed
 
 GAP = 0.1  # between labels, share of the height
@@ -36,7 +36,7 @@ def draw_gain(panels: Sequence[Axes], extension: Extension, groups: Sequence[str
     for axes, (title, group) in zip(panels, shown.items(), strict=True):
         axes.set_ylim(low - room, high + room)
         _slopes(axes, group)
-        dress(axes, "", "fit [%]", title)
+        style_axes(axes, "", "fit [%]", title)
         axes.grid(False, axis="x")
         axes.set_xlim(-0.1, 1.95)
         axes.set_xticks([0, 1], ["before", "after"])

@@ -7,9 +7,9 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from robotid.diagnosis.results import Diagnosis
 from robotid.estimate.result import FitResult
-from robotid.judge.diagnosis import Diagnosis, Extension
-from robotid.judge.validation import ModelValidation
+from robotid.extension.results import Extension
 from robotid.report.axes import legend, new_figure
 from robotid.report.causes import draw_causes, rows_of
 from robotid.report.frequency import draw_responses
@@ -19,6 +19,7 @@ from robotid.report.perturbation import draw_perturbation, perturbations
 from robotid.report.residual import draw_correlations
 from robotid.report.time import TimePlot, draw_strips, name_curves
 from robotid.signals.frf import Frf
+from robotid.validation.results import ModelValidation
 
 WIDTH, HEIGHT = 4.6, 3.1  # [inch] of a figure that a phone can show
 TIME_WIDTH = 7.0  # of signals over time

@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from robotid.judge.location import BY_DIRECTION, BY_SPEED, Curve
+from robotid.diagnosis.misfit.location import BY_DIRECTION, BY_SPEED, Curve
 from robotid.model.array import Array
-from robotid.report.axes import BLUE, INK, VERMILLION, Units, dress, plain, worded
+from robotid.report.axes import BLUE, INK, VERMILLION, Units, axis_label, plain, style_axes
 from robotid.report.numbers import significant
 
 VARIABLES = {
@@ -32,13 +32,13 @@ ROOM = 1.15  # about the curves
 def variable(curve: Curve, units: Units = str) -> str:
     """What a curve runs along, in words."""
     name = curve.along.partition(",")[0]
-    return worded(VARIABLES.get(name, name), units)
+    return axis_label(VARIABLES.get(name, name), units)
 
 
 def counted(curve: Curve, units: Units = str) -> str:
     """The missing torque as the curve counts it, in words."""
     _, _, how = curve.along.partition(",")
-    missing = worded("missing torque", units)
+    missing = axis_label("missing torque", units)
     if curve.along == "frequency":
         return f"{missing}, RMS"
     if how == BY_SPEED:
@@ -90,7 +90,7 @@ def draw_curve(
     axes.axhline(0.0, color=INK, linewidth=0.6)
     what, torque = variable(curve, units), counted(curve, units).replace(" in proportion", "\nin proportion")
     orders = f": orders {100 * curve.order:.0f} %" if curve.along != "frequency" else ""
-    dress(axes, f"{what}{unit}", f"{torque} [{units('Nm')}]", f"{what}{orders}")
+    style_axes(axes, f"{what}{unit}", f"{torque} [{units('Nm')}]", f"{what}{orders}")
 
 
 def draw_shape(axes: Axes, curve: Curve, units: Units = str, names: Sequence[str] = ()) -> None:
@@ -98,5 +98,5 @@ def draw_shape(axes: Axes, curve: Curve, units: Units = str, names: Sequence[str
     draw_curve(axes, curve, units, names)
     for line in axes.get_lines()[:1]:
         line.set_color(VERMILLION)
-    title = f"unknown: {worded('missing torque', units)} along {variable(curve, units)}"
+    title = f"unknown: {axis_label('missing torque', units)} along {variable(curve, units)}"
     axes.set_title(title, fontsize=10, loc="left", color=INK)

@@ -18,9 +18,9 @@ from markupsafe import Markup
 
 from robotid.model.array import Array
 from robotid.report.axes import envelope
+from robotid.report.figure_specs import PLACES, FigureSpec, figure_specs
 from robotid.report.findings import Findings
 from robotid.report.layout import time_figure
-from robotid.report.plates import PLACES, Plate, plates
 from robotid.report.summary import summary
 from robotid.report.svg import COLOURS, inline
 from robotid.report.time import Series, TimePlot
@@ -85,7 +85,7 @@ class Origin:
 
 def page(findings: Findings, tables: Mapping[str, Sequence[Sheet]], origin: Origin, title: str | None = None) -> str:
     """The HTML. tables : of each stage that has run, by name. title : the heading, absent: the robot's name."""
-    every = plates(findings)
+    every = figure_specs(findings)
     most = max(FEWEST_SAMPLES, MOST_SAMPLES // max(1, sum(p.plot is not None for p in every)))
     sections = [(name, [_shown(p, most) for p in group]) for name, group in groupby(every, lambda p: p.section)]
     return _template().render(
@@ -112,13 +112,13 @@ class _Shown:
     """A plate as the template takes it: svg, the figure itself, and data, what the script draws in its place, None of a
     figure that cannot be zoomed. thinned : that not all samples are drawn, where that is so."""
 
-    plate: Plate
+    plate: FigureSpec
     svg: Markup
     data: Markup | None = None
     thinned: str = ""
 
 
-def _shown(plate: Plate, most: int) -> _Shown:
+def _shown(plate: FigureSpec, most: int) -> _Shown:
     if plate.plot is None:
         return _Shown(plate, Markup(inline(plate.draw(), plate.name)))
     still = inline(time_figure(_thinned(plate.plot, STATIC)), plate.name)

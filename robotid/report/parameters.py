@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from robotid.estimate.result import Estimate, FitResult, Fits
-from robotid.report.axes import INK, Units, colour, dress, legend, plain
+from robotid.report.axes import INK, Units, colour, legend, plain, style_axes
 from robotid.report.numbers import ten_to
 
 WIDTH = 0.6  # of the room that a parameter has, shared by the models
@@ -31,7 +31,7 @@ def draw_parameters(axes: Axes, fits: Fits) -> None:
         axes.errorbar(at, ratio, spread, fmt="o", markersize=4, capsize=2.5, color=colour(k), linewidth=1.2, label=name)
     axes.axhline(1.0, color=INK, linewidth=0.6)
     axes.set_xticks(np.arange(len(shown)), [p.name.replace(".", "\n") for p in shown])
-    dress(axes, "", f"value over that of {fits.best}", "Parameters, two standard deviations")
+    style_axes(axes, "", f"value over that of {fits.best}", "Parameters, two standard deviations")
     axes.grid(False, axis="x")
     legend(axes, columns=len(fits.models))
 
@@ -43,7 +43,7 @@ def draw_iterations(axes: Axes, fits: Fits) -> None:
     if max(fit.cost.max() / fit.cost[-1] for fit in fits.models.values()) > WIDE_RANGE:
         axes.set_yscale("log")
         plain(axes.yaxis)
-    dress(axes, "iteration", "cost over its end", "Iterations")
+    style_axes(axes, "iteration", "cost over its end", "Iterations")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     legend(axes)
 
@@ -69,7 +69,7 @@ def draw_intervals(pairs: Sequence[Axes], fits: Mapping[str, FitResult], units: 
             axes.errorbar(p.value / scale, row, xerr=spread, fmt="o", color=colours[name], **MARK)
         axes.set_ylim(-0.6, len(found) - 0.4)
         axes.set_yticks(range(len(found)), list(found)[::-1])
-        dress(axes, "", "", f"{parameter.name}{_unit(units(parameter.unit), scale)}")
+        style_axes(axes, "", "", f"{parameter.name}{_unit(units(parameter.unit), scale)}")
         axes.grid(False, axis="y")
         axes.tick_params(axis="y", length=0)
         axes.spines["left"].set_visible(False)

@@ -9,10 +9,10 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
-from robotid.judge.perturbation import Perturbation
-from robotid.judge.validation import ModelValidation
 from robotid.model.array import Array
-from robotid.report.axes import FAINT, dress
+from robotid.report.axes import FAINT, style_axes
+from robotid.validation.perturbation import Perturbation
+from robotid.validation.results import ModelValidation
 
 DARK = 0.55  # of the scale: from here on white figures
 ON_LIGHT, ON_DARK = "#101010", "#fefefe"
@@ -38,7 +38,7 @@ def draw_perturbation(axes: Axes, found: Mapping[str, Perturbation]) -> None:
     signs = [f"{name}\n{sign}{percent:g} %" for name in found for sign in ("+", "−")]
     axes.set_xticks(np.arange(change.shape[1]) + 0.5, signs)
     axes.set_yticks(np.arange(len(names)) + 0.5, names)
-    dress(axes, "", "", "Change of the fit [% points]")
+    style_axes(axes, "", "", "Change of the fit [% points]")
     axes.xaxis.tick_top()
     axes.grid(False)
     axes.tick_params(length=0)

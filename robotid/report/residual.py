@@ -6,20 +6,20 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from robotid.judge.whiteness import ResidualTest
 from robotid.model.array import Array
-from robotid.report.axes import BAND, BLUE, FAINT, INK, VERMILLION, dress
+from robotid.report.axes import BAND, BLUE, FAINT, INK, VERMILLION, style_axes
+from robotid.validation.residual_tests import ResidualTest
 
 
 def draw_correlations(upper: Axes, lower: Axes, name: str, test: ResidualTest) -> None:
     """Correlation of the residual with itself above, with the torque below, and their bands at 99 %."""
     lags = np.arange(1, len(test.autocorrelation) + 1)
     _stems(upper, lags, test.autocorrelation, test.band)
-    dress(upper, "", "with itself", f"{name}: residual, {'white' if test.white else 'coloured'}")
+    style_axes(upper, "", "with itself", f"{name}: residual, {'white' if test.white else 'coloured'}")
     half = len(test.crosscorrelation) // 2
     _stems(lower, np.arange(-half, half + 1), test.crosscorrelation, test.cross_band)
     told = "no sign of the torque" if test.independent else "follows the torque"
-    dress(lower, "lag [samples]", "with the torque", told)
+    style_axes(lower, "lag [samples]", "with the torque", told)
     lower.axvline(0.0, color=FAINT, linewidth=0.6)
 
 

@@ -7,17 +7,18 @@ from collections.abc import Iterator, Mapping
 from math import isfinite
 
 from robotid.channels import CHANNELS
+from robotid.diagnosis.results import Cause, Diagnosis
 from robotid.estimate.result import Estimate
-from robotid.judge.diagnosis import Cause, Diagnosis, Extension, Score
-from robotid.judge.validation import RecordValidation
+from robotid.extension.results import Extension, Score
 from robotid.model.channel import Channel
 from robotid.model.structure import RECORD_CHANGE, changed
 from robotid.model.term import Term
-from robotid.report.axes import worded
+from robotid.report.axes import axis_label
 from robotid.report.findings import Findings
 from robotid.report.location import best_of_each, variable
 from robotid.report.numbers import fixed, listed, significant
 from robotid.terms import TERMS
+from robotid.validation.results import RecordValidation
 
 EFFECTS: dict[str, Term | Channel] = {**TERMS, **CHANNELS}
 FEW = 3  # records that are told one by one
@@ -160,7 +161,7 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
 
 def _place(f: Findings, d: Diagnosis) -> str:
     curves = [c for c in best_of_each(d.curves) if c.along != "frequency" and c.order > TELLING]
-    missing = worded("torque", f.units)
+    missing = axis_label("torque", f.units)
     return f"; the {missing} that it lacks follows the {variable(curves[0], f.units)} best" if curves else ""
 
 

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from robotid.judge.diagnosis import Score
-from robotid.judge.validation import RecordValidation, Trace
+from robotid.extension.results import Score
 from robotid.model.array import Array
-from robotid.report.axes import BLUE, FAINT, INK, MOST_POINTS, VERMILLION, Units, dress, envelope, worded
+from robotid.report.axes import BLUE, FAINT, INK, MOST_POINTS, VERMILLION, Units, axis_label, envelope, style_axes
 from robotid.report.numbers import fixed
 from robotid.signals.record import Quantity, Record
 from robotid.signals.reference import Reference
+from robotid.signals.trace import Trace
+from robotid.validation.results import RecordValidation
 
 OUTPUT = {"speed": "motor speed [{}]", "position": "motor position [{}]"}
 REFERENCE = {"speed": "reference speed [{}]", "position": "reference position [{}]"}
@@ -67,7 +68,7 @@ def record_plot(record: Record, units: Units = str) -> TimePlot:
     return TimePlot(
         f"{record.name} ({record.role})",
         (
-            Strip(f"{worded('motor torque', units)} [{units('Nm')}]", (torque,), 1.0),
+            Strip(f"{axis_label('motor torque', units)} [{units('Nm')}]", (torque,), 1.0),
             Strip(OUTPUT["speed"].format(units("rad/s")), (*asked, speed), 1.4),
         ),
     )
@@ -98,7 +99,7 @@ def missing_plot(name: str, missing: Trace, units: Units = str, *, supplied: boo
     """The torque that the residual asks for, and what the causes supply of it, where there are any."""
     asked = Series("asked for by the residual", missing.t, missing.measured, FAINT, 1.6)
     added = (Series("supplied by the causes", missing.t, missing.simulated, BLUE),) * supplied
-    what = worded("missing torque", units)
+    what = axis_label("missing torque", units)
     return TimePlot(f"{what} of {name}", (Strip(f"{what} [{units('Nm')}]", (asked, *added), 2.0, zero=True),))
 
 
@@ -111,7 +112,7 @@ def draw_strips(pair: Sequence[Axes], plot: TimePlot, *, most: int = MOST_POINTS
         if strip.zero:
             axes.axhline(0.0, color=INK, linewidth=0.6)
         last = strip is plot.strips[-1]
-        dress(axes, "time [s]" if last else "", strip.label, plot.title if strip is plot.strips[0] else "")
+        style_axes(axes, "time [s]" if last else "", strip.label, plot.title if strip is plot.strips[0] else "")
         axes.tick_params(labelbottom=last)
 
 

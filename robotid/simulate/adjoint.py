@@ -6,9 +6,9 @@ import numpy as np
 
 from robotid.model.array import Array
 from robotid.signals.record import Record
+from robotid.simulate.friction.steps import linearise
+from robotid.simulate.newton.solver import Problem, solve_block_bidiagonal
 from robotid.simulate.simulate import BLOCK, Trajectory
-from robotid.simulate.solver import Problem, carry
-from robotid.simulate.steps import linearise
 
 
 def force_gradient(trajectory: Trajectory, record: Record, row: int, weights: Array) -> Array:
@@ -28,7 +28,7 @@ def force_gradient(trajectory: Trajectory, record: Record, row: int, weights: Ar
         goal = np.zeros((joint.nx, 1, last - first + 1))
         goal[row, 0, :-1] = weights[first:last]
         goal[:, 0, -1] = after
-        z = carry(steps, goal, back=True)[:, 0]
+        z = solve_block_bidiagonal(steps, goal, back=True)[:, 0]
         found[:, first:last] = np.einsum("ijn,in->jn", steps.S[:, : joint.masses], z[:, 1:])
         after = z[:, 0]
     return found

@@ -12,9 +12,9 @@ from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.port import Signal
 from robotid.signals.record import Record
-from robotid.simulate.fallback import lsoda
-from robotid.simulate.solver import LARGEST_WINDOW, LEAST_SCALE, Problem, carry, march
-from robotid.simulate.steps import Steps, linearise, modes
+from robotid.simulate.fallback.lsoda import lsoda
+from robotid.simulate.friction.steps import Steps, linearise, modes
+from robotid.simulate.newton.solver import LARGEST_WINDOW, LEAST_SCALE, Problem, integrate, solve_block_bidiagonal
 
 BLOCK = 4000  # intervals whose derivatives are in memory at once
 WILD = 100.0  # times the motion itself: a guess so large that what counts as small beside it is not
@@ -97,7 +97,7 @@ def _march(problem: Problem, x0: Array) -> tuple[Array, tuple[tuple[int, int], .
         rescued.append((first, stop))
         return lsoda(problem, first, stop, start)
 
-    return march(problem, x0, rescue), tuple(rescued)
+    return integrate(problem, x0, rescue), tuple(rescued)
 
 
 def _finish(problem: Problem, u: Array, record: Record, x: Array, rescued: tuple[tuple[int, int], ...]) -> Trajectory:
@@ -134,7 +134,7 @@ def follow_motor(problem: Problem, x0: Array) -> Array:
         return problem.guess
     following = Following(joint, problem.theta, problem.u, h, problem.guess, begin=problem.begin)
     try:
-        return march(following, x0, _hold)
+        return integrate(following, x0, _hold)
     except NumericsError:
         return problem.guess
 
@@ -223,7 +223,7 @@ def sensitivities(
                 forcing[:, k, 1:] = steps.S[:, -1] * channel[column][first:last]
         pushed = steps.S[:, len(mechanical) : -1]
         np.einsum("ijn,jqn->iqn", pushed, forces[: len(inputs), :, first:last], out=forcing[:, given:, 1:])
-        z = carry(steps, forcing)
+        z = solve_block_bidiagonal(steps, forcing)
         out[:, :, first : last + 1] = z[list(rows)]
         start = z[:, :, -1]
     return out

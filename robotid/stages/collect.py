@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from robotid.config.schema import Config
+from robotid.progress import Log, Progress
 from robotid.signals.quality import Recordings, Report, inspect
 from robotid.signals.readers.table import Table
 from robotid.signals.record import Record
 from robotid.signals.reference import Excitation
-from robotid.stages.measured import measured_record
-from robotid.stages.progress import Log, Progress
-from robotid.stages.virtual import virtual_records, virtual_robot
+from robotid.stages.ingestion.measured import measured_record
+from robotid.stages.ingestion.virtual import virtual_records, virtual_robot
 
 
 def collect(settings: Config, excitation: Excitation, files: Mapping[str, Table], log: Log | None = None) -> Recordings:

@@ -5,20 +5,20 @@ from __future__ import annotations
 from dataclasses import replace
 
 from robotid.config.schema import Config
+from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.results import Diagnosis
+from robotid.diagnosis.search.search import search
+from robotid.diagnosis.verdict import verdict
+from robotid.estimate.fitted_model import fitted_model, simulate_record
 from robotid.estimate.result import Fits
-from robotid.judge.conditions import Conditions
-from robotid.judge.diagnosis import Diagnosis
-from robotid.judge.extension import Refit, gains
-from robotid.judge.search import search
-from robotid.judge.simulated import fitted_model, simulate_record
-from robotid.judge.stretches import stretches
-from robotid.judge.verdict import verdict
+from robotid.extension.extend import Refit, gains
 from robotid.model.structure import belongs
+from robotid.progress import Log, Progress
 from robotid.signals.quality import Recordings
 from robotid.signals.record import Record
+from robotid.signals.stretches import stretches
+from robotid.stages.experiments import separated
 from robotid.stages.extend import extensible, refitting
-from robotid.stages.progress import Log, Progress
-from robotid.stages.separating import separated
 
 
 def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | None = None) -> Diagnosis:
@@ -34,7 +34,7 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
         if log is not None:
             log(Progress(text))
 
-    conditions = Conditions(section.level, section.worth, section.refits, section.causes, section.skip)
+    conditions = Criteria(section.level, section.worth, section.refits, section.causes, section.skip)
     remarks = tuple(_shortened(r, section.samples) for r in recordings.records if len(r) > section.samples)
     for remark in remarks:
         say(remark)

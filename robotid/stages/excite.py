@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robotid.catalogue import assemble
 from robotid.config.excitation import ExperimentSettings, MultisinePart, SquarePart, TrianglePart
 from robotid.config.schema import Config
 from robotid.errors import ConfigError
@@ -20,7 +21,6 @@ from robotid.signals.multisine import judged_crest_factor, low_crest_phases, mul
 from robotid.signals.reference import Excitation, Reference
 from robotid.signals.square import square
 from robotid.signals.triangle import triangle
-from robotid.simulate.assemble import assemble
 
 ROUNDING = 1e-4  # by which the crest factor may exceed what was asked for
 

@@ -8,14 +8,15 @@ from pathlib import Path
 from robotid.config.extended import extended_text
 from robotid.config.load import Loaded
 from robotid.config.schema import Config
+from robotid.diagnosis.results import Diagnosis
 from robotid.estimate.result import FitResult, Fits
-from robotid.judge.diagnosis import Diagnosis, Extension
-from robotid.judge.extension import Refit
-from robotid.judge.extension import extend as extend_model
+from robotid.extension.extend import Refit
+from robotid.extension.extend import extend as extend_model
+from robotid.extension.results import Extension
 from robotid.model.structure import RECORD_CHANGE, belongs, changed
+from robotid.progress import Log, Progress
 from robotid.signals.quality import Recordings
 from robotid.stages.fit import fit_options
-from robotid.stages.progress import Log, Progress
 
 
 def extend(

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from robotid.catalogue import assemble
 from robotid.config.schema import Config
 from robotid.estimate.flexible import FlexResult
 from robotid.estimate.grey_box import FitOptions, fit_model
@@ -13,10 +14,9 @@ from robotid.estimate.result import End, FitResult, Fits
 from robotid.estimate.rigid import RigidResult
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
+from robotid.progress import Log, Step
 from robotid.signals.quality import Recordings
-from robotid.simulate.assemble import assemble
-from robotid.stages.known import known_parameters
-from robotid.stages.progress import Log, Step
+from robotid.stages.known_parameters import known_parameters
 
 
 def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: FlexResult, log: Log | None = None) -> Fits:

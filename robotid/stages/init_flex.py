@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from robotid.catalogue import assemble
 from robotid.config.schema import Config
 from robotid.estimate.flexible import FlexResult, fit_flexible
 from robotid.estimate.rigid import RigidResult
 from robotid.signals.quality import Recordings
-from robotid.simulate.assemble import assemble
-from robotid.stages.known import known_parameters
+from robotid.stages.known_parameters import known_parameters
 
 
 def init_flex(settings: Config, recordings: Recordings, rigid: RigidResult) -> FlexResult:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from robotid.catalogue import assemble
 from robotid.config.schema import Config
 from robotid.estimate.rigid import RigidResult, fit_rigid
 from robotid.signals.quality import Recordings
-from robotid.simulate.assemble import assemble
-from robotid.stages.known import known_parameters
+from robotid.stages.known_parameters import known_parameters
 
 
 def init_rigid(settings: Config, recordings: Recordings) -> RigidResult:

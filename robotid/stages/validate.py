@@ -7,19 +7,19 @@ from dataclasses import replace
 
 import numpy as np
 
+from robotid.catalogue import assemble
 from robotid.config.schema import Config
+from robotid.estimate.fitted_model import Model
 from robotid.estimate.flexible import FlexResult
 from robotid.estimate.result import FitResult, Fits
 from robotid.estimate.rigid import RigidResult
-from robotid.judge.examine import Options, examine
-from robotid.judge.simulated import Model
-from robotid.judge.validation import ModelValidation, Validation
 from robotid.model.joint import Joint
+from robotid.progress import Log, Progress
 from robotid.signals.quality import Recordings
-from robotid.simulate.assemble import assemble
 from robotid.stages.fit import start
-from robotid.stages.progress import Log, Progress
-from robotid.stages.virtual import controller_of
+from robotid.stages.ingestion.virtual import controller_of
+from robotid.validation.results import ModelValidation, Validation
+from robotid.validation.validate_model import Options, validate_model
 
 SIMULATIONS = 2  # that a model costs on a record, first states found, besides those with a parameter changed
 
@@ -49,7 +49,7 @@ def validate(
     for name, model in everyone.items():
         if log is not None:
             log(Progress(name, sum(effort[done] for done in models), sum(effort.values())))
-        models[name] = examine(model, recordings.records, flex.frfs, asked[name], fits.models.get(name))
+        models[name] = validate_model(model, recordings.records, flex.frfs, asked[name], fits.models.get(name))
     failed = tuple(_failed(settings, fits.best, models[fits.best]))
     return Validation(models, fits.best, flex.frfs, failed)
 

@@ -9,10 +9,10 @@ import numpy as np
 from robotid.model.array import Array
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port
-from robotid.model.term import Bend, Motion, Partials
+from robotid.model.term import Motion, MotionTransform, Partials
 
 
-class Backlash(Bend):
+class Backlash(MotionTransform):
     """Play between the teeth: spring and damper feel no twist inside the gap, and only what exceeds it outside.
 
     Shows itself as free motion inside the gap, with impacts where the torque of the gear reverses.
@@ -38,7 +38,7 @@ class Backlash(Bend):
         above, below = _outside(m)
         return np.asarray((m.x - p[0]) * above + (m.x + p[0]) * below), m.v * (above + below), m.s
 
-    def bend_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, Partials, Partials]:
+    def transform_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, Partials, Partials]:
         above, below = _outside(m)
         touching = above + below
         return Partials(x=touching, theta=(below - above,)), Partials(v=touching, theta=(0.0,)), _SAME

@@ -9,10 +9,10 @@ import numpy as np
 from robotid.model.array import Array
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port
-from robotid.model.term import Bend, Motion, Partials
+from robotid.model.term import Motion, MotionTransform, Partials
 
 
-class Presliding(Bend):
+class Presliding(MotionTransform):
     """Bristles between the surfaces carry the friction: they bend before they slip, and spring back at reversals.
 
     One state, the deflection z in parts of that at which bristles slip, takes the place of sgn(v) in all friction at
@@ -44,7 +44,7 @@ class Presliding(Bend):
         w, _, s1 = p
         return m.x, m.v, np.asarray(m.s + w * (m.z[0] + s1 * self.rate(m, p)[0] - m.s))
 
-    def bend_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, Partials, Partials]:
+    def transform_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, Partials, Partials]:
         w, _, s1 = p
         (rate,), (d,) = self.rate(m, p), self.rate_partials(m, p)
         carried = Partials(

@@ -9,10 +9,10 @@ import numpy as np
 from robotid.model.array import Array
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port
-from robotid.model.term import Bend, Motion, Partials
+from robotid.model.term import Motion, MotionTransform, Partials
 
 
-class SoftSpring(Bend):
+class SoftSpring(MotionTransform):
     """Lost motion and wind-up: within a small twist the springs have a share less of their stiffness.
 
     Shows itself as a resonance that falls at small amplitude.
@@ -47,7 +47,7 @@ class SoftSpring(Bend):
         inside, way = _region(m)
         return np.asarray(m.x - p[0] * (inside * m.x + way * p[1])), m.v, m.s
 
-    def bend_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, Partials, Partials]:
+    def transform_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, Partials, Partials]:
         s, xs = p
         inside, way = _region(m)
         clipped = inside * m.x + way * xs

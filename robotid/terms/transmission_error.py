@@ -9,10 +9,10 @@ import numpy as np
 from robotid.model.array import Array
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port
-from robotid.model.term import Bend, Motion, Partials
+from robotid.model.term import Motion, MotionTransform, Partials
 
 
-class TransmissionError(Bend):
+class TransmissionError(MotionTransform):
     """The output of the gear is not where its ratio says: an offset of the twist with n periods a turn of the motor.
 
     It acts through the spring and the damper on both sides: on the motor by the changing lever, too.
@@ -45,7 +45,7 @@ class TransmissionError(Bend):
         offset, slope, _ = _error(m, p)
         return m.x + offset, m.v + slope * m.vw, m.s
 
-    def bend_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, Partials, Partials]:
+    def transform_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, Partials, Partials]:
         n = p[2]
         sine, cosine = np.sin(n * m.xw), np.cos(n * m.xw)
         _, slope, bow = _error(m, p)

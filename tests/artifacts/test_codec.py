@@ -10,10 +10,10 @@ from typing import Any, Literal
 import h5py
 import numpy as np
 import pytest
-from alike import alike
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
+from support.alike import alike
 
 from robotid.artifacts.codec import CodecError, read, write
 from robotid.model.array import Array, Mask

@@ -13,11 +13,11 @@ from typing import NoReturn
 import h5py
 import numpy as np
 import pytest
-from alike import alike
+from support.alike import alike
 
 from robotid.artifacts import store
 from robotid.artifacts.provenance import Provenance
-from robotid.artifacts.store import load, peek, save
+from robotid.artifacts.store import load, read_header, save
 from robotid.errors import InputError
 from robotid.model.array import Array
 from robotid.model.units import sliding
@@ -49,14 +49,14 @@ def test_content_and_provenance_come_back(file: Path) -> None:
     back = load(file, Result)
     assert alike(back.content, RESULT)
     assert back.provenance == MADE
-    assert peek(file) == back.label
+    assert read_header(file) == back.label
 
 
 def test_the_digest_is_of_the_content_alone(tmp_path: Path) -> None:
     for name, made in (("a", MADE), ("b", replace(MADE, created="2001-01-01", command="other", seed=None))):
         save(tmp_path / name, RESULT, made)
     save(tmp_path / "c", Result(RESULT.torque + 1e-12), MADE)
-    a, b, c = (peek(tmp_path / name).digest for name in "abc")
+    a, b, c = (read_header(tmp_path / name).digest for name in "abc")
     assert a == b != c
 
 

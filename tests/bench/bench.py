@@ -18,26 +18,26 @@ from scipy.optimize import least_squares
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from paper_joint import RATIO, SAMPLING_TIME, STRUCTURE, TRUTH, references
+from support.paper_joint import RATIO, SAMPLING_TIME, STRUCTURE, TRUTH, references
+from support.paths import ROOT
 
+from robotid.catalogue import assemble
 from robotid.config.load import load
 from robotid.config.schema import DiagnoseSettings
+from robotid.diagnosis.noise.whitening import Whitening
+from robotid.diagnosis.scoring.candidates import candidates
+from robotid.diagnosis.scoring.score_test import project, scan, score
 from robotid.estimate.least_squares import linearise, solve
 from robotid.estimate.residual import OutputError
-from robotid.judge.candidates import candidates
-from robotid.judge.score import project, scan, score
-from robotid.judge.stretches import stretches
-from robotid.judge.whitening import Whitening
 from robotid.model.array import Array
+from robotid.pipeline.execute import execute
+from robotid.pipeline.stage import Run
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
-from robotid.simulate.assemble import assemble
-from robotid.simulate.controller import Controller
-from robotid.simulate.plant import Plant
+from robotid.signals.stretches import stretches
+from robotid.simulate.closed_loop.controller import Controller
+from robotid.simulate.closed_loop.virtual_robot import Plant
 from robotid.simulate.simulate import simulate
-from robotid.stages.pipeline import Run, execute
-
-ROOT = Path(__file__).parents[2]
 
 M0 = {
     "motor.inertia.J": 0.0123,

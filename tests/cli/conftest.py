@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from support.paths import CONFIGS
 
 from robotid.cli.app import main
 
-SMOKE = Path(__file__).parents[2] / "configs" / "smoke.yaml"
+SMOKE = CONFIGS / "smoke.yaml"
 
 
 @pytest.fixture(scope="session")

@@ -14,7 +14,7 @@ from robotid import __version__
 from robotid.cli import stages
 from robotid.cli.app import main
 from robotid.errors import ConfigError, InputError, NumericsError, RobotidError, ThresholdError
-from robotid.stages.pipeline import STAGES
+from robotid.pipeline.table import STAGES
 
 
 def raising(error: BaseException) -> Callable[..., NoReturn]:

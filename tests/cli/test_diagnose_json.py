@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import pytest
-from diagnosed_run import ran
+from support.diagnosed_run import ran
 
 from robotid.cli.app import main
 

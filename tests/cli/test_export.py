@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.io import loadmat
+from support.paths import CONFIGS
 
 from robotid.artifacts.store import load
 from robotid.cli.app import main
@@ -18,7 +19,7 @@ from robotid.signals.metrics import fit_percent
 from robotid.signals.quality import Recordings
 from robotid.signals.readers import read
 
-SMOKE = Path(__file__).parents[2] / "configs" / "smoke.yaml"
+SMOKE = CONFIGS / "smoke.yaml"
 
 
 def export(artifact: Path, to: Path, *options: str) -> int:

@@ -14,12 +14,12 @@ from typing import cast
 
 import pytest
 from rich.console import Console
-from small_axis import CONFIG
+from support.paths import ROOT
+from support.small_axis import CONFIG
 
 from robotid.cli import progress
 from robotid.cli.progress import Watch, duration, picture, watching
-from robotid.estimate.least_squares import Iteration
-from robotid.stages.progress import Begun, Progress, Step
+from robotid.progress import Begun, Iteration, Progress, Step
 
 
 class Clock:
@@ -153,7 +153,7 @@ def on_terminal(tmp_path: Path) -> Callable[..., str]:
     def run(*arguments: str, **environment: str) -> str:
         leader, follower = pty.openpty()
         plain = {key: value for key, value in os.environ.items() if key != "NO_COLOR"}
-        settings = {"TERM": "xterm-256color", "COLUMNS": "80", "PYTHONPATH": str(Path(__file__).parents[2])}
+        settings = {"TERM": "xterm-256color", "COLUMNS": "80", "PYTHONPATH": str(ROOT)}
         process = subprocess.Popen(
             [sys.executable, "-m", "robotid.cli", *arguments],
             stdin=follower,

@@ -6,10 +6,10 @@ import json
 from pathlib import Path
 
 import pytest
-from html_document import Document
+from support.html_document import Document
 
 from robotid.cli.app import main
-from robotid.stages.pipeline import STAGES
+from robotid.pipeline.table import STAGES
 
 TEXT = """\
 robot: {name: axis, model: {motor: [inertia, viscous, coulomb]}}

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import h5py
 import pytest
-from diagnosed import UNKNOWN
-from small_axis import CONFIG
+from support.diagnosed import UNKNOWN
+from support.small_axis import CONFIG
 
 from robotid.artifacts.provenance import Provenance
 from robotid.artifacts.store import save
 from robotid.cli.app import main
-from robotid.cli.views import view
 from robotid.config.load import load
-from robotid.stages.pipeline import STAGES
+from robotid.pipeline.table import STAGES
+from robotid.report.tables import view
 
 
 @pytest.fixture

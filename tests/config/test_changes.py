@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from robotid.catalogue import assemble
 from robotid.config.load import parse, resolved
 from robotid.errors import ConfigError
 from robotid.model.structure import change
-from robotid.simulate.assemble import assemble
-from robotid.stages.virtual import virtual_robot
+from robotid.stages.ingestion.virtual import virtual_robot
 
 MEASURED = """\
 robot:

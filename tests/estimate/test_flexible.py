@@ -7,9 +7,10 @@ from functools import cache
 
 import numpy as np
 import pytest
-from paper_joint import RATIO, SAMPLING_TIME, STRUCTURE, TRUTH
-from virtual_records import paper_records, true_records
+from support.paper_joint import RATIO, SAMPLING_TIME, STRUCTURE, TRUTH
+from support.virtual_records import paper_records, true_records
 
+from robotid.catalogue import assemble
 from robotid.estimate.average_stiffness import equivalent_law, published_law, simulate_twist
 from robotid.estimate.flexible import FlexResult, fit_flexible
 from robotid.estimate.linear_response import fit_response, linear_part, linear_response, total_inertia
@@ -20,7 +21,6 @@ from robotid.model.array import Array
 from robotid.model.structure import Structure
 from robotid.signals.frf import Complex, Frf
 from robotid.signals.record import Record
-from robotid.simulate.assemble import assemble
 from robotid.simulate.simulate import simulate
 
 LINEAR = assemble(linear_part(STRUCTURE))

@@ -7,20 +7,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-from paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH, references
+from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH, references
 
+from robotid.catalogue import assemble
 from robotid.errors import NumericsError
 from robotid.estimate import grey_box
 from robotid.estimate.grey_box import FitOptions, fit_model
-from robotid.estimate.least_squares import Iteration, Solution
+from robotid.estimate.least_squares import Solution
 from robotid.estimate.result import End, FitResult
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
+from robotid.progress import Iteration
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
-from robotid.simulate.assemble import assemble
-from robotid.simulate.controller import Controller
-from robotid.simulate.plant import Plant
+from robotid.simulate.closed_loop.controller import Controller
+from robotid.simulate.closed_loop.virtual_robot import Plant
 from robotid.simulate.simulate import simulate
 
 JOINT = assemble(STRUCTURE)

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.io import loadmat
+from support.paths import SHARED
 
+from robotid.catalogue import assemble
 from robotid.errors import NumericsError
 from robotid.estimate.rigid import RigidResult, fit_rigid
 from robotid.model.array import Array
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
 from robotid.signals.record import Record
-from robotid.simulate.assemble import assemble
 
-EMPS = Path(__file__).parents[2] / "../shared/data/emps/DATA_EMPS.mat"
+EMPS = SHARED / "emps" / "DATA_EMPS.mat"
 H = 1e-3
 T = np.arange(20_000) * H
 R = 0.01

@@ -6,16 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from paper_joint import STRUCTURE, TRUTH
 from scipy.io import loadmat
+from support.paper_joint import STRUCTURE, TRUTH
 
+from robotid.catalogue import assemble
 from robotid.estimate.result import End, Estimate, FitResult
 from robotid.export.linear_model import model_tree
 from robotid.export.write import write_tree
 from robotid.model.array import Array
 from robotid.model.linear import LinearJoint, linearise
 from robotid.model.structure import Structure
-from robotid.simulate.assemble import assemble
 
 OMEGA = 2 * np.pi * np.geomspace(0.3, 200, 60)
 RIGID = Structure(("motor.inertia", "motor.viscous", "motor.coulomb"))

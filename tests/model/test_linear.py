@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from paper_joint import RATIO, SAMPLING_TIME, STRUCTURE, TRUTH
+from support.paper_joint import RATIO, SAMPLING_TIME, STRUCTURE, TRUTH
 
+from robotid.catalogue import assemble
 from robotid.model.linear import channel_response, linearise
 from robotid.model.structure import Structure
-from robotid.simulate.assemble import assemble
 
 OMEGA = 2 * np.pi * np.geomspace(0.5, 80, 200)
 

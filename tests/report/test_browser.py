@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from chromium import Page, browse, find_chromium
-from report_findings import findings
+from support.chromium import Page, browse, find_chromium
+from support.report_findings import findings
 
 from robotid.report.page import Origin, Source, page
 

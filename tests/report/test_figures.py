@@ -8,11 +8,11 @@ from io import BytesIO
 
 import numpy as np
 import pytest
-from diagnosed import CLEAN
-from judged_records import clean_records, clean_responses
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
-from report_findings import diagnosis, excitation, extension, fits, flex, validation
+from support.diagnosed import CLEAN
+from support.judged_records import clean_records, clean_responses
+from support.report_findings import diagnosis, excitation, extension, fits, flex, validation
 
 from robotid.errors import ConfigError
 from robotid.estimate.flexible import FlexResult

@@ -10,12 +10,12 @@ from functools import cache
 
 import numpy as np
 import pytest
-from html_document import Document
-from report_findings import findings
+from support.html_document import Document
+from support.report_findings import findings
 
+from robotid.report.figure_specs import figure_specs
 from robotid.report.findings import Findings
 from robotid.report.page import MOST_SAMPLES, Origin, Source, page
-from robotid.report.plates import plates
 from robotid.report.stamp import stamp_of
 from robotid.report.summary import summary
 
@@ -47,7 +47,7 @@ def html(stage: str) -> str:
 def test_a_page_after_every_stage(stage: str) -> None:
     found = up_to(stage)
     document = Document(html(stage))
-    shown = plates(found)
+    shown = figure_specs(found)
     assert shown or stage == "excitation"
     assert {f"figure-{plate.name}" for plate in shown} <= set(document.values("id"))
     assert document.tags["figure"] == len(shown)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from diagnosed import CLEAN, UNKNOWN
-from report_findings import findings
+from support.diagnosed import CLEAN, UNKNOWN
+from support.report_findings import findings
 
 from robotid.report.findings import Findings
 from robotid.report.summary import summary

@@ -7,18 +7,18 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-import extra_files
 import numpy as np
 import pytest
-from damaged_file import times_refused
-from extra_files import BEGIN, STEP, WRITERS, N, motion
+from support import extra_files
+from support.damaged_file import times_refused
+from support.extra_files import BEGIN, STEP, WRITERS, N, motion
 
 from robotid.cli.app import main
 from robotid.cli.perform import open_run
 from robotid.errors import InputError
+from robotid.pipeline.execute import execute
 from robotid.signals.readers import read
 from robotid.signals.readers.table import Table
-from robotid.stages.pipeline import execute
 
 M = motion()
 

@@ -6,12 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.paths import SHARED
 
 from robotid.errors import InputError
 from robotid.signals.columns import Column
 from robotid.signals.proposal import Proposal, propose
-
-SHARED = Path(__file__).parents[3] / "shared" / "data"
 
 
 def proposal(folder: Path, head: str, step: float = 0.001) -> Proposal:

@@ -6,15 +6,15 @@ from functools import cache
 
 import numpy as np
 import pytest
-from extended_joint import open_loop
-from fine_steps import Hidden, fine_steps
-from paper_joint import RATIO, SAMPLING_TIME, STRUCTURE, TRUTH, references
 from scipy.integrate import solve_ivp
+from support.extended_joint import open_loop
+from support.fine_steps import Hidden, fine_steps
+from support.paper_joint import RATIO, SAMPLING_TIME, STRUCTURE, TRUTH, references
 
+from robotid.catalogue import assemble
 from robotid.model.array import Array
 from robotid.model.structure import Structure
 from robotid.signals.record import Record
-from robotid.simulate.assemble import assemble
 from robotid.simulate.simulate import simulate
 
 

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from extended_joint import open_loop, values
-from paper_joint import STRUCTURE
+from support.extended_joint import open_loop, values
+from support.paper_joint import STRUCTURE
 
+from robotid.catalogue import assemble
 from robotid.errors import NumericsError
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.structure import Structure
-from robotid.simulate.assemble import assemble
-from robotid.simulate.fallback import lsoda
+from robotid.simulate.fallback.lsoda import lsoda
+from robotid.simulate.newton.solver import Problem
 from robotid.simulate.simulate import Trajectory, simulate
-from robotid.simulate.solver import Problem
 
 RECORD = open_loop(800)
 UNDAMPED = STRUCTURE.without("gear.cubic_spring").without("gear.damper")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
+from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
 
+from robotid.catalogue import assemble
 from robotid.signals.record import Record
 from robotid.simulate.adjoint import force_gradient
-from robotid.simulate.assemble import assemble
 from robotid.simulate.simulate import Trajectory, sensitivities, simulate
 
 N = 3000

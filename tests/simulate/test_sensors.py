@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
+from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
 
+from robotid.catalogue import assemble
 from robotid.channels import CHANNELS
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.structure import Structure
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
-from robotid.simulate.assemble import assemble
-from robotid.simulate.controller import Controller
-from robotid.simulate.plant import Plant, follow
+from robotid.simulate.closed_loop.controller import Controller
+from robotid.simulate.closed_loop.virtual_robot import Plant, follow
 from robotid.simulate.sensors import shown, shown_columns
 from robotid.simulate.simulate import Trajectory, sensitivities, simulate
 

@@ -9,17 +9,19 @@ from zlib import crc32
 
 import numpy as np
 import pytest
-from diagnosed_run import ran
+from support.diagnosed_run import ran
 
 from robotid.artifacts.store import load as load_artifact
 from robotid.config.load import load
+from robotid.diagnosis.results import Diagnosis
+from robotid.estimate.fitted_model import fitted_model, simulate_record
 from robotid.estimate.result import Fits
-from robotid.judge.diagnosis import Diagnosis
-from robotid.judge.simulated import fitted_model, simulate_record
+from robotid.pipeline.execute import execute
+from robotid.pipeline.stage import Run
+from robotid.pipeline.table import STAGES
+from robotid.progress import Progress
 from robotid.signals.quality import Recordings
 from robotid.stages.diagnose import diagnose
-from robotid.stages.pipeline import STAGES, Run, execute
-from robotid.stages.progress import Progress
 
 
 @cache

@@ -7,16 +7,19 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from diagnosed_run import ran
+from support.diagnosed_run import ran
 
 from robotid.artifacts.store import load as load_artifact
 from robotid.config.load import load, parse
+from robotid.diagnosis.results import Diagnosis
 from robotid.estimate.result import FitResult, Fits
-from robotid.judge.diagnosis import Diagnosis, Extension
+from robotid.extension.results import Extension
 from robotid.model.structure import change
+from robotid.pipeline.execute import execute
+from robotid.pipeline.stage import Run
+from robotid.pipeline.table import STAGES
 from robotid.signals.quality import Recordings
 from robotid.stages.extend import extend, extended_configuration
-from robotid.stages.pipeline import STAGES, Run, execute
 
 TO_FIT = ("excite", "collect", "init-rigid", "init-flex", "fit")
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
-from paper_joint import TRUTH
-from virtual_records import configured, recordings, true_records
+from support.paper_joint import TRUTH
+from support.virtual_records import configured, recordings, true_records
 
 from robotid.estimate.rigid import RigidResult
 from robotid.stages.init_flex import init_flex

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from paper_joint import RATIO
-from virtual_records import configured, recordings, true_records
+from support.paper_joint import RATIO
+from support.virtual_records import configured, recordings, true_records
 
 from robotid.errors import NumericsError
 from robotid.stages.init_rigid import init_rigid

@@ -9,18 +9,18 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from judged_records import clean_records, clean_responses
-from paper_joint import RATIO, TRUTH
+from support.judged_records import clean_records, clean_responses
+from support.paper_joint import RATIO, TRUTH
 
 from robotid.artifacts import codec
 from robotid.config.schema import Config
 from robotid.estimate.flexible import FlexResult
 from robotid.estimate.result import Fits
 from robotid.estimate.rigid import RigidResult
-from robotid.judge.validation import Validation
 from robotid.signals.quality import Recordings
 from robotid.stages.fit import fit
 from robotid.stages.validate import validate
+from robotid.validation.results import Validation
 
 START = TRUTH | {"gear.spring.k1": 1.2e6, "motor.coulomb.Fc": 0.6}
 NOTHING = RigidResult((), np.zeros((0, 0)), 1.0, {}, {}, START, ())

@@ -1,0 +1,75 @@
+"""Which experiment tells two causes apart: both models simulated on each, and compared in noise standard deviations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from robotid.catalogue import assemble
+from robotid.diagnosis.refit.refitted_model import MOST_ITERATIONS_HELD, PATIENCE, TOLERANCE_HELD, RefittedModel
+from robotid.diagnosis.results import Separation
+from robotid.errors import NumericsError
+from robotid.estimate.least_squares import solve
+from robotid.estimate.residual import OutputError
+from robotid.model.array import Array
+from robotid.signals.record import Record
+from robotid.signals.reference import Reference
+from robotid.simulate.closed_loop.controller import Controller
+from robotid.simulate.closed_loop.virtual_robot import follow
+
+BANDWIDTH = 2 * np.pi * 5.0  # rad/s of the speed loop where none is known
+
+
+def design_discriminating_experiment(
+    one: RefittedModel,
+    other: RefittedModel,
+    effect: str,
+    references: Mapping[str, Reference],
+    controller: Controller,
+    noise: float,
+) -> Separation | None:
+    """The experiment on which two models differ most. references : by the text of their excite block; noise : standard
+    deviation of the output. None where the models cannot be run on any.
+    """
+    found = []
+    for block, reference in references.items():
+        ratio = _difference(one, other, reference, controller, noise)
+        if ratio is not None:
+            found.append(Separation(effect, block, ratio))
+    return max(found, key=lambda s: s.ratio, default=None)
+
+
+def default_speed_controller(trial: RefittedModel) -> Controller:
+    """A speed loop for a joint whose own is not known."""
+    joint = trial.problem.joint
+    _, mass = joint.slopes(np.zeros((joint.nx, 1)), np.ones((joint.masses, 1)), np.zeros(1), trial.parameters.values)
+    along = np.array([1.0, joint.ratio, joint.ratio])[: joint.masses]
+    kp = BANDWIDTH * float(along @ mass[:, :, 0] @ along)
+    return Controller("speed", kp, kp * BANDWIDTH / 4)
+
+
+def _difference(
+    one: RefittedModel, other: RefittedModel, reference: Reference, controller: Controller, noise: float
+) -> float | None:
+    """RMS error of the second model on what the first one does under the controller, over the noise."""
+    try:
+        return _error(other, _played(one, reference, controller)) / noise
+    except NumericsError:
+        return None
+
+
+def _played(trial: RefittedModel, reference: Reference, controller: Controller) -> Record:
+    """The record that a model would make of an experiment, without noise."""
+    joint = assemble(trial.structure, angle=True)
+    x, torque = follow(joint, trial.parameters.values, controller, reference)
+    start = joint.speeds.start
+    return Record(reference.name, "validate", "both", reference.sampling_time, torque, x[start - 1], x[start])
+
+
+def _error(trial: RefittedModel, record: Record) -> float:
+    old = trial.problem
+    problem = OutputError(old.joint, trial.parameters.held, (record,), old.output, np.ones(1), patience=PATIENCE)
+    found = solve(problem, problem.start(), most=MOST_ITERATIONS_HELD, tolerance=TOLERANCE_HELD)
+    residual: Array = found.evaluation.residuals[0]
+    return float(np.sqrt(np.mean(residual**2)))

@@ -1,0 +1,118 @@
+"""The torque that a model misses: what, added to the recorded one, would make it move as was measured.
+
+Found by smoothing: among all torques that leave no more than noise between simulated and measured output, the one that
+changes least from sample to sample. Linearised about the measured motion, and again about the smoothed one, so that a
+model whose reversals come at the wrong time does no harm. How much it may change is what makes the record most likely.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotid.diagnosis.misfit.smoother import Chain, Smoothed
+from robotid.errors import NumericsError
+from robotid.model.array import Array
+from robotid.signals.record import Quantity, Record
+from robotid.simulate.friction.steps import linearise
+from robotid.simulate.newton.solver import Problem
+from robotid.simulate.simulate import BLOCK, Trajectory, follow_motor, measured_guess
+
+POWERS = np.arange(-8.0, 0.0, 2.0)  # of ten, of the largest torque: steps from sample to sample that are tried
+NEARBY = np.array([-0.6, 0.0, 0.6])
+SWEEPS = 2
+TELLING = 1.0  # of the evidence, a logarithm: a sweep that gains less is the last
+SMALL = 1.5  # residual over noise: the simulated motion is as good as the measured one
+LEAST = 1e-9  # noise of the output, relative to its largest value: with less the numbers say nothing
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MissingTorque:
+    """torque (n,) [Nm] at the motor; x (nx, n) : its motion.
+
+    Where friction holds the motor no torque is seen, and it is interpolated.
+    """
+
+    torque: Array
+    x: Array
+
+
+def missing_torque(
+    trajectory: Trajectory,
+    record: Record,
+    residual: Array,
+    output: Quantity,
+    noise_std: float,
+    torque_noise: float = 0.0,
+) -> MissingTorque:
+    """What the motor torque lacks on a record. residual (n,) : measured less simulated output.
+
+    It is signed as an applied torque: friction that the model lacks is a torque against the motion. noise_std : of the
+    output; torque_noise [Nm] : of the recorded torque, which is not to be taken for missing. Raises NumericsError where
+    no motion follows the measured one.
+    """
+    row = trajectory.joint.speeds.start - (output == "position")
+    y, size = trajectory.x[row] + residual, float(np.abs(trajectory.u).max()) or 1.0
+    moved, nothing = _as_measured(trajectory, record), np.zeros(len(y))
+    spread = np.maximum(np.abs(moved).max(axis=1), 1e-9)
+
+    def smooth(x: Array, w: Array, powers: Array) -> tuple[float, Smoothed]:
+        linear = _linearised(trajectory, x, w)
+        chain = Chain(*linear, y, row, max(noise_std, LEAST * spread[row]), torque_noise, x[:, 0].copy(), spread, size)
+        power = _likeliest(chain, powers)
+        return power, chain.smooth(size * 10**power)
+
+    small = float(np.std(residual)) < SMALL * noise_std
+    tried = [smooth(x, nothing, POWERS) for x in ((trajectory.x,) if small else (trajectory.x, moved))]
+    for _ in range(0 if small else SWEEPS):
+        power, last = max(tried, key=_evidence)
+        tried.append(smooth(last.x, last.w, power + NEARBY))
+        if _evidence(tried[-1]) < _finite(last.evidence) + TELLING:
+            break
+    best = max(tried, key=_evidence)[1]
+    if not np.isfinite(best.evidence):
+        raise NumericsError(f"no torque makes the model follow {record.name}", hint="check the parameters")
+    return MissingTorque(best.w, best.x)
+
+
+def _evidence(tried: tuple[float, Smoothed]) -> float:
+    return _finite(tried[1].evidence)
+
+
+def _finite(evidence: float) -> float:
+    return evidence if np.isfinite(evidence) else -np.inf
+
+
+def _as_measured(trajectory: Trajectory, record: Record) -> Array:
+    """The motor moving as measured, and driving the rest, (nx, n)."""
+    joint, theta = trajectory.joint, trajectory.theta
+    x = measured_guess(joint, theta, record)
+    u = trajectory.u[:-1]
+    return follow_motor(Problem(joint, theta, u, trajectory.sampling_time, x, begin=trajectory.begin), x[:, 0])
+
+
+def _linearised(trajectory: Trajectory, x: Array, w: Array) -> tuple[Array, Array, Array]:
+    """Steps about states x (nx, n) under additional torque w (n,): G (nx, nx, n - 1), g and b (nx, n - 1)."""
+    joint, h, n = trajectory.joint, trajectory.sampling_time, x.shape[1]
+    problem = Problem(joint, trajectory.theta, (trajectory.u + w)[:-1], h, x, begin=trajectory.begin)
+    G, g, b = np.empty((joint.nx, joint.nx, n - 1)), np.empty((joint.nx, n - 1)), np.empty((joint.nx, n - 1))
+    for first in range(0, n - 1, BLOCK):
+        last = min(n - 1, first + BLOCK)
+        at, x0, x1 = slice(first, last), x[:, first:last], x[:, first + 1 : last + 1]
+        steps = linearise(problem.motive(first, last, ()), x0, x1)
+        assert steps.S is not None
+        G[:, :, at], b[:, at] = steps.G, steps.S[:, -1]
+        g[:, at] = x1 + steps.c - np.einsum("ijn,jn->in", steps.G, x0) - b[:, at] * w[at]
+    return G, g, b
+
+
+def _likeliest(chain: Chain, powers: Array) -> float:
+    """The power of ten at which the evidence is largest, between evenly spaced ones."""
+    excerpt = chain.excerpt()
+    evidence = [_finite(excerpt.smooth(chain.size * 10**power).evidence) for power in powers]
+    best = int(np.clip(np.argmax(evidence), 1, len(powers) - 2))
+    low, middle, high = evidence[best - 1 : best + 2]
+    bend = low - 2 * middle + high
+    shift = 0.5 * (low - high) / bend if -np.inf < bend < 0 else np.sign(np.argmax([low, middle, high]) - 1.0)
+    return float(powers[best] + np.clip(shift, -1.0, 1.0) * (powers[1] - powers[0]))

@@ -1,0 +1,136 @@
+"""Torques of any shape along one variable of the motion, as generalised forces: hats over knots, each a column.
+
+A curve may multiply the direction of motion or the speed, as friction that depends on a place or a time does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from robotid.diagnosis.misfit.location import BY_DIRECTION, BY_SPEED
+from robotid.diagnosis.scoring.columns import as_measured
+from robotid.model.array import Array
+from robotid.model.units import on_axis
+from robotid.signals.record import Record
+from robotid.simulate.simulate import Trajectory, measured_guess
+
+EDGE = 0.5  # per cent of the samples beyond the first and the last knot
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """Something along which a torque may be ordered. counted : as in `Curve.along`, by direction, by speed or as it is;
+    gear : the torque acts on the gear rather than on the motor; split : it may jump at zero."""
+
+    along: str
+    unit: str
+    counted: str = ""
+    gear: bool = False
+    split: bool = False
+
+
+VARIABLES = (
+    Variable("dphi_m", "rad/s", split=True),
+    Variable("phi_m", "rad"),
+    Variable("phi_m", "rad", BY_DIRECTION),
+    Variable("phi_m", "rad", BY_SPEED),
+    Variable("t", "s"),
+    Variable("t", "s", BY_DIRECTION),
+    Variable("t", "s", BY_SPEED),
+    Variable("twist", "rad", gear=True),
+    Variable("ddphi_m", "rad/s2"),
+    Variable("tau_m", "Nm"),
+    Variable("tau_m", "Nm", BY_DIRECTION),
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Basis:
+    """Curves along a variable with these knots (k,), as generalised forces (nv, k, n) of every record. size : RMS of
+    what the curve multiplies; seen (k,) : samples near each knot."""
+
+    variable: Variable
+    knots: Array
+    forces: tuple[Array, ...]
+    size: float
+    seen: Array
+
+
+def at_measured_speed(trajectory: Trajectory, record: Record) -> Trajectory:
+    """A trajectory with the motor's motion as it was measured: there the unknown torque acted."""
+    kept = as_measured(trajectory, record)
+    return replace(kept, dphi_m=measured_guess(kept.joint, kept.theta, record)[kept.joint.speeds.start])
+
+
+def variables(trajectory: Trajectory) -> list[Variable]:
+    """Those that the joint has and that vary, in the units of its axis."""
+    flexible, unit = trajectory.joint.masses > 1, on_axis(linear=trajectory.joint.structure.linear)
+    found = [v for v in VARIABLES if (flexible or not v.gear) and np.ptp(_signals(trajectory, v)[0]) > 0.0]
+    return [replace(v, unit=unit(v.unit)) for v in found]
+
+
+def basis_along(trajectories: Sequence[Trajectory], variable: Variable, count: int) -> Basis:
+    """Curves of so many knots, evenly spaced over where the motions are."""
+    knots = _knots(np.concatenate([_signals(t, variable)[0] for t in trajectories]), variable, count)
+    return basis_at(knots, trajectories, variable)
+
+
+def basis_at(knots: Array, trajectories: Sequence[Trajectory], variable: Variable) -> Basis:
+    """Curves with these knots (k,)."""
+    signals = [_signals(t, variable) for t in trajectories]
+    hats = [_hats(x, knots) * factor for x, factor in signals]
+    forces = tuple(_on_joint(t, h, variable) for t, h in zip(trajectories, hats, strict=True))
+    size = float(np.sqrt(np.mean(np.concatenate([factor for _, factor in signals]) ** 2)))
+    seen = np.stack([np.count_nonzero(h, axis=1) for h in hats]).sum(axis=0).astype(np.float64)
+    return Basis(variable, knots, forces, size, seen)
+
+
+def _signals(t: Trajectory, variable: Variable) -> tuple[Array, Array]:
+    """The variable, and what its curve multiplies, (n,) each."""
+    speed = t.dphi_m
+    known = {"dphi_m": speed, "phi_m": t.phi_m, "t": t.t, "tau_m": t.u, "twist": t.twist, "ddphi_m": None}
+    x = t.ddphi_m if variable.along == "ddphi_m" else known[variable.along]
+    factor = {"": np.ones_like(speed), BY_DIRECTION: np.sign(speed), BY_SPEED: speed}[variable.counted]
+    return np.asarray(x), factor
+
+
+def _knots(x: Array, variable: Variable, count: int) -> Array:
+    low, high = np.percentile(x, [EDGE, 100 - EDGE])
+    if not high > low:
+        return np.zeros(0)
+    if not variable.split or low >= 0 or high <= 0:
+        return np.linspace(low, high, count)
+    return np.concatenate([np.linspace(low, 0.0, count // 2), np.linspace(0.0, high, count // 2)])
+
+
+def sides(knots: Array) -> list[slice]:
+    """The knots (k,) before and behind a jump, which a knot that is there twice stands for; all where there is none."""
+    jumps = [int(k) + 1 for k in np.flatnonzero(np.diff(knots) == 0.0)]
+    return [slice(*ends) for ends in pairwise([0, *jumps, len(knots)])]
+
+
+def _hats(x: Array, knots: Array) -> Array:
+    """Piecewise linear basis (knots, n), each side of a jump at zero for itself."""
+    found = [np.stack([np.interp(x, knots[at], unit) for unit in np.eye(len(knots[at]))]) for at in sides(knots)]
+    return found[0] if len(found) == 1 else np.concatenate([found[0] * (x < 0), found[1] * (x > 0)])
+
+
+def _on_joint(trajectory: Trajectory, basis: Array, variable: Variable) -> Array:
+    """Generalised forces (nv, k, n) of applied torques, means over the intervals."""
+    joint = trajectory.joint
+    mean = (basis + np.concatenate([basis[:, 1:], basis[:, -1:]], axis=1)) / 2
+    forces = np.zeros((joint.masses, *mean.shape))
+    for j, c in ((0, joint.ratio), (1, -1.0)) if variable.gear else ((0, 1.0),):
+        forces[j] = c * mean
+    return forces
+
+
+def applied(basis: Basis, trajectory: Trajectory, values: Array) -> Array:
+    """A curve with these values (k,) as generalised forces on another trajectory, (nv, n)."""
+    x, factor = _signals(trajectory, basis.variable)
+    forces = _on_joint(trajectory, _hats(x, basis.knots) * factor, basis.variable)
+    return np.asarray(np.einsum("ikn,k->in", forces, values))

@@ -1,0 +1,131 @@
+"""A model's motion on a record, perhaps one it never saw: parameters held, first states found on that record alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from robotid.catalogue import assemble
+from robotid.estimate.least_squares import solve
+from robotid.estimate.residual import OutputError, observed
+from robotid.estimate.result import FitResult
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.model.parameters import Parameters
+from robotid.model.units import unit_of
+from robotid.signals.record import Quantity, Record
+from robotid.simulate.simulate import Trajectory
+
+Case = tuple[Trajectory, Record, Array]
+"""A simulated record with its residual, (n,)."""
+
+TOLERANCE = 1e-4  # of the cost; the first states of a record need no more
+MOST_ITERATIONS = 8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Model:
+    """A joint with its values as it comes to be judged.
+
+    output : what its fit compared. records : those of its fit. first_states : record name to (nx,), where known.
+    estimate_states : whether first states are found by least squares or taken as measured.
+    """
+
+    name: str
+    joint: Joint
+    parameters: Parameters
+    output: Quantity
+    records: tuple[str, ...]
+    first_states: Mapping[str, Array]
+    estimate_states: bool = True
+
+    @property
+    def theta(self) -> Array:
+        return self.parameters.values
+
+    @property
+    def unit(self) -> str:
+        """Of the output."""
+        return unit_of(self.output, linear=self.joint.structure.linear)
+
+
+def fitted_model(fit: FitResult, *, estimate_states: bool = True) -> Model:
+    """The model that a fit made, its parameters free as they were."""
+    joint = assemble(fit.structure, angle=fit.output == "position")
+    estimates = fit.parameters
+    parameters = replace(
+        joint.parameters(),
+        values=np.array([p.value for p in estimates]),
+        lower=np.array([p.lower for p in estimates]),
+        upper=np.array([p.upper for p in estimates]),
+        free=np.array([not p.fixed for p in estimates]),
+    )
+    return Model(fit.name, joint, parameters, fit.output, fit.records, fit.initial_states, estimate_states)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Simulated:
+    """A simulated record: one trajectory a piece, each from first states of its own."""
+
+    record: Record
+    pieces: tuple[Record, ...]
+    trajectories: tuple[Trajectory, ...]
+
+    @property
+    def t(self) -> Array:
+        """Time since the experiment began [s], (n,)."""
+        return np.concatenate([piece.t for piece in self.pieces])
+
+    def measured(self, quantity: Quantity) -> Array:
+        """Measured position or speed, (n,)."""
+        return measured(self.record, quantity)
+
+    def signal(self, quantity: Quantity) -> Array:
+        """Simulated position or speed as its sensor would show it, (n,)."""
+        return np.concatenate([observed(t, quantity) for t in self.trajectories])
+
+    def cases(self, quantity: Quantity) -> list[Case]:
+        """Piece by piece, with the residuals of a quantity."""
+        pairs = zip(self.trajectories, self.pieces, strict=True)
+        return [(t, piece, measured(piece, quantity) - observed(t, quantity)) for t, piece in pairs]
+
+
+def simulate_record(model: Model, record: Record, horizon: float | None = None) -> Simulated:
+    """Open-loop simulation of a record from the first states that suit it best.
+
+    horizon [s] : length of the pieces that start afresh, absent: the whole record at once. Raises NumericsError where
+    the simulation diverges.
+    """
+    pieces = record.pieces(horizon) if horizon else (record,)
+    known = model.first_states.get(record.name) if record.begin == 0.0 else None
+    starts = [known if k == 0 else None for k in range(len(pieces))]
+    trajectories = (_simulate(model, piece, start) for piece, start in zip(pieces, starts, strict=True))
+    return Simulated(record, pieces, tuple(trajectories))
+
+
+def joined(runs: Sequence[Simulated]) -> Simulated:
+    """Stretches of one record, one after the other, as one; its time is that of its pieces."""
+    if len(runs) == 1:
+        return runs[0]
+    records = [run.record for run in runs]
+    signals: dict[str, Any] = {
+        name: np.concatenate([getattr(record, name) for record in records])
+        for name in ("tau_m", "phi_m", "dphi_m", "phi_a", "ref")
+        if getattr(records[0], name) is not None
+    }
+    pieces = tuple(piece for run in runs for piece in run.pieces)
+    return Simulated(replace(records[0], **signals), pieces, tuple(t for run in runs for t in run.trajectories))
+
+
+def measured(record: Record, quantity: Quantity) -> Array:
+    """Position or speed of a record, (n,)."""
+    return record.phi_m if quantity == "position" else record.dphi_m
+
+
+def _simulate(model: Model, piece: Record, first_state: Array | None) -> Trajectory:
+    problem = OutputError(model.joint, model.parameters.held, (piece,), model.output, np.ones(1), model.estimate_states)
+    start = problem.start() if first_state is None else first_state[list(problem.free_states)]
+    return solve(problem, start, most=MOST_ITERATIONS, tolerance=TOLERANCE).evaluation.trajectories[0]

@@ -1,0 +1,42 @@
+"""What an extension comes to: the model before and after, on every record."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from robotid.diagnosis.results import Rejected
+from robotid.estimate.result import FitResult
+from robotid.signals.record import Quantity, Role
+from robotid.signals.trace import Trace
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Score:
+    """A model on one record. used : whether it was fitted to it."""
+
+    role: Role
+    used: bool
+    fit_percent: float = field(metadata={"unit": "%"})
+    rmse: float = field(metadata={"unit": "rad/s or rad"})
+    trace: Trace
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Extension:
+    """The model before and after: scores by record, Bayesian information criteria on the records of the fit, and the
+    fit that came after. added : the effects by which it was extended. dropped : causes that lost their worth in the
+    final refit.
+    """
+
+    model: str
+    output: Quantity
+    unit: str
+    model_before: tuple[str, ...]
+    model_after: tuple[str, ...]
+    added: tuple[str, ...]
+    before: dict[str, Score]
+    after: dict[str, Score]
+    bic_before: float
+    bic_after: float
+    fit: FitResult
+    dropped: tuple[Rejected, ...]

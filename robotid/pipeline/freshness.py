@@ -1,0 +1,82 @@
+"""Which artifacts are fresh: made by this version from the same configuration and the same input content.
+
+Times of files do not matter: a copied run directory is as fresh as it was, and so is a file that was only touched.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+from robotid import __version__
+from robotid.artifacts.store import Label, read_header
+from robotid.errors import InputError
+from robotid.pipeline.stage import Run, Stage
+
+
+class State(StrEnum):
+    """What an artifact is worth."""
+
+    FRESH = "fresh"
+    STALE = "stale"
+    ABSENT = "absent"
+
+
+@dataclass(frozen=True, slots=True)
+class StageStatus:
+    """State of one stage's artifact, and why it is not fresh."""
+
+    stage: str
+    file: Path
+    state: State
+    why: str = ""
+    label: Label | None = None
+
+
+def judge(run: Run, stage: Stage, before: Mapping[str, StageStatus], *, checked: bool = True) -> StageStatus:
+    """State of one stage's artifact. before : states of the stages that it reads; checked : damage counts."""
+    file = run.file(stage)
+    if not file.exists():
+        return StageStatus(stage.name, file, State.ABSENT, "not made yet")
+    try:
+        label = read_header(file, checked=checked)
+    except InputError as error:
+        return StageStatus(stage.name, file, State.STALE, error.what)
+    why = _why_stale(run, stage, label, before)
+    return StageStatus(stage.name, file, State.STALE if why else State.FRESH, why, label)
+
+
+def _why_stale(run: Run, stage: Stage, label: Label, before: Mapping[str, StageStatus]) -> str:
+    made = label.provenance
+    if made.stage != stage.name or label.kind != stage.kind:
+        return f"it holds what {made.stage} makes"
+    if made.version != __version__:
+        return f"made by version {made.version}"
+    if made.interrupted:
+        return "its run was interrupted"
+    if stage.beside is not None and not (run.out / stage.beside[0]).exists():
+        return f"{stage.beside[0]} is missing"
+    changed = _differing(made.sections, run.sections(stage))
+    if changed:
+        return f"configuration changed: {', '.join(changed)}"
+    return _why_inputs_differ(run, stage, label, before)
+
+
+def _why_inputs_differ(run: Run, stage: Stage, label: Label, before: Mapping[str, StageStatus]) -> str:
+    for name in stage.inputs:
+        if before[name].state is not State.FRESH:
+            return f"{before[name].file.name} is {before[name].state}"
+    labels = {name: found for name in stage.inputs if (found := before[name].label) is not None}
+    try:
+        now = run.inputs(stage, labels)
+    except InputError as error:
+        return f"{error.where} {error.what}"
+    changed = _differing(label.provenance.inputs, now)
+    return f"{', '.join(before[n].file.name if n in before else n for n in changed)} changed" if changed else ""
+
+
+def _differing(then: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
+    """Names whose text is not what it was, in the order of now."""
+    return [name for name in {**now, **then} if then.get(name) != now.get(name)]

@@ -1,0 +1,92 @@
+"""The records as tables and JSON: what was read, and what is to be said of it."""
+
+from __future__ import annotations
+
+from robotid.report.tables.table import Json, Table, number
+from robotid.signals.quality import Recordings, Report
+
+ROUNDING = 1e-9  # of the sampling time: what a jitter below it is
+
+
+def tables(recordings: Recordings) -> tuple[Table, ...]:
+    """One row a record in each table, and the remarks."""
+    return _sampling(recordings), _signals(recordings), *_remarks(recordings)
+
+
+def document(recordings: Recordings) -> Json:
+    """The `collect --json` document."""
+    roles = {r.name: (r.role, r.use) for r in recordings.records}
+    return {"records": {r.name: _entry(r, *roles[r.name]) for r in recordings.reports}}
+
+
+def _entry(r: Report, role: str, use: str) -> Json:
+    return {
+        "source": r.source,
+        "role": role,
+        "use": use,
+        "samples": r.samples,
+        "sampling_time": r.sampling_time,
+        "jitter": r.jitter,
+        "mended": {"missing": r.missing, "duplicated": r.duplicated, "not_finite": r.not_finite, "wraps": r.wraps},
+        "torque_range": r.torque_range,
+        "angle_range": r.angle_range,
+        "speed_range": r.speed_range,
+        "quantum": r.quantum,
+        "saturation": r.saturation,
+        "torque_rms": r.torque_rms,
+        "reversals": r.reversals,
+        "still": r.still,
+        "torque_bandwidth": r.torque_bandwidth,
+        "remarks": r.remarks,
+    }
+
+
+def _sampling(recordings: Recordings) -> Table:
+    uses = {r.name: (r.role, r.use) for r in recordings.records}
+    rows = tuple(
+        (
+            r.name,
+            *uses[r.name],
+            str(r.samples),
+            number(1e3 * r.sampling_time),
+            number(100 * r.jitter, 2) if r.jitter > ROUNDING else "0",
+            str(r.missing),
+            str(r.duplicated),
+            str(r.not_finite),
+            str(r.wraps),
+            r.source,
+        )
+        for r in recordings.reports
+    )
+    columns = ("record", "role", "use", "samples", "Ts [ms]", "jitter [%]")
+    mended = ("missing", "duplicated", "not finite", "wraps", "source")
+    return Table("Records", (*columns, *mended), rows, "missing to wraps: samples that were mended")
+
+
+def _signals(recordings: Recordings) -> Table:
+    rows = tuple(
+        (
+            r.name,
+            _range(r.torque_range),
+            _range(r.angle_range),
+            _range(r.speed_range),
+            number(r.quantum, 3) if r.quantum else "-",
+            number(100 * r.saturation, 2),
+            str(r.reversals),
+            number(100 * r.still, 2),
+            number(r.torque_bandwidth, 3),
+        )
+        for r in recordings.reports
+    )
+    ranges = ("torque", "motor angle", "motor speed", "quantum")
+    counts = ("saturated [%]", "reversals", "at rest [%]", "torque up to [Hz]")
+    return Table("Signals, in SI", ("record", *ranges, *counts), rows)
+
+
+def _range(limits: tuple[float, float]) -> str:
+    return f"{number(limits[0])} to {number(limits[1])}"
+
+
+def _remarks(recordings: Recordings) -> tuple[Table, ...]:
+    rows = tuple((r.name, remark) for r in recordings.reports for remark in r.remarks)
+    return (Table("Remarks", ("record", ""), rows),) if rows else ()

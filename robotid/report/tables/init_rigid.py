@@ -1,0 +1,32 @@
+"""The rigid-body estimate as tables and JSON."""
+
+from __future__ import annotations
+
+from robotid.estimate.rigid import RigidResult
+from robotid.report.tables.table import Json, Table, fixed, number
+
+
+def tables(rigid: RigidResult) -> tuple[Table, ...]:
+    """Parameters, and the torque error of each record."""
+    rows = tuple((p.name, number(p.value, 5), number(p.std, 2), p.unit, p.remark) for p in rigid.parameters)
+    note = "\n".join((f"condition number {rigid.condition_number:.3g}", *rigid.remarks))
+    errors = tuple(
+        (name, fixed(error), number(rigid.cutoff.get(name), 3)) for name, error in rigid.torque_error_percent.items()
+    )
+    return (
+        Table("Rigid-body parameters", ("parameter", "value", "sd", "unit", "remark"), rows, note),
+        Table("Torque error", ("record", "error [%]", "cut-off [Hz]"), errors),
+    )
+
+
+def document(rigid: RigidResult) -> Json:
+    """The `init-rigid --json` document of CLI.md."""
+    return {
+        "parameters": {
+            p.name: {"value": p.value, "std": p.std, "std_robust": p.std_robust, "unit": p.unit}
+            for p in rigid.parameters
+        },
+        "condition_number": rigid.condition_number,
+        "torque_error_percent": rigid.torque_error_percent,
+        "remarks": rigid.remarks,
+    }

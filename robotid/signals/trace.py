@@ -1,0 +1,40 @@
+"""Signals as figures need them: a long one by the extremes of its stretches, so that no peak is lost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from robotid.model.array import Array, Index
+
+LONGEST_TRACE = 16_000  # samples kept
+KEPT = 4  # of a stretch: least and largest of the measured signal and of the difference
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """A measured and a simulated signal for figures, (n,), of a long record the extremes of every stretch."""
+
+    t: Array = field(metadata={"unit": "s"})
+    measured: Array = field(metadata={"unit_in": "unit"})
+    simulated: Array = field(metadata={"unit_in": "unit"})
+    unit: str
+
+
+def thinned(t: Array, measured: Array, simulated: Array, unit: str) -> Trace:
+    """A measured and a simulated signal (n,), whole, or of n > LONGEST_TRACE samples the extremes of every stretch."""
+    if len(t) <= LONGEST_TRACE:
+        return Trace(t, measured, simulated, unit)
+    stretches = LONGEST_TRACE // KEPT
+    at = np.unique(np.concatenate([_extremes(signal, stretches) for signal in (measured, measured - simulated)]))
+    return Trace(t[at], measured[at], simulated[at], unit)
+
+
+def _extremes(signal: Array, stretches: int) -> Index:
+    """Where the least and the largest sample of each stretch are, (2 stretches,) or fewer."""
+    size = -(-len(signal) // stretches)
+    padded = np.concatenate([signal, np.full(-len(signal) % size, signal[-1])]).reshape(-1, size)
+    first = size * np.arange(len(padded))
+    at = np.concatenate([first + padded.argmin(axis=1), first + padded.argmax(axis=1)])
+    return np.asarray(np.minimum(at, len(signal) - 1))

@@ -1,0 +1,43 @@
+"""The model in the loop that made the record: how far position, speed and torque stray from the measured ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from robotid.catalogue import assemble
+from robotid.model.array import Array
+from robotid.model.structure import Structure
+from robotid.signals.metrics import error_percent, rmse
+from robotid.signals.record import Record
+from robotid.signals.reference import Reference
+from robotid.simulate.closed_loop.controller import Controller
+from robotid.simulate.closed_loop.virtual_robot import follow
+from robotid.simulate.simulate import initial_state
+
+
+@dataclass(frozen=True, slots=True)
+class LoopErrors:
+    """Errors of the closed-loop simulation: 100 ||y - yhat|| / ||y||, and root mean squares."""
+
+    position_percent: float = field(metadata={"unit": "%"})
+    speed_percent: float = field(metadata={"unit": "%"})
+    torque_percent: float = field(metadata={"unit": "%"})
+    position_rmse: float = field(metadata={"unit": "rad"})
+    speed_rmse: float = field(metadata={"unit": "rad/s"})
+    torque_rmse: float = field(metadata={"unit": "Nm"})
+
+
+def loop_errors(structure: Structure, theta: Array, controller: Controller, record: Record) -> LoopErrors | None:
+    """Follow the record's reference with the model under the controller from the measured first state, and compare.
+
+    None where the record has no reference of the controller's kind. Raises NumericsError where the loop diverges.
+    """
+    if record.ref is None or record.ref_kind != controller.kind:
+        return None
+    joint = assemble(structure, angle=True)
+    speed = joint.speeds.start
+    reference = Reference(record.name, record.sampling_time, record.ref, record.ref_kind)
+    # Not the first state that suits open loop best: the controller would fight for it what it is not in truth.
+    x, torque = follow(joint, theta, controller, reference, x0=initial_state(joint, theta, record))
+    pairs = ((record.phi_m, x[speed - 1]), (record.dphi_m, x[speed]), (record.tau_m, torque))
+    return LoopErrors(*(error_percent(*pair) for pair in pairs), *(rmse(*pair) for pair in pairs))

@@ -1,0 +1,79 @@
+"""The torque that a model needs for the motion that was measured, beside the torque that was applied.
+
+The motor moves as measured and drives the rest of the joint, which is simulated: above the notch the arm hardly
+follows, and a rigid prediction would be wrong by far. For a rigid axis this is step 1's regression with the model's
+values.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.signals.differentiate import Kinematics, bandwidth, decimate, differentiate
+from robotid.signals.metrics import error_percent
+from robotid.signals.record import Record
+from robotid.simulate.newton.solver import Problem
+from robotid.simulate.simulate import BLOCK, effective_torque, follow_motor, measured_guess
+
+POSITION_CUTOFF = 5.0  # cut-off of the motion's filter in those of the parallel one, as in step 1
+SWEEPS = 4  # each leaves about a tenth of the error
+
+
+def torque_error(
+    joint: Joint,
+    theta: Array,
+    record: Record,
+    first_state: Array,
+    cutoff: float | None = None,
+    order: int = 4,
+    min_speed: float = 0.0,
+) -> float | None:
+    """100 ||tau - tau_hat|| / ||tau|| [%], both through the same zero-phase filter; None for a constant torque.
+
+    first_state : (nx,) of which the motor's part is overruled by the measurement. cutoff [Hz], absent: 99 % of the
+    torque's energy lies below. Samples slower than min_speed [rad/s] are left out.
+    """
+    h = record.sampling_time
+    cutoff = cutoff or (bandwidth(record.tau_m, h) if np.ptp(record.tau_m) > 0 else 0.0)
+    if cutoff <= 0:
+        return None
+    motion = differentiate(record.phi_m, h, POSITION_CUTOFF * cutoff, order)
+    needed = required_torque(joint, theta, record, motion, first_state)
+    # A torque held from sample to sample is at each sample, on average, the mean of what was before and what comes.
+    held = effective_torque(joint, theta, record)
+    applied = (held + np.concatenate([held[:1], held[:-1]])) / 2
+    tau, tau_hat, speed = decimate(np.vstack([applied, needed, motion.speed]), h, cutoff, order)
+    kept = np.abs(speed) >= min_speed
+    return error_percent(tau[kept], tau_hat[kept]) if kept.any() else None
+
+
+def required_torque(joint: Joint, theta: Array, record: Record, motion: Kinematics, first_state: Array) -> Array:
+    """Motor torque of the model under a motion of the motor, (n,) [Nm]. first_state : (nx,), of the other states."""
+    x = measured_guess(joint, theta, record)
+    speed = joint.speeds.start
+    prescribed = {speed: motion.speed} | ({speed - 1: motion.position} if joint.keeps_angle else {})
+    for row, signal in prescribed.items():
+        x[row] = signal
+    torque = _balance(joint, theta, x, motion.acceleration, record.t)
+    if joint.nx == len(prescribed):
+        return torque
+    start = first_state.copy()
+    start[list(prescribed)] = x[list(prescribed), 0]
+    for _ in range(SWEEPS):
+        x = follow_motor(Problem(joint, theta, torque[:-1], record.sampling_time, x, begin=record.begin), start)
+        torque = _balance(joint, theta, x, motion.acceleration, record.t)
+    return torque
+
+
+def _balance(joint: Joint, theta: Array, x: Array, acceleration: Array, t: Array) -> Array:
+    """The torque that gives the motor this acceleration in states x (nx, n): acceleration is affine in it."""
+    torque, motor = np.empty(x.shape[1]), joint.speeds.start
+    for first in range(0, len(torque), BLOCK):
+        at = slice(first, first + BLOCK)
+        still = np.zeros(len(t[at]))
+        free = joint.evaluate(x[:, at], still, np.sign(x[joint.speeds, at]), t[at], theta, columns=())
+        assert free.B is not None
+        torque[at] = (acceleration[at] - free.f[motor]) / free.B[motor, -1]
+    return torque

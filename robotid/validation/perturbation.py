@@ -1,0 +1,77 @@
+"""What each parameter is worth to the fit: Table 3 of the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from robotid.errors import NumericsError
+from robotid.estimate.fitted_model import Model, Simulated, measured
+from robotid.estimate.residual import observed
+from robotid.model.array import Array
+from robotid.signals.metrics import fit_percent
+from robotid.signals.record import Record
+from robotid.simulate.simulate import Trajectory, sensitivities, simulate
+
+LARGEST_PREDICTION = 5_000_000  # derivatives in memory at once, to predict the perturbed motion
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Perturbation:
+    """Change of the fit [%] of one record when one parameter at a time is perturbed, first states kept.
+
+    names (p,) : the parameters whose value is not zero. plus, minus (p,) : with the value raised and lowered by
+    percent, nan where the joint then diverges.
+    """
+
+    percent: float = field(metadata={"unit": "%"})
+    names: tuple[str, ...]
+    plus: Array = field(metadata={"unit": "%"})
+    minus: Array = field(metadata={"unit": "%"})
+
+
+NOT_PERTURBED = Perturbation(0.0, (), np.zeros(0), np.zeros(0))
+
+
+def perturb(model: Model, simulated: Simulated, percent: float) -> Perturbation:
+    """Perturb each parameter by percent of its value on a simulated record."""
+    y = simulated.measured(model.output)
+    columns = [int(k) for k in np.flatnonzero(model.theta)]
+    steps = percent / 100 * model.theta[columns]
+    squares = np.zeros((2, len(columns)))
+    for piece, trajectory in zip(simulated.pieces, simulated.trajectories, strict=True):
+        squares += _squares(model, piece, trajectory, columns, steps)
+    fits = 100 * (1 - np.sqrt(squares) / np.linalg.norm(y - y.mean()))
+    plus, minus = fits - fit_percent(y, simulated.signal(model.output))
+    return Perturbation(percent, tuple(model.joint.names[k] for k in columns), plus, minus)
+
+
+def _squares(model: Model, piece: Record, trajectory: Trajectory, columns: Sequence[int], steps: Array) -> Array:
+    """Sum of squared output errors with each parameter raised and lowered, (2, p)."""
+    y = measured(piece, model.output)
+    squares = np.empty((2, len(columns)))
+    for k, step, slope in zip(range(len(columns)), steps, _slopes(trajectory, piece, columns), strict=True):
+        for sign, side in ((1.0, 0), (-1.0, 1)):
+            theta = model.theta.copy()
+            theta[columns[k]] += sign * step
+            try:
+                after = simulate(model.joint, theta, piece, trajectory.x[:, 0], trajectory.x + sign * step * slope)
+                squares[side, k] = np.sum((y - observed(after, model.output)) ** 2)
+            except NumericsError:
+                squares[side, k] = np.nan
+    return squares
+
+
+def _slopes(trajectory: Trajectory, piece: Record, columns: Sequence[int]) -> Iterator[Array | float]:
+    """Derivative of all states to each parameter (nx, n), that tells where to look for the perturbed motion.
+
+    Zero for a piece too long to hold it.
+    """
+    nx = trajectory.joint.nx
+    if nx * len(columns) * len(piece) > LARGEST_PREDICTION:
+        yield from (0.0 for _ in columns)
+    else:
+        every = sensitivities(trajectory, piece, columns, range(nx))
+        yield from (every[:, k] for k in range(len(columns)))

@@ -1,0 +1,127 @@
+"""Everything that is to be said of one model: every record, every parameter, every measured response."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotid.errors import NumericsError
+from robotid.estimate.fitted_model import Model, Simulated, simulate_record
+from robotid.estimate.result import FitResult
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.signals.frf import Frf
+from robotid.signals.metrics import fit_percent, rmse
+from robotid.signals.record import Record
+from robotid.signals.trace import thinned
+from robotid.simulate.closed_loop.controller import Controller
+from robotid.validation.bode import bode
+from robotid.validation.closed_loop import loop_errors
+from robotid.validation.identifiability import Identifiability, correlations, identify
+from robotid.validation.inverse_dynamics import torque_error
+from robotid.validation.perturbation import NOT_PERTURBED, perturb
+from robotid.validation.residual_tests import residual_test
+from robotid.validation.results import ModelValidation, RecordValidation
+from robotid.validation.torque_share import torque_shares
+
+NOTABLE = 0.5  # of the RMS error: a first state moved further than this flatters the model
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """How to validate.
+
+    perturbation [%]; horizon [s] : of the pieces simulated afresh; controller : of the records' loop; each None where
+    not wanted or not known. cutoff [Hz], order, min_speed [rad/s] : of the filter of the torque error.
+    """
+
+    perturbation: float | None = None
+    horizon: float | None = None
+    controller: Controller | None = None
+    cutoff: float | None = None
+    order: int = 4
+    min_speed: float = 0.0
+
+
+def validate_model(
+    model: Model, records: Sequence[Record], frfs: Sequence[Frf], options: Options, fit: FitResult | None = None
+) -> ModelValidation:
+    """Validate a model on records, used for its fit or not. fit : what made the model, absent for the initial one."""
+    simulated, remarks = _simulate(model, records, options.horizon)
+    covariance = np.zeros((0, 0)) if fit is None else fit.covariance_robust
+    return ModelValidation(
+        names=model.parameters.names,
+        units=model.parameters.units,
+        values=model.theta,
+        output=model.output,
+        structure=model.joint.structure,
+        records={name: examine_record(model, one, options) for name, one in simulated.items()},
+        covariance=covariance,
+        correlation=correlations(covariance),
+        identifiability=() if fit is None else _identifiability(fit, simulated),
+        bode=bode(model.joint, model.theta, frfs, records[0].sampling_time),
+        remarks=remarks,
+    )
+
+
+def _identifiability(fit: FitResult, simulated: Mapping[str, Simulated]) -> tuple[Identifiability, ...]:
+    used = [(name, t) for name, one in simulated.items() if name in fit.records for t in one.trajectories]
+    return identify(fit, torque_shares(used))
+
+
+def examine_record(model: Model, simulated: Simulated, options: Options) -> RecordValidation:
+    """All that can be said of a model on a record that it was simulated on."""
+    record, remarks = simulated.record, list[str]()
+    position, speed = simulated.signal("position"), simulated.signal("speed")
+    measured, output = simulated.measured(model.output), position if model.output == "position" else speed
+    errors = {"position": rmse(record.phi_m, position), "speed": rmse(record.dphi_m, speed)}
+    theta = model.joint.in_record(model.theta, record.name)
+    closed_loop = None
+    try:
+        if options.controller is not None:
+            closed_loop = loop_errors(model.joint.structure, theta, options.controller, record)
+    except NumericsError as error:
+        remarks.append(f"closed loop: {error.what}")
+    return RecordValidation(
+        role=record.role,
+        used=record.name in model.records,
+        fit_percent=fit_percent(measured, output),
+        rmse_speed=errors["speed"],
+        rmse_position=errors["position"],
+        torque_error_percent=_torque_error(model.joint, theta, simulated, options),
+        closed_loop=closed_loop,
+        residual=residual_test(measured - output, record.tau_m),
+        perturbation=NOT_PERTURBED if options.perturbation is None else perturb(model, simulated, options.perturbation),
+        trace=thinned(record.t, measured, output, model.unit),
+        remarks=(*remarks, *_moved(simulated, errors)),
+    )
+
+
+def _simulate(
+    model: Model, records: Sequence[Record], horizon: float | None
+) -> tuple[dict[str, Simulated], tuple[str, ...]]:
+    """A model on all records; those on which it diverges are only remarked."""
+    found, remarks = {}, []
+    for record in records:
+        try:
+            found[record.name] = simulate_record(model, record, horizon)
+        except NumericsError as error:
+            remarks.append(f"{record.name}: {error.what}")
+    return found, tuple(remarks)
+
+
+def _moved(simulated: Simulated, errors: Mapping[str, float]) -> Iterator[str]:
+    """Sentences where the first state that suits a record is not the measured one, by what the model's errors show."""
+    record, first = simulated.record, simulated.trajectories[0]
+    signals = {"position": (record.phi_m, first.phi_m), "speed": (record.dphi_m, first.dphi_m)}
+    for quantity, (measured, found) in signals.items():
+        moved = abs(float(found[0] - measured[0]))
+        if moved > NOTABLE * errors[quantity]:
+            yield f"first {quantity} {moved:.2g} off the measured one"
+
+
+def _torque_error(joint: Joint, theta: Array, simulated: Simulated, options: Options) -> float | None:
+    first_state = simulated.trajectories[0].x[:, 0]
+    return torque_error(joint, theta, simulated.record, first_state, options.cutoff, options.order, options.min_speed)

@@ -1,0 +1,77 @@
+"""A curve as a term: its derivatives, and a motion that an effect of the same shape makes as well."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.small_bench import AXIS, TRUTH, records
+
+from robotid.catalogue import assemble
+from robotid.diagnosis.misfit.location import BY_DIRECTION, BY_SPEED
+from robotid.diagnosis.nonparametric.basis import Variable
+from robotid.diagnosis.nonparametric.curve_term import FreeCurve
+from robotid.model.port import Port
+from robotid.model.structure import Structure
+from robotid.model.term import Motion
+from robotid.simulate.simulate import simulate
+
+KNOTS = np.array([-20.0, -5.0, 0.0, 0.0, 5.0, 20.0])
+VALUES = np.array([0.3, 0.25, 0.1, -0.1, -0.2, -0.4])
+
+
+SPEED = Variable("dphi_m", "rad/s", split=True)
+ALONG = [Variable("phi_m", "rad", counted) for counted in ("", BY_DIRECTION, BY_SPEED)]
+ALONG += [Variable("twist", "rad", gear=True), Variable("t", "s", BY_DIRECTION)]
+STEP = 1e-6
+GEARED = Structure((*AXIS.terms, "gear.spring", "gear.damper", "arm.inertia"), gear_ratio=0.01)
+GEARED_TRUTH = TRUTH | {"gear.spring.k1": 2e5, "gear.damper.d": 300.0, "arm.inertia.J": 100.0}
+
+
+def motion(x: float, v: float, s: float) -> Motion:
+    """At the time x."""
+    zero = np.zeros(1)
+    return Motion(np.array([x]), np.array([v]), zero, np.array([s]), np.array([x]), np.zeros((0, 1)))
+
+
+@pytest.mark.parametrize(("v", "s"), [(2.0, 1.0), (-7.0, -1.0), (0.01, 0.4), (30.0, 1.0), (-30.0, -1.0)])
+def test_partials_are_the_derivatives_of_the_torque(v: float, s: float) -> None:
+    _same_derivatives(FreeCurve(SPEED, KNOTS, VALUES), 0.0, v, s)
+
+
+@pytest.mark.parametrize("variable", ALONG)
+def test_so_they_are_along_other_variables(variable: Variable) -> None:
+    curve = FreeCurve(variable, np.linspace(-4.0, 4.0, 5), np.array([0.3, 0.1, -0.2, 0.2, 0.5]))
+    for x, v, s in [(1.3, 2.0, 1.0), (-0.7, -3.0, -1.0), (3.1, 0.01, 0.4), (9.0, 1.0, 1.0)]:
+        _same_derivatives(curve, x, v, s)
+
+
+def _same_derivatives(curve: FreeCurve, x: float, v: float, s: float) -> None:
+    found = curve.partials(motion(x, v, s), ())
+    steps = {"v": (0.0, STEP, 0.0), "s": (0.0, 0.0, STEP)}
+    if curve.argument != "t":
+        steps["x"] = (STEP, 0.0, 0.0)
+    for name, (dx, dv, ds) in steps.items():
+        after, before = motion(x + dx, v + dv, s + ds), motion(x - dx, v - dv, s - ds)
+        difference = curve.torque(after, ()) - curve.torque(before, ())
+        assert getattr(found, name) == pytest.approx(difference / (2 * STEP), abs=1e-6)
+
+
+def test_a_curve_that_is_coulomb_and_viscous_friction_moves_the_axis_as_they_do() -> None:
+    record = records({}, quiet=True)[0]
+    joint = assemble(AXIS)
+    truth = joint.parameters().with_values(TRUTH).values
+    less = joint.parameters().with_values(TRUTH | {"motor.viscous.Fv": 0.005, "motor.coulomb.Fc": 0.5}).values
+    ends = np.array([-100.0, 0.0, 0.0, 100.0])
+    curve = FreeCurve(SPEED, ends, np.array([1.1, 0.1, -0.1, -1.1]))
+    curved = joint.with_more(terms=[(Port.MOTOR, curve)])
+    assert simulate(curved, less, record).dphi_m == pytest.approx(simulate(joint, truth, record).dphi_m, abs=1e-8)
+
+
+def test_a_curve_along_the_twist_that_is_a_spring_moves_the_arm_as_the_spring_does() -> None:
+    joint, less = assemble(GEARED), GEARED_TRUTH | {"gear.spring.k1": 0.6 * GEARED_TRUTH["gear.spring.k1"]}
+    truth, softer = (joint.parameters().with_values(values).values for values in (GEARED_TRUTH, less))
+    missing = 0.4 * GEARED_TRUTH["gear.spring.k1"]
+    curve = FreeCurve(ALONG[3], np.array([-1.0, 1.0]), np.array([missing, -missing]))
+    record = records({}, quiet=True)[0]
+    found = simulate(joint.with_more(terms=[(Port.GEAR, curve)]), softer, record)
+    assert found.dphi_m == pytest.approx(simulate(joint, truth, record).dphi_m, abs=1e-8)

@@ -1,0 +1,163 @@
+"""Extending a model by its causes: the gain is that of a simulation by other means, and what has none is dropped."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from support.small_bench import SAMPLING_TIME, TRUTH, fitted, records
+
+from robotid.errors import NumericsError
+from robotid.estimate.fitted_model import Model, Simulated
+from robotid.estimate.grey_box import FitOptions
+from robotid.estimate.result import FitResult
+from robotid.extension import extend as extension
+from robotid.extension.extend import Refit, extend, gains
+from robotid.extension.results import Extension
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.signals.metrics import fit_percent
+from robotid.signals.record import Record
+
+STRIBECK = {"motor.stribeck.dFs": 0.15, "motor.stribeck.vs": 1.0}
+SUBSTEPS = 20
+
+
+@cache
+def made() -> tuple[Record, ...]:
+    """Records with a Stribeck effect; those of the fit have a drift of the torque as well, the other has none."""
+    drifting = records(STRIBECK | {"motor.constant_torque.tau0": 0.01})
+    return (*drifting[:2], records(STRIBECK)[2])
+
+
+@cache
+def before() -> FitResult:
+    return fitted(list(made()))
+
+
+@cache
+def extended(*effects: str) -> Extension:
+    return extend(Refit(before(), [STRIBECK], made(), FitOptions(), None, lambda _: None), effects)
+
+
+def stepped(values: dict[str, float], record: Record) -> Array:
+    """Speed of the axis under the recorded torque, from rest, friction as a set-valued law in small steps (Moreau
+    1988), (n,)."""
+    J, fv, fc = (values[name] for name in TRUTH)
+    dfs, vs = values.get("motor.stribeck.dFs", 0.0), values.get("motor.stribeck.vs", 1.0)
+    dt, v, found = SAMPLING_TIME / SUBSTEPS, 0.0, []
+    for torque in record.tau_m.tolist():
+        found.append(v)
+        for _ in range(SUBSTEPS):
+            most = dt * (fc + dfs * np.exp(-((v / vs) ** 2))) / J
+            free = v + dt * (torque - fv * v) / J
+            v = 0.0 if abs(free) <= most else free - np.sign(free) * most
+    return np.array(found)
+
+
+def values_of(fit: FitResult) -> dict[str, float]:
+    return {p.name: p.value for p in fit.parameters}
+
+
+def test_before_and_after_are_told_of_every_record() -> None:
+    e = extended("motor.stribeck")
+    assert set(e.before) == set(e.after) == {"slow", "wide", "check"}
+    assert {name: score.used for name, score in e.after.items()} == {"slow": True, "wide": True, "check": False}
+    assert {name: score.role for name, score in e.before.items()}["check"] == "validate"
+    assert set(e.model_after) - set(e.model_before) == {"motor.stribeck"}
+    assert (e.added, e.dropped) == (("motor.stribeck",), ())
+
+
+@pytest.mark.parametrize("record", [0, 2], ids=["slow", "check"])
+def test_the_gain_is_that_of_a_simulation_in_small_steps(record: int) -> None:
+    e, r = extended("motor.stribeck"), made()[record]
+    percent = [fit_percent(r.dphi_m, stepped(values_of(fit), r)) for fit in (before(), e.fit)]
+    # first order in the step, and from rest rather than from the first state that fits best
+    assert e.before[r.name].fit_percent == pytest.approx(percent[0], abs=0.3)
+    assert e.after[r.name].fit_percent == pytest.approx(percent[1], abs=0.3)
+    assert percent[1] - percent[0] > 1.0
+
+
+def test_the_criterion_falls_with_a_true_cause() -> None:
+    e = extended("motor.stribeck")
+    assert e.bic_after < e.bic_before - 100
+    n = {r.name: len(r) for r in made()[:2]}
+    gained = sum(n[name] * np.log((e.before[name].rmse / e.after[name].rmse) ** 2) for name in n)
+    assert e.bic_before - e.bic_after == pytest.approx(gained - 2 * np.log(sum(n.values())), rel=1e-6)
+
+
+def test_a_cause_that_does_not_carry_over_is_dropped_beside_one_that_does() -> None:
+    e = extended("motor.stribeck", "motor.constant_torque")
+    assert e.added == ("motor.stribeck",)
+    (dropped,) = e.dropped
+    assert (dropped.effect, "held-out" in dropped.why) == ("motor.constant_torque", True)
+    assert dropped.heldout_gain < 0.0
+    assert e.model_after == extended("motor.stribeck").model_after
+    assert e.after["check"].fit_percent == pytest.approx(
+        extended("motor.stribeck").after["check"].fit_percent, abs=0.01
+    )
+
+
+def test_a_single_cause_that_does_not_carry_over_leaves_the_model_as_it_was() -> None:
+    e = extended("motor.constant_torque")
+    assert (e.added, e.model_after) == ((), e.model_before)
+    (dropped,) = e.dropped
+    assert dropped.heldout_gain < 0.0
+    assert dropped.why.startswith("does not carry over")
+    assert {name: s.rmse for name, s in e.after.items()} == {name: s.rmse for name, s in e.before.items()}
+    assert e.bic_after == e.bic_before
+    assert e.fit is before()
+
+
+def test_a_record_that_cannot_be_simulated_speaks_against_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    simulated = extension.simulate_record
+
+    def diverging(model: Model, record: Record, horizon: float | None) -> Simulated:
+        if record.name == "check" and "motor.constant_torque" not in model.joint.structure.effects:
+            raise NumericsError("the simulation diverges")
+        return simulated(model, record, horizon)
+
+    monkeypatch.setattr(extension, "simulate_record", diverging)
+    refit = Refit(before(), [STRIBECK], made(), FitOptions(), None, lambda _: None)
+    e = extend(refit, ("motor.constant_torque", "motor.stribeck"))
+    assert (e.added, e.dropped) == (("motor.constant_torque", "motor.stribeck"), ())
+    assert "check" not in e.before
+    assert np.isnan(gains(refit, ("motor.constant_torque",))[0]).all()
+
+
+def test_what_no_fit_can_be_without_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    fit_model = extension.fit_model
+
+    def failing(name: str, joint: Joint, *rest: Any, **options: Any) -> FitResult:
+        if "motor.constant_torque" not in joint.structure.effects:
+            raise NumericsError("the derivatives are not finite")
+        return fit_model(name, joint, *rest, **options)
+
+    monkeypatch.setattr(extension, "fit_model", failing)
+    refit = Refit(before(), [STRIBECK], made(), FitOptions(), None, lambda _: None)
+    e = extend(refit, ("motor.constant_torque", "motor.stribeck"))
+    assert (e.added, e.dropped) == (("motor.constant_torque", "motor.stribeck"), ())
+    assert np.isnan(gains(refit, ("motor.constant_torque", "motor.stribeck"))[0][0])
+
+
+def test_without_records_held_out_nothing_is_dropped() -> None:
+    e = extend(Refit(before(), [{}], made()[:2], FitOptions(), None, lambda _: None), ("motor.constant_torque",))
+    assert (e.added, e.dropped) == (("motor.constant_torque",), ())
+    assert values_of(e.fit)["motor.constant_torque.tau0"] == pytest.approx(0.01, rel=0.3)
+
+
+def test_a_gain_is_the_one_that_the_extension_measures_and_comes_cause_by_cause() -> None:
+    refit = Refit(before(), [STRIBECK], made(), FitOptions(), None, lambda _: None)
+    whole = extended("motor.stribeck")
+    (alone,), _ = gains(refit, ("motor.stribeck",))
+    held = [name for name, score in whole.after.items() if not score.used]
+    measured = np.mean([whole.after[n].fit_percent - whole.before[n].fit_percent for n in held])
+    assert alone == pytest.approx(float(measured))
+    (first, second), last = gains(refit, ("motor.stribeck", "motor.constant_torque"))
+    assert first == pytest.approx(alone)
+    assert second < 0.05 * first
+    assert last is not None
+    assert last.structure.effects[-2:] == ("motor.stribeck", "motor.constant_torque")
+    assert gains(refit, ()) == ([], None)

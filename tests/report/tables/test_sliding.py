@@ -1,0 +1,38 @@
+"""Views of an axis that slides."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from robotid.channels import CHANNELS
+from robotid.model.units import sliding
+from robotid.report.tables.sliding import slid
+from robotid.report.tables.table import Table
+from robotid.terms import TERMS
+
+TABLE = Table(
+    "Errors [rad]", ("what", "RMSE [rad/s]", "gain [% points]", "unit"), (("floor [rad]", "1", "2", "Nm s/rad"),)
+)
+
+
+@pytest.mark.parametrize("linear", [True, False])
+def test_units_are_those_of_the_axis(linear: bool) -> None:
+    found = slid(TABLE, linear=linear)
+    said = ("what", "RMSE [m/s]", "gain [% points]", "unit"), (("floor [m]", "1", "2", "N s/m"),)
+    assert ((found.columns, found.rows) == said) is linear
+    assert (found == TABLE) is not linear
+
+
+def test_a_slid_table_stays_as_it_is() -> None:
+    once = slid(TABLE, linear=True)
+    assert slid(once, linear=True) == once
+
+
+@pytest.mark.parametrize(
+    "unit", sorted({p.unit for effect in (*TERMS.values(), *CHANNELS.values()) for p in effect.parameters})
+)
+def test_every_unit_slides_once(unit: str) -> None:
+    assert not re.search("rad|Nm|kg m2", sliding(unit))
+    assert sliding(sliding(unit)) == sliding(unit)

@@ -1,0 +1,165 @@
+"""Every figure of a report: named, labelled, drawn, written."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from support.diagnosed import CLEAN, UNKNOWN
+from support.report_findings import findings
+
+from robotid.errors import ConfigError
+from robotid.report.figure_specs import FigureSpec, figure_specs
+from robotid.report.findings import Findings
+from robotid.report.save import FORMATS, check_format, save_figure
+from robotid.validation.perturbation import Perturbation
+
+NAMES = [
+    "time-small", "time-large", "bode-speed", "bode-acceleration", "parameters", "iterations",
+    "correlations-small", "correlations-large", "misfit-dphi_m-by-direction", "misfit-reversal", "misfit-twist",
+    "misfit-tau_m", "misfit-ddphi_m", "misfit-phi_a-by-speed", "misfit-record", "misfit-phi_m-mod-2-pi", "misfit-t",
+    "misfit-frequency", "missing-small", "missing-large", "causes", "gain", "perturbation", "record-small",
+    "record-large",
+]  # fmt: skip
+
+
+@cache
+def by_name() -> dict[str, FigureSpec]:
+    return {plate.name: plate for plate in figure_specs(findings())}
+
+
+@cache
+def drawn(name: str) -> Figure:
+    return by_name()[name].draw()
+
+
+def labels(figure: Figure) -> list[str]:
+    return [label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel()) if label]
+
+
+def texts(figure: Figure) -> list[str]:
+    return [text.get_text() for axes in figure.axes for text in axes.texts]
+
+
+def test_all_figures_are_there_in_order() -> None:
+    assert list(by_name()) == NAMES
+    assert all(plate.alt.endswith(".") for plate in by_name().values())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_quantities_have_units(name: str) -> None:
+    written = labels(drawn(name))
+    without = [label for label in written if not re.search(r"\[.+\]", label.replace("\n", " "))]
+    assert set(without) <= {"record", "iteration", "cost over its end", "with itself", "with the torque"}
+    assert written or name in ("parameters", "perturbation")
+
+
+def test_measured_responses_stand_alone_only_without_a_model_beside_them() -> None:
+    names = [plate.name for plate in figure_specs(replace(findings(), validation=None))]
+    assert "responses" in names
+    assert "bode-speed" not in names
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_written_whole_in_every_format(form: str, tmp_path: Path) -> None:
+    start = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}[form]
+    for name in ("time-small", "perturbation"):
+        file = tmp_path / f"{name}.{form}"
+        save_figure(drawn(name), file)
+        assert file.read_bytes().startswith(start)
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_format_that_cannot_be_drawn_is_refused() -> None:
+    with pytest.raises(ConfigError, match='"doc"; use png, svg, pdf'):
+        check_format("doc", "--format")
+
+
+def test_before_and_after_are_compared() -> None:
+    upper, lower = drawn("time-large").axes
+    assert [line.get_label() for line in upper.get_lines()] == ["measured", "before the extension", "after it"]
+    before, after, zero = (np.asarray(line.get_ydata()) for line in lower.get_lines())
+    assert np.abs(before).max() == pytest.approx(0.04, rel=1e-2)
+    assert np.abs(after).max() == pytest.approx(0.002, rel=1e-2)
+    assert not zero.any()
+    assert upper.get_title(loc="left") == "large (held out): fit 95.00 → 99.20 %"
+
+
+def test_curves_show_mean_and_spread() -> None:
+    curve = next(c for c in findings().diagnosis.curves if c.along == "twist")
+    axes = drawn("misfit-twist").axes[0]
+    np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), curve.missing_torque)
+    band = axes.collections[0].get_paths()[0].vertices[:, 1]
+    assert band.max() == pytest.approx((curve.missing_torque + curve.spread).max())
+    assert axes.get_title(loc="left") == "gear twist: orders 22 %"
+    limits = {drawn(name).axes[0].get_ylim() for name in NAMES if name.startswith("misfit") and "freq" not in name}
+    assert len(limits) == 1
+
+
+def test_the_better_way_of_counting_is_shown() -> None:
+    assert "misfit-dphi_m" not in NAMES
+    assert "missing torque along the motion [Nm]" in labels(drawn("misfit-dphi_m-by-direction"))
+
+
+def test_causes_are_ranked_with_their_twins() -> None:
+    written = texts(drawn("causes"))
+    assert written[:3] == [
+        "motor.stribeck or motor.presliding",
+        "97.0 %, held out +4.20",
+        "record_change.large.arm.inertia.J",
+    ]
+    widths = [patch.get_width() for patch in drawn("causes").axes[0].patches]
+    assert widths[:2] == [97.0, 2.0]
+    assert widths[2:] == sorted(widths[2:], reverse=True)
+
+
+def test_held_out_records_are_apart_in_the_gain() -> None:
+    fitted, apart = drawn("gain").axes
+    assert [fitted.get_title(loc="left"), apart.get_title(loc="left")] == ["records of the fit", "held-out records"]
+    assert texts(drawn("gain")) == ["small: 96.10 → 99.80", "large: 95.00 → 99.20"]
+    assert fitted.get_ylim() == apart.get_ylim()
+
+
+def test_the_heat_map_says_every_change() -> None:
+    small = findings().validation.models["m"].records["small"].perturbation
+    written = texts(drawn("perturbation"))
+    assert len(written) == 4 * len(small.names)
+    shades = [patch.get_facecolor()[:3] for patch in drawn("perturbation").axes[0].patches]
+    assert sum(shades[0]) < sum(shades[4 * small.names.index("gear.cubic_spring.k3")])
+
+
+def test_a_parameter_whose_change_diverges_is_said() -> None:
+    f = findings()
+    nan = Perturbation(20.0, ("motor.inertia.J",), np.array([np.nan]), np.array([-0.001]))
+    record = replace(f.validation.models["m"].records["small"], perturbation=nan)
+    models = {"m": replace(f.validation.models["m"], records={"small": record})}
+    one = Findings("irb", validation=replace(f.validation, models=models))
+    figure = next(plate for plate in figure_specs(one) if plate.name == "perturbation").draw()
+    assert texts(figure) == ["diverges", "0"]
+
+
+def test_parameters_have_intervals_in_handy_units() -> None:
+    axes = {a.get_title(loc="left"): a for a in drawn("parameters").axes}
+    assert "gear.spring.k1 [10⁶ Nm/rad]" in axes
+    stribeck = axes["motor.stribeck.dFs [Nm]"]
+    assert [label.get_text() for label in stribeck.get_yticklabels()] == ["m extended"]
+    (caps, *_) = stribeck.collections
+    assert np.ptp(caps.get_segments()[0][:, 0]) == pytest.approx(4 * 0.02)
+
+
+def test_a_sliding_axis_has_its_own_units() -> None:
+    found = {plate.name: plate for plate in figure_specs(replace(findings(), linear=True))}
+    assert "motor force [N]" in labels(found["record-small"].draw())
+    assert labels(found["misfit-phi_m-mod-2-pi"].draw())[0] == "motor position within a turn [m]"
+    assert labels(found["misfit-phi_a-by-speed"].draw())[1].startswith("missing force\nin proportion to speed, at ")
+
+
+def test_what_is_unknown_has_a_shape() -> None:
+    found = {plate.name: plate for plate in figure_specs(Findings("irb", diagnosis=UNKNOWN))}
+    assert found["unknown"].draw().axes[0].get_xlabel() == "motor angle [rad]"
+    assert not [name for name in (p.name for p in figure_specs(Findings("irb", diagnosis=CLEAN))) if name != "causes"]

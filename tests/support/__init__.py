@@ -1,0 +1,1 @@
+"""What tests share: made-up records, models fitted to them, and ways to look at pages and files."""

@@ -1,0 +1,106 @@
+"""A small rigid axis on its virtual robot, with effects that its model lacks, and searches for them, for tests."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from robotid.catalogue import assemble
+from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.refit.refitted_model import EvaluationData, RefittedModel
+from robotid.diagnosis.search.data import set_up
+from robotid.diagnosis.search.search import search
+from robotid.diagnosis.search.state import SearchResult
+from robotid.estimate.fitted_model import Simulated, fitted_model, simulate_record
+from robotid.estimate.grey_box import FitOptions, fit_model
+from robotid.estimate.result import FitResult
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.model.structure import Structure
+from robotid.signals.record import Record
+from robotid.signals.reference import Reference
+from robotid.simulate.closed_loop.controller import Controller
+from robotid.simulate.closed_loop.virtual_robot import Plant
+
+AXIS = Structure(("motor.inertia", "motor.viscous", "motor.coulomb"))
+TRUTH = {"motor.inertia.J": 0.012, "motor.viscous.Fv": 0.015, "motor.coulomb.Fc": 0.6}
+SAMPLING_TIME, DURATION = 0.002, 4.0
+SPEED_NOISE, TORQUE_NOISE = 0.02, 0.005
+CONTROLLER = Controller("speed", 0.5, 5.0)
+
+
+def references() -> dict[str, Array]:
+    """Reference speeds [rad/s]: slow and fast reversals, and two mixtures of many frequencies."""
+    t = np.arange(round(DURATION / SAMPLING_TIME)) * SAMPLING_TIME
+    return {
+        "slow": _triangle(t, 6.0, 2.0),
+        "wide": _triangle(t, 15.0, 1.0) + _multisine(t, 4.0, 1),
+        "check": _triangle(t, 10.0, 1.6) + _multisine(t, 2.0, 2),
+    }
+
+
+def records(
+    hidden: Mapping[str, float], *, seed: int = 1, changed: Mapping[str, float] | None = None, quiet: bool = False
+) -> list[Record]:
+    """Two records to fit, slow and wide, and one to check. hidden : parameters of effects beyond the axis, by dotted
+    name; changed : factors on the truth in the record slow; quiet : without noise."""
+    structure = AXIS
+    for effect in dict.fromkeys(name.rpartition(".")[0] for name in hidden):
+        structure = structure.extended(effect)
+    joint = assemble(structure, angle=True)
+    noise = (0.0, 0.0) if quiet else (TORQUE_NOISE, SPEED_NOISE)
+    made = []
+    for number, (name, ref) in enumerate(references().items()):
+        factors = dict(changed or {}) if name == "slow" else {}
+        truth = {key: value * factors.get(key, 1.0) for key, value in (TRUTH | dict(hidden)).items()}
+        plant = Plant(joint, joint.parameters().with_values(truth).values, CONTROLLER, 0.0, *noise, seed)
+        made.append(plant.record(Reference(name, SAMPLING_TIME, ref, "speed"), number))
+    return [*made[:2], replace(made[2], role="validate")]
+
+
+def records_of(joint: Joint, truth: Mapping[str, float], seed: int = 1) -> list[Record]:
+    """The same experiments on another joint."""
+    plant = Plant(joint, joint.parameters().with_values(truth).values, CONTROLLER, 0.0, TORQUE_NOISE, SPEED_NOISE, seed)
+    made = [
+        plant.record(Reference(name, SAMPLING_TIME, ref, "speed"), number)
+        for number, (name, ref) in enumerate(references().items())
+    ]
+    return [*made[:2], replace(made[2], role="validate")]
+
+
+def fitted(made: list[Record]) -> FitResult:
+    """The axis without anything hidden, as the pipeline fits it."""
+    joint = assemble(AXIS)
+    start = joint.parameters().with_values({name: 1.1 * value for name, value in TRUTH.items()})
+    return fit_model("m", joint, start, made[:2], FitOptions())
+
+
+def searched(made: list[Record], conditions: Criteria | None = None) -> SearchResult:
+    """What a search finds on such records."""
+    runs = simulated(made)
+    return search(fitted_model(fitted(made)), runs[:2], made[2:], None, conditions or Criteria(), lambda _: None)
+
+
+def simulated(made: list[Record]) -> list[Simulated]:
+    """All records by the model as it is fitted."""
+    model = fitted_model(fitted(made))
+    return [simulate_record(model, record) for record in made]
+
+
+def bench(made: list[Record], conditions: Criteria | None = None) -> tuple[EvaluationData, RefittedModel]:
+    """The records with their noise as it shows, and the model as it is fitted to them."""
+    benched, looked = set_up(fitted_model(fitted(made)), simulated(made)[:2], made[2:], None, conditions or Criteria())
+    return benched, looked.trial
+
+
+def _triangle(t: Array, amplitude: float, period: float) -> Array:
+    return np.asarray(amplitude * 2 / np.pi * np.arcsin(np.sin(2 * np.pi * t / period)))
+
+
+def _multisine(t: Array, peak: float, seed: int) -> Array:
+    lines = np.arange(2, 60)
+    phase = np.random.default_rng(seed).uniform(0, 2 * np.pi, len(lines))
+    y = np.sin(2 * np.pi / DURATION * np.outer(t, lines) + phase).sum(axis=1) - np.sin(phase).sum()
+    return np.asarray(peak * y / np.abs(y).max())

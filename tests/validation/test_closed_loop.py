@@ -1,0 +1,43 @@
+"""The model under the controller that made the record."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.judged_records import CONTROLLER, clean_records, model
+from support.paper_joint import STRUCTURE, TRUTH
+
+from robotid.simulate.closed_loop.controller import Controller
+from robotid.validation.closed_loop import loop_errors
+
+RECORD = clean_records()[0]
+
+
+def test_the_truth_repeats_the_record():
+    errors = loop_errors(STRUCTURE, model({}).theta, CONTROLLER, RECORD)
+    assert errors is not None
+    assert max(errors.position_percent, errors.speed_percent, errors.torque_percent) < 1e-4
+    assert max(errors.position_rmse, errors.speed_rmse, errors.torque_rmse) < 1e-5
+
+
+def test_the_controller_hides_in_speed_what_it_pays_for_in_torque():
+    errors = loop_errors(
+        STRUCTURE, model({"motor.coulomb.Fc": 1.5 * TRUTH["motor.coulomb.Fc"]}).theta, CONTROLLER, RECORD
+    )
+    assert errors is not None
+    assert errors.torque_percent > 3 * errors.speed_percent > 0.1
+
+
+def test_without_a_reference_of_its_kind_there_is_no_loop():
+    theta = model({}).theta
+    assert loop_errors(STRUCTURE, theta, CONTROLLER, replace(RECORD, ref=None, ref_kind=None)) is None
+    assert loop_errors(STRUCTURE, theta, Controller("position", 0.5, kpos=10.0), RECORD) is None
+
+
+def test_rmse_and_percent_agree():
+    errors = loop_errors(STRUCTURE, model({"motor.coulomb.Fc": 0.5}).theta, CONTROLLER, RECORD)
+    assert errors is not None
+    rms = float(np.sqrt(np.mean(RECORD.tau_m**2)))
+    assert errors.torque_rmse == pytest.approx(errors.torque_percent / 100 * rms)
