@@ -3,7 +3,8 @@
 Dataclasses, mappings and mixed tuples are groups; numbers, words, arrays and tuples of one kind of them are datasets;
 None is a dataset without extent. Every dataset but words has an attribute `unit`, from its field's metadata: "unit"
 names it ("SI" where numbers of several units share a field), "unit_in" names the field of the same dataclass that holds
-it. Words that hold a NUL cannot be kept.
+it. Words that hold a NUL cannot be kept. A hint may be an alias of any kind (`Array = ...`, `type Array = ...`, generic
+or not, as NumPy's own NDArray is one or the other): it stands for what it names.
 """
 
 from __future__ import annotations
@@ -117,8 +118,9 @@ def _read(node: h5py.Group | h5py.Dataset, hint: Any) -> Any:
         value = node.asstr()[()] if words else node[()]
         if node.shape == () and (_is_word(kind) if words else kind in NUMBERS):
             return _plain(value, kind)
-        if len(node.shape) == 1 and origin is tuple and words == (_one_kind(kind) is str):
-            return tuple(_plain(item, get_args(kind)[0]) for item in value)
+        one = _one_kind(kind) if origin is tuple else None
+        if len(node.shape) == 1 and one is not None and words == (one is str):
+            return tuple(one(item) for item in value)
         if origin is np.ndarray and not words:
             return np.asarray(value)
     raise CodecError(f"{node.name} is no {hint}")
@@ -153,8 +155,27 @@ def _to_key(name: str) -> str:
     return "" if name == "%" else unquote(name)
 
 
+def _resolve(hint: Any) -> Any:
+    """What a hint stands for: an alias that a `type` statement made (PEP 695) is replaced by its value."""
+    alias = get_origin(hint) or hint
+    if not hasattr(alias, "__type_params__") or not hasattr(alias, "__value__"):
+        return hint
+    value = alias.__value__
+    arguments = dict(zip(alias.__type_params__, get_args(hint), strict=False))
+    if isinstance(value, TypeVar) and value in arguments:
+        return _resolve(arguments[value])
+    parameters = getattr(value, "__parameters__", ())
+    if arguments and parameters:
+        value = value[tuple(arguments.get(parameter, parameter) for parameter in parameters)]
+    return _resolve(value)
+
+
 def _options(hint: Any) -> tuple[Any, ...]:
-    return get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+    """The types that a hint allows: the members of a union, or the one type that it is."""
+    kind = _resolve(hint)
+    if get_origin(kind) not in (Union, UnionType):
+        return (kind,)
+    return tuple(option for member in get_args(kind) for option in _options(member))
 
 
 def _alternative(hint: Any, name: str) -> Any:
@@ -181,5 +202,5 @@ def _elements(kind: Any, count: int) -> tuple[Any, ...]:
 
 def _one_kind(kind: Any) -> type | None:
     """The one plain type of all elements of a tuple, if it is so."""
-    found = {argument for argument in get_args(kind) if argument is not Ellipsis}
+    found = {_resolve(argument) for argument in get_args(kind) if argument is not Ellipsis}
     return found.pop() if len(found) == 1 and found <= {*NUMBERS, str} else None

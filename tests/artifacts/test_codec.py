@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, make_dataclass
 from enum import StrEnum
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import h5py
 import numpy as np
@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from support.alike import alike
+from typing_extensions import TypeAliasType
 
 from robotid.artifacts.codec import CodecError, read, write
 from robotid.model.array import Array, Mask
@@ -93,6 +94,39 @@ LEAVES: list[tuple[Any, st.SearchStrategy[Any]]] = [
 ]
 
 
+S = TypeVar("S", bound=np.generic)
+V = TypeVar("V")
+W = TypeVar("W")
+# `type` statements, as Python 3.12 has them and as NumPy 2.5 declares NDArray.
+Signal = TypeAliasType("Signal", np.ndarray[tuple[Any, ...], np.dtype[S]], type_params=(S,))
+Speed = TypeAliasType("Speed", Signal[np.float64])
+Mode = TypeAliasType("Mode", Literal["speed", "position"])
+Ratio = TypeAliasType("Ratio", float)
+Perhaps = TypeAliasType("Perhaps", V | None, type_params=(V,))
+Swapped = TypeAliasType("Swapped", tuple[W, V], type_params=(V, W))
+Same = TypeAliasType("Same", V, type_params=(V,))
+Figure = TypeAliasType("Figure", Point | Line)
+
+ALIASES: list[tuple[Any, Any]] = [
+    (Signal[np.float64], np.arange(3.0)),
+    (Signal[np.float64] | None, None),
+    (Signal[np.float64] | None, np.arange(3.0)),
+    (tuple[Signal[np.float64], ...], (np.zeros(2), np.ones(3))),
+    (dict[str, Signal[np.bool_]], {"a": np.array([True, False])}),
+    (Speed, np.arange(3.0)),
+    (Speed | None, np.arange(3.0)),
+    (Mode, "speed"),
+    (Ratio, 0.5),
+    (tuple[Ratio, ...], (0.5, 1.5)),
+    (Perhaps[float], None),
+    (Perhaps[Speed], np.arange(3.0)),
+    (Perhaps[Figure], Line((Point(0.0), Point(1.0)))),
+    (Swapped[int, str], ("a", 1)),
+    (Same[Ratio], 0.5),
+    (Figure | None, Point(1.0)),
+]
+
+
 def grown(kind: tuple[Any, st.SearchStrategy[Any]]) -> st.SearchStrategy[tuple[Any, st.SearchStrategy[Any]]]:
     hint, values = kind
     return st.sampled_from(
@@ -118,6 +152,12 @@ def contents(draw: st.DrawFn) -> Any:
 
 @given(contents())
 def test_there_and_back(content: Any) -> None:
+    assert alike(there_and_back(content), content)
+
+
+@pytest.mark.parametrize(("hint", "value"), ALIASES, ids=lambda case: str(case).replace("\n", " "))
+def test_an_alias_stands_for_what_it_names(hint: Any, value: Any) -> None:
+    content = make_dataclass("Content", [("field", hint)], frozen=True)(value)
     assert alike(there_and_back(content), content)
 
 
@@ -195,6 +235,9 @@ def test_long_signals_are_packed_and_short_ones_are_not(group: h5py.Group) -> No
         (bool, 1),
         (str, 1),
         (Array, [1.0]),
+        (Signal[np.float64], [1.0]),
+        (Swapped[int, str], (1, "a")),
+        (Mode, 1),
         (tuple[float, ...], [1.0]),
         (tuple[int, ...], (1, 2.5)),
         (dict[str, int], {"a": "b"}),
@@ -216,6 +259,9 @@ def test_what_could_not_be_read_back_is_not_written(hint: Any, value: Any, group
         ((str, "a"), float),
         ((str, "sped"), Literal["speed", "position"]),
         ((Array, np.zeros(2)), float),
+        ((Signal[np.float64], np.zeros(2)), Ratio),
+        ((Ratio, 1.0), Mode),
+        ((Array, np.zeros(2)), tuple[Array, Array]),
         ((float | None, None), float),
         ((Point, Point(0.0)), float),
         ((dict[str, int], {"a": 1}), int),
