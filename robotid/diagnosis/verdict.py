@@ -13,7 +13,7 @@ from robotid.diagnosis.results import Cause, Diagnosis, Misfit, Rejected, Verdic
 from robotid.diagnosis.scoring.ranking import best_of_each
 from robotid.diagnosis.search.record_changes import Change
 from robotid.diagnosis.search.state import Found, SearchResult
-from robotid.estimate.fitted_model import Case, Model, Simulated, joined, measured
+from robotid.estimate.fitted_model import Model, Simulated, SimulatedSegment, joined, measured
 from robotid.estimate.result import Estimate
 from robotid.model.array import Array
 from robotid.model.structure import belongs
@@ -32,8 +32,8 @@ def verdict(model: Model, simulated: Sequence[Simulated], growth: SearchResult) 
     """The diagnosis of a model simulated on records, or on stretches of them, from the search for what it lacks."""
     names = dict.fromkeys(run.record.name for run in simulated)
     runs = {name: joined([run for run in simulated if run.record.name == name]) for name in names}
-    cases = [case for run in runs.values() for case in run.cases(model.output)]
-    where = locate_misfit(cases, _cases_after(growth) if growth.causes else (), model.output)
+    segments = [segment for run in runs.values() for segment in run.segments(model.output)]
+    where = locate_misfit(segments, _segments_after(growth) if growth.causes else (), model.output)
     residuals = {name: run.measured(model.output) - run.signal(model.output) for name, run in runs.items()}
     after = _after(growth) if growth.causes else {}
     misfits = {
@@ -72,18 +72,16 @@ def _word(growth: SearchResult, misfit: float, floor: float) -> Verdict:
     return "clean" if growth.shape is None and misfit <= FAR * floor else "unknown"
 
 
-def _cases_after(growth: SearchResult) -> list[Case]:
+def _segments_after(growth: SearchResult) -> list[SimulatedSegment]:
     """The records once the causes are there."""
-    bench, last = growth.bench, growth.last
-    return [*last.cases, *zip(last.motions.held, bench.held, last.held_residuals, strict=True)]
+    return [*growth.last.segments, *growth.last.held_segments]
 
 
 def _after(growth: SearchResult) -> dict[str, Array]:
     """Residuals of the extended model, by record."""
-    bench, last = growth.bench, growth.last
-    pairs = [*zip(bench.fitted, last.residuals, strict=True), *zip(bench.held, last.held_residuals, strict=True)]
-    names = dict.fromkeys(record.name for record, _ in pairs)
-    return {name: np.concatenate([r for record, r in pairs if record.name == name]) for name in names}
+    segments = _segments_after(growth)
+    names = dict.fromkeys(one.record.name for one in segments)
+    return {name: np.concatenate([one.residual for one in segments if one.record.name == name]) for name in names}
 
 
 def _misfit(model: Model, record: Record, residual: Array, floors: Mapping[str, float], after: Array | None) -> Misfit:

@@ -19,9 +19,6 @@ from robotid.model.units import unit_of
 from robotid.signals.record import Quantity, Record
 from robotid.simulate.simulate import Trajectory
 
-Case = tuple[Trajectory, Record, Array]
-"""A simulated record with its residual, (n,)."""
-
 TOLERANCE = 1e-4  # of the cost; the first states of a record need no more
 MOST_ITERATIONS = 8
 
@@ -67,6 +64,19 @@ def fitted_model(fit: FitResult, *, estimate_states: bool = True) -> Model:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class SimulatedSegment:
+    """One segment of a record, its simulated motion, and the residual.
+
+    record : the segment itself; trajectory : simulated at its n samples; residual : (n,) measured less simulated
+    output, in the unit of the output.
+    """
+
+    record: Record
+    trajectory: Trajectory
+    residual: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Simulated:
     """A simulated record: one trajectory a piece, each from first states of its own."""
 
@@ -87,10 +97,14 @@ class Simulated:
         """Simulated position or speed as its sensor would show it, (n,)."""
         return np.concatenate([observed(t, quantity) for t in self.trajectories])
 
-    def cases(self, quantity: Quantity) -> list[Case]:
-        """Piece by piece, with the residuals of a quantity."""
-        pairs = zip(self.trajectories, self.pieces, strict=True)
-        return [(t, piece, measured(piece, quantity) - observed(t, quantity)) for t, piece in pairs]
+    def segments(self, quantity: Quantity) -> list[SimulatedSegment]:
+        """Its pieces one by one, with the residuals of a quantity."""
+        return [simulated_segment(*pair, quantity) for pair in zip(self.pieces, self.trajectories, strict=True)]
+
+
+def simulated_segment(record: Record, trajectory: Trajectory, quantity: Quantity) -> SimulatedSegment:
+    """A record with its simulated motion and the residual of a quantity."""
+    return SimulatedSegment(record, trajectory, measured(record, quantity) - observed(trajectory, quantity))
 
 
 def simulate_record(model: Model, record: Record, horizon: float | None = None) -> Simulated:

@@ -27,6 +27,7 @@ from robotid.config.schema import DiagnoseSettings
 from robotid.diagnosis.noise.whitening import Whitening
 from robotid.diagnosis.scoring.candidates import candidates
 from robotid.diagnosis.scoring.score_test import project, scan, score
+from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.estimate.least_squares import linearise, solve
 from robotid.estimate.residual import OutputError
 from robotid.model.array import Array
@@ -225,8 +226,8 @@ def bench_catalogue() -> None:
 
     def run() -> None:
         scans = [
-            scan(t, record, residual, "speed", problem.columns, problem.free_states, missing)
-            for t, record, residual in zip(at.trajectories, data, at.residuals, strict=True)
+            scan(segment, "speed", problem.columns, problem.free_states, missing)
+            for segment in map(SimulatedSegment, data, at.trajectories, at.residuals)
         ]
         score(project(scans, whiten), missing)
 
@@ -272,8 +273,8 @@ def bench_memory(n: int = 1_000_000) -> None:
     problem = replace(ours(tuple(parts)), parameters=ours(tuple(parts)).joint.parameters().with_values(TRUTH))
     at = problem.evaluate(problem.start())
     missing = candidates(problem.joint.structure, "speed")
-    for t, record, residual in zip(at.trajectories, parts, at.residuals, strict=True):
-        scan(t, record, residual, "speed", problem.columns, problem.free_states, missing)
+    for segment in map(SimulatedSegment, parts, at.trajectories, at.residuals):
+        scan(segment, "speed", problem.columns, problem.free_states, missing)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     looked = sum(map(len, parts))
     print(f"catalogue over {n} samples: {looked} looked at, peak memory so far {peak:.2f} GB")

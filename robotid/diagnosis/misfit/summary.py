@@ -11,7 +11,7 @@ from robotid.diagnosis.misfit.location import Curve, locate
 from robotid.diagnosis.misfit.missing_torque import MissingTorque, missing_torque
 from robotid.diagnosis.noise.noise_floor import Noise, noise_levels
 from robotid.errors import NumericsError
-from robotid.estimate.fitted_model import Case
+from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array
 from robotid.model.units import on_axis
 from robotid.signals.record import Quantity, Record
@@ -31,18 +31,18 @@ class Where:
     curves: tuple[Curve, ...]
 
 
-def locate_misfit(before: Sequence[Case], after: Sequence[Case], output: Quantity) -> Where:
+def locate_misfit(before: Sequence[SimulatedSegment], after: Sequence[SimulatedSegment], output: Quantity) -> Where:
     """The misfit of simulated records in noise, torque, and along the variables of the motion.
 
     after : the same records, or some of them, once the causes are there; where there is less misfit to hide it, the
     noise shows better.
     """
     later = noise_levels(after, output) if after else ()
-    behind = {_piece(case): noise for case, noise in zip(after, later, strict=True)}
+    behind = {_piece(segment): noise for segment, noise in zip(after, later, strict=True)}
     noises = [behind.get(_piece(c), n) for c, n in zip(before, noise_levels(before, output), strict=True)]
     floors: dict[str, list[float]] = {}
-    for (_, record, _), noise in zip(before, noises, strict=True):
-        floors.setdefault(record.name, []).append(noise.floor)
+    for segment, noise in zip(before, noises, strict=True):
+        floors.setdefault(segment.record.name, []).append(noise.floor)
     levels = {name: float(np.sqrt(np.mean(np.square(found)))) for name, found in floors.items()}
     found = list(_missing(before, noises, output))
     left = _torques(_missing(after, later, output))
@@ -53,21 +53,21 @@ def locate_misfit(before: Sequence[Case], after: Sequence[Case], output: Quantit
     )
 
 
-def _piece(case: Case) -> tuple[str, float]:
+def _piece(segment: SimulatedSegment) -> tuple[str, float]:
     """What tells a piece of a record from all others."""
-    return case[1].name, case[1].begin
+    return segment.record.name, segment.record.begin
 
 
 def _missing(
-    cases: Sequence[Case], noises: Sequence[Noise], output: Quantity
+    segments: Sequence[SimulatedSegment], noises: Sequence[Noise], output: Quantity
 ) -> Iterator[tuple[Trajectory, Record, MissingTorque]]:
     """Those records in which some torque makes the model follow the measurement."""
-    for (trajectory, record, residual), noise in zip(cases, noises, strict=True):
+    for one, noise in zip(segments, noises, strict=True):
         try:
-            found = missing_torque(trajectory, record, residual, output, noise.output, noise.torque)
+            found = missing_torque(one.trajectory, one.record, one.residual, output, noise.output, noise.torque)
         except NumericsError:
             continue
-        yield trajectory, record, found
+        yield one.trajectory, one.record, found
 
 
 def _torques(found: Iterable[tuple[Trajectory, Record, MissingTorque]]) -> dict[str, Array]:

@@ -17,7 +17,7 @@ from scipy.signal import welch
 from scipy.signal.windows import hann
 
 from robotid.estimate.covariance import ABSORBED, held_response, impulse_response
-from robotid.estimate.fitted_model import Case
+from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array
 from robotid.signals.record import Quantity
 from robotid.simulate.simulate import Trajectory
@@ -74,10 +74,10 @@ class Levels:
     sure: bool
 
 
-def noise_levels(cases: Sequence[Case], output: Quantity) -> tuple[Noise, ...]:
+def noise_levels(segments: Sequence[SimulatedSegment], output: Quantity) -> tuple[Noise, ...]:
     """Noise in every residual (n,). That of the torque is the same in all, and taken from where it shows best."""
-    spectra = [spectrum(trajectory, residual, output) for trajectory, _, residual in cases]
-    found = [_best(case, seen, output) for case, seen in zip(cases, spectra, strict=True)]
+    spectra = [spectrum(one.trajectory, one.residual, output) for one in segments]
+    found = [_best(one, seen, output) for one, seen in zip(segments, spectra, strict=True)]
     torque = _torque(found)
     return tuple(_noise(seen, levels, torque) for seen, (levels, _) in zip(spectra, found, strict=True))
 
@@ -145,15 +145,15 @@ def steady(seen: Spectrum, residual: Array) -> Spectrum:
     return Spectrum(power / 2, np.interp(frequency, np.linspace(0, 0.5, len(seen.response)), seen.response))
 
 
-def _best(case: Case, seen: Spectrum, output: Quantity) -> tuple[Levels, Spectrum]:
+def _best(segment: SimulatedSegment, seen: Spectrum, output: Quantity) -> tuple[Levels, Spectrum]:
     """From the residual as a whole where it is noise; else from what shows the noise best, and the spectrum of that."""
-    trajectory, record, residual = case
+    record, residual = segment.record, segment.residual
     levels, shown = _levels(seen), seen
     period = round(record.period / record.sampling_time) if record.period else len(residual)
     if not levels.sure and 2 * period <= len(residual):
         settled = residual[period if 3 * period <= len(residual) else 0 :]
         difference = (settled[period:] - settled[:-period]) / np.sqrt(2.0)
-        shown = spectrum(trajectory, difference, output)
+        shown = spectrum(segment.trajectory, difference, output)
         levels = replace(_levels(shown), band=levels.band)
     if not levels.sure and len(residual) >= SHORTEST:
         levels = replace(levels, torque=min(levels.torque, _levels(steady(seen, residual)).torque))

@@ -122,10 +122,9 @@ def in_motion(shape: Shape, trial: RefittedModel, bench: EvaluationData) -> Shap
 def _held_out(shape: Shape, trial: RefittedModel, bench: EvaluationData) -> Shape:
     """The curve with what it explains on the records held out, their first states free."""
     explained, p = 0.0, trial.problem
-    held = zip(trial.motions.held, bench.held, trial.held_residuals, bench.whiten_held, strict=True)
-    for t, record, residual, whiten in held:
-        force = applied(shape.basis, at_measured_speed(t, record), shape.values)
-        one = scan(t, record, residual, bench.output, p.columns, p.free_states, (), force[:, None])
+    for segment, whiten in zip(trial.held_segments, bench.whiten_held, strict=True):
+        force = applied(shape.basis, at_measured_speed(segment.trajectory, segment.record), shape.values)
+        one = scan(segment, bench.output, p.columns, p.free_states, (), force[:, None])
         signals = whiten(one.signals)
         first, known, answer, left = signals[: one.states], signals[one.states : -2], signals[-2], signals[-1]
         less = left - answer - shape.moved @ known
@@ -151,7 +150,7 @@ def _fit(
     acts already."""
     p = trial.problem
     forces = [np.concatenate(parts, axis=1) for parts in zip(*(basis.forces for basis in bases), strict=True)]
-    projected = project(scans(trial.cases, bench.output, p.columns, p.free_states, (), forces), bench.whiten)
+    projected = project(scans(trial.segments, bench.output, p.columns, p.free_states, (), forces), bench.whiten)
     torque = PRIOR * float(np.sqrt(np.mean(np.concatenate([r.tau_m for r in bench.fitted]) ** 2)))
     edges = np.cumsum([0, *(len(basis.knots) for basis in bases)]).tolist()
     parts = zip(bases, edges[:-1], edges[1:], strict=True)

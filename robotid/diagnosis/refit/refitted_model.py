@@ -10,7 +10,7 @@ import numpy as np
 from robotid.catalogue import assemble
 from robotid.diagnosis.noise.whitening import Whitening
 from robotid.errors import NumericsError
-from robotid.estimate.fitted_model import Case, measured
+from robotid.estimate.fitted_model import SimulatedSegment, measured, simulated_segment
 from robotid.estimate.least_squares import MOST_SMALL, Solution, solve
 from robotid.estimate.residual import Evaluation, OutputError, observed
 from robotid.model.array import Array
@@ -64,8 +64,8 @@ NOWHERE = Motions()
 @dataclass(frozen=True, slots=True, eq=False)
 class RefittedModel:
     """A structure refitted on a bench. motions : on its records; held_energy : of the whitened residuals on held-out
-    records, in noise variances; residuals (n,) : on the fitted records, held_residuals on the others; held_fit :
-    percent fit of each of these."""
+    records, in noise variances; residuals (n,) : on the fitted records; held_segments : the others; held_fit : percent
+    fit of each of these."""
 
     parameters: Parameters
     problem: OutputError
@@ -73,7 +73,7 @@ class RefittedModel:
     motions: Motions
     held_energy: float
     residuals: tuple[Array, ...]
-    held_residuals: tuple[Array, ...]
+    held_segments: tuple[SimulatedSegment, ...]
     held_fit: Array
 
     @property
@@ -81,9 +81,14 @@ class RefittedModel:
         return self.problem.joint.structure
 
     @property
-    def cases(self) -> list[Case]:
+    def segments(self) -> list[SimulatedSegment]:
         """The fitted records."""
-        return list(zip(self.motions.fitted, self.problem.records, self.residuals, strict=True))
+        return list(map(SimulatedSegment, self.problem.records, self.motions.fitted, self.residuals))
+
+    @property
+    def held_residuals(self) -> tuple[Array, ...]:
+        """Residuals of the held-out records, (n,) each."""
+        return tuple(segment.residual for segment in self.held_segments)
 
     @property
     def energy(self) -> float:
@@ -145,7 +150,7 @@ def refit(
         motions,
         2.0 * sum(e.cost for e in held),
         _residuals(motions.fitted, bench.fitted, bench.output),
-        _residuals(motions.held, bench.held, bench.output),
+        tuple(simulated_segment(*pair, bench.output) for pair in zip(bench.held, motions.held, strict=True)),
         np.array(fits),
     )
 

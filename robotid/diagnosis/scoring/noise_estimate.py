@@ -28,7 +28,7 @@ def estimate_noise(
     Where even all candidates and free curves leave more than the sensors' noise, the model lacks what no catalogue has:
     that may count as a white error of the torque, as large as it takes, lest its every detail be explained.
     """
-    noise = noise_levels([one.case for one in scans], output)
+    noise = noise_levels([one.segment for one in scans], output)
     typical = float(np.median([n.output for n in noise]))
     levels = [max(n.output, BLUNT * typical) ** 2 for n in noise]
     torque = noise[0].torque ** 2  # of all

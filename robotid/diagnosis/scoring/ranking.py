@@ -52,14 +52,16 @@ def look(trial: RefittedModel, skip: tuple[str, ...]) -> CandidateScan:
     """All candidates' columns through a model. skip : effects that are out of the question."""
     p = trial.problem
     missing = candidates(trial.structure, p.output, skip)
-    return CandidateScan(trial, missing, scans(trial.cases, p.output, p.columns, p.free_states, missing))
+    return CandidateScan(trial, missing, scans(trial.segments, p.output, p.columns, p.free_states, missing))
 
 
 def update_residuals(trial: RefittedModel, missing: tuple[Candidate, ...], before: Sequence[Scan]) -> CandidateScan:
     """A model that differs little from the one that these columns are of: its residuals beside the same columns."""
-    pairs = zip(before, trial.cases, strict=True)
-    signals = ((one, t, np.concatenate([one.signals[:-1], residual[None]])) for one, (t, _, residual) in pairs)
-    return CandidateScan(trial, missing, tuple(replace(one, trajectory=t, signals=rows) for one, t, rows in signals))
+    renewed = tuple(
+        replace(one, trajectory=segment.trajectory, signals=np.concatenate([one.signals[:-1], segment.residual[None]]))
+        for one, segment in zip(before, trial.segments, strict=True)
+    )
+    return CandidateScan(trial, missing, renewed)
 
 
 def rank(looked: CandidateScan, bench: EvaluationData, conditions: Criteria) -> Round:
@@ -71,7 +73,7 @@ def rank(looked: CandidateScan, bench: EvaluationData, conditions: Criteria) -> 
     gradients = residual_gradients(looked, bench)
     more = (*periods(known, trial, bench.fitted, gradients), *resonances(known, trial, gradients))
     if more:
-        new = scans(trial.cases, bench.output, (), (), more)
+        new = scans(trial.segments, bench.output, (), (), more)
         seen = tuple(_with_more(*both) for both in zip(seen, new, strict=True))
     missing = (*known, *more, *other)
     repeated = [

@@ -16,7 +16,7 @@ from scipy.stats import f as fisher
 from robotid.diagnosis.noise.whitening import Whitening
 from robotid.diagnosis.scoring.candidates import Candidate
 from robotid.diagnosis.scoring.columns import columns
-from robotid.estimate.fitted_model import Case
+from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array
 from robotid.signals.record import Quantity, Record
 from robotid.simulate.simulate import Trajectory
@@ -41,8 +41,8 @@ class Scan:
         return np.asarray(self.signals[-1])
 
     @property
-    def case(self) -> Case:
-        return self.trajectory, self.record, self.residual
+    def segment(self) -> SimulatedSegment:
+        return SimulatedSegment(self.record, self.trajectory, self.residual)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,24 +88,22 @@ class Score:
 
 
 def scan(
-    trajectory: Trajectory,
-    record: Record,
-    residual: Array,
+    segment: SimulatedSegment,
     output: Quantity,
     fitted: Sequence[int],
     free_states: Sequence[int],
     missing: Sequence[Candidate],
     more: Array | None = None,
 ) -> Scan:
-    """All columns of one record. residual (n,) : measured less simulated; more (nv, m, n) : further forces."""
-    found = columns(trajectory, record, output, fitted, free_states, missing, more)
+    """All columns of one record. more (nv, m, n) : further forces."""
+    found = columns(segment.trajectory, segment.record, output, fitted, free_states, missing, more)
     k = len(fitted)
-    signals = np.concatenate([found.known[k:], found.known[:k], found.missing, found.more, residual[None]])
-    return Scan(record, trajectory, signals, len(free_states), k)
+    signals = np.concatenate([found.known[k:], found.known[:k], found.missing, found.more, segment.residual[None]])
+    return Scan(segment.record, segment.trajectory, signals, len(free_states), k)
 
 
 def scans(
-    cases: Sequence[Case],
+    segments: Sequence[SimulatedSegment],
     output: Quantity,
     fitted: Sequence[int],
     free_states: Sequence[int],
@@ -114,8 +112,8 @@ def scans(
 ) -> tuple[Scan, ...]:
     """All columns of every record. more : further forces, (nv, m, n) each; the rest as of `scan`."""
     return tuple(
-        scan(*case, output, fitted, free_states, missing, force)
-        for case, force in zip(cases, more or repeat(None), strict=False)
+        scan(segment, output, fitted, free_states, missing, force)
+        for segment, force in zip(segments, more or repeat(None), strict=False)
     )
 
 

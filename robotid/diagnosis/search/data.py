@@ -33,11 +33,12 @@ def set_up(
     errors: bool = False,
 ) -> tuple[EvaluationData, CandidateScan]:
     """The bench for a fitted model, its noise found in the residuals, and a look at the model refitted on it."""
-    cases = [case for run in fitted for case in run.cases(model.output)]
-    trajectories, pieces, _ = zip(*cases, strict=True)
+    segments = [segment for run in fitted for segment in run.segments(model.output)]
+    pieces = tuple(segment.record for segment in segments)
+    trajectories = tuple(segment.trajectory for segment in segments)
     bare = OutputError(model.joint, model.parameters, pieces, model.output, np.ones(len(pieces)), model.estimate_states)
     missing = candidates(model.joint.structure, model.output, conditions.skip)
-    seen = scans(cases, model.output, bare.columns, bare.free_states, missing)
+    seen = scans(segments, model.output, bare.columns, bare.free_states, missing)
     whiten, reached = estimate_noise(seen, model.output, bare.row, lambda: _freed(seen, bare), errors=errors)
     held_pieces = tuple(piece for record in held for piece in record.pieces(horizon or record.duration))
     whiten_held = _held_whitening(bare, model.theta, whiten, held_pieces)
@@ -45,7 +46,7 @@ def set_up(
         pieces, held_pieces, whiten, whiten_held, model.output, model.estimate_states, reached, errors
     )
     first = refit(model.joint.structure, [model.parameters], bench, Motions(trajectories), careful=True)
-    moved = [after - before for after, (_, _, before) in zip(first.residuals, cases, strict=True)]
+    moved = [after - before.residual for after, before in zip(first.residuals, segments, strict=True)]
     alike = whitened_energy(moved, whiten) < ALIKE * first.energy
     return bench, update_residuals(first, missing, seen) if alike else look(first, conditions.skip)
 
@@ -62,9 +63,9 @@ def renew(looked: CandidateScan, bench: EvaluationData) -> tuple[EvaluationData,
 
 def _freed(seen: Sequence[Scan], problem: OutputError) -> list[Array]:
     """What of each residual neither candidates nor free curves explain, (n,) each."""
-    cases = [one.case for one in seen]
-    more = [free_forces(trajectory, record) for trajectory, record, _ in cases]
-    curves = scans(cases, problem.output, problem.columns, problem.free_states, (), more)
+    segments = [one.segment for one in seen]
+    more = [free_forces(segment.trajectory, segment.record) for segment in segments]
+    curves = scans(segments, problem.output, problem.columns, problem.free_states, (), more)
     both = (np.concatenate([one.signals[:-1], other.signals]) for one, other in zip(seen, curves, strict=True))
     return [unexplained(replace(one, signals=signals)) for one, signals in zip(curves, both, strict=True)]
 

@@ -10,7 +10,7 @@ from support.small_bench import records, simulated
 from robotid.diagnosis.misfit import summary as where
 from robotid.diagnosis.misfit.missing_torque import MissingTorque
 from robotid.diagnosis.noise.noise_floor import noise_levels
-from robotid.estimate.fitted_model import Case
+from robotid.estimate.fitted_model import SimulatedSegment
 
 
 @pytest.mark.parametrize("known", [False, True], ids=["alone", "with the causes"])
@@ -20,10 +20,10 @@ def test_a_misfit_is_set_against_and_smoothed_by_the_noise_behind_the_best_model
     before = [
         c
         for run in simulated(records({"motor.stribeck.dFs": 0.15, "motor.stribeck.vs": 1.0}))
-        for c in run.cases("speed")
+        for c in run.segments("speed")
     ]
-    clean = [c for run in simulated(records({})) for c in run.cases("speed")]
-    after: list[Case] = [(t, record, residual) for (_, record, _), (t, _, residual) in zip(before, clean, strict=True)]
+    clean = [c for run in simulated(records({})) for c in run.segments("speed")]
+    after = [SimulatedSegment(b.record, c.trajectory, c.residual) for b, c in zip(before, clean, strict=True)]
     used, smooth = list[tuple[str, float, float]](), where.missing_torque
 
     def watched(t: Any, record: Any, residual: Any, output: Any, noise: float, torque: float) -> MissingTorque:
@@ -33,7 +33,9 @@ def test_a_misfit_is_set_against_and_smoothed_by_the_noise_behind_the_best_model
     monkeypatch.setattr(where, "missing_torque", watched)
     found = where.locate_misfit(before, after if known else (), "speed")
     best = noise_levels(after if known else before, "speed")
-    expected = [(record.name, noise.output, noise.torque) for (_, record, _), noise in zip(before, best, strict=True)]
+    expected = [(one.record.name, noise.output, noise.torque) for one, noise in zip(before, best, strict=True)]
     assert used == (expected * 2 if known else expected)
-    assert found.floors == pytest.approx({case[1].name: noise.floor for case, noise in zip(before, best, strict=True)})
-    assert list(found.missing) == [record.name for _, record, _ in before]
+    assert found.floors == pytest.approx(
+        {one.record.name: noise.floor for one, noise in zip(before, best, strict=True)}
+    )
+    assert list(found.missing) == [one.record.name for one in before]

@@ -14,6 +14,7 @@ from robotid.catalogue import assemble
 from robotid.diagnosis.noise.whitening import Whitening
 from robotid.diagnosis.scoring.candidates import Candidate, candidates
 from robotid.diagnosis.scoring.score_test import Projected, Scan, project, scan, score
+from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.estimate.residual import observed
 from robotid.model.array import Array
 from robotid.model.joint import Joint
@@ -68,7 +69,7 @@ def scanned(missing: tuple[Candidate, ...]) -> Scan:
     joint = motion.joint
     states = [k for k in range(joint.nx) if joint.state_names[k] != "phi_m"]
     fitted = range(len(joint.names))
-    return scan(motion, record, np.zeros(len(record)), "speed", fitted, states, missing)
+    return scan(SimulatedSegment(record, motion, np.zeros(len(record))), "speed", fitted, states, missing)
 
 
 def beside(one: Scan, residual: Array) -> Projected:

@@ -47,8 +47,8 @@ def unfit(made: list[Record]) -> tuple[EvaluationData, RefittedModel]:
 
 
 def scans(trial: RefittedModel, bench: EvaluationData, missing: tuple[Candidate, ...]) -> list[Scan]:
-    p, cases = trial.problem, zip(trial.motions.fitted, bench.fitted, trial.residuals, strict=True)
-    return [scan(t, record, e, "speed", p.columns, p.free_states, missing) for t, record, e in cases]
+    p = trial.problem
+    return [scan(segment, "speed", p.columns, p.free_states, missing) for segment in trial.segments]
 
 
 def at(name: str, shapes: dict[str, float]) -> Candidate:
