@@ -13,7 +13,7 @@ from robotid.diagnosis.results import Cause, Diagnosis, Misfit, Rejected, Verdic
 from robotid.diagnosis.scoring.ranking import best_of_each
 from robotid.diagnosis.search.record_changes import Change
 from robotid.diagnosis.search.state import Found, SearchResult
-from robotid.estimate.fitted_model import Model, Simulated, SimulatedSegment, joined, measured
+from robotid.estimate.fitted_model import FittedModel, Simulated, SimulatedSegment, joined, measured
 from robotid.estimate.result import Estimate
 from robotid.model.array import Array
 from robotid.model.structure import belongs
@@ -28,7 +28,7 @@ CHANCE = 3.0  # standard deviations of the energy of noise: less is no misfit to
 LEAST = 1e-12  # of the output: where even the noise is nothing
 
 
-def verdict(model: Model, simulated: Sequence[Simulated], growth: SearchResult) -> Diagnosis:
+def verdict(model: FittedModel, simulated: Sequence[Simulated], growth: SearchResult) -> Diagnosis:
     """The diagnosis of a model simulated on records, or on stretches of them, from the search for what it lacks."""
     names = dict.fromkeys(run.record.name for run in simulated)
     runs = {name: joined([run for run in simulated if run.record.name == name]) for name in names}
@@ -84,7 +84,9 @@ def _after(growth: SearchResult) -> dict[str, Array]:
     return {name: np.concatenate([one.residual for one in segments if one.record.name == name]) for name in names}
 
 
-def _misfit(model: Model, record: Record, residual: Array, floors: Mapping[str, float], after: Array | None) -> Misfit:
+def _misfit(
+    model: FittedModel, record: Record, residual: Array, floors: Mapping[str, float], after: Array | None
+) -> Misfit:
     rmse, floor = root_mean_square(residual), floors.get(record.name, 0.0)
     output = measured(record, model.output)
     beyond = _beyond(rmse, floor)
@@ -114,7 +116,7 @@ def _beyond(rmse: float, floor: float) -> float:
     return float(np.sqrt(max(0.0, rmse**2 - floor**2)))
 
 
-def trace(run: Simulated, model: Model) -> Trace:
+def trace(run: Simulated, model: FittedModel) -> Trace:
     """Measured and simulated output of a record, thinned for figures."""
     return thinned(run.t, run.measured(model.output), run.signal(model.output), model.unit)
 

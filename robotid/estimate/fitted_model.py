@@ -24,7 +24,7 @@ MOST_ITERATIONS = 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Model:
+class FittedModel:
     """A joint with its values as it comes to be judged.
 
     output : what its fit compared. records : those of its fit. first_states : record name to (nx,), where known.
@@ -49,7 +49,7 @@ class Model:
         return unit_of(self.output, linear=self.joint.structure.linear)
 
 
-def fitted_model(fit: FitResult, *, estimate_states: bool = True) -> Model:
+def fitted_model(fit: FitResult, *, estimate_states: bool = True) -> FittedModel:
     """The model that a fit made, its parameters free as they were."""
     joint = assemble(fit.structure, angle=fit.output == "position")
     estimates = fit.parameters
@@ -60,7 +60,7 @@ def fitted_model(fit: FitResult, *, estimate_states: bool = True) -> Model:
         upper=np.array([p.upper for p in estimates]),
         free=np.array([not p.fixed for p in estimates]),
     )
-    return Model(fit.name, joint, parameters, fit.output, fit.records, fit.initial_states, estimate_states)
+    return FittedModel(fit.name, joint, parameters, fit.output, fit.records, fit.initial_states, estimate_states)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,7 +107,7 @@ def simulated_segment(record: Record, trajectory: Trajectory, quantity: Quantity
     return SimulatedSegment(record, trajectory, measured(record, quantity) - observed(trajectory, quantity))
 
 
-def simulate_record(model: Model, record: Record, horizon: float | None = None) -> Simulated:
+def simulate_record(model: FittedModel, record: Record, horizon: float | None = None) -> Simulated:
     """Open-loop simulation of a record from the first states that suit it best.
 
     horizon [s] : length of the pieces that start afresh, absent: the whole record at once. Raises NumericsError where
@@ -139,7 +139,7 @@ def measured(record: Record, quantity: Quantity) -> Array:
     return record.phi_m if quantity == "position" else record.dphi_m
 
 
-def _simulate(model: Model, piece: Record, first_state: Array | None) -> Trajectory:
+def _simulate(model: FittedModel, piece: Record, first_state: Array | None) -> Trajectory:
     problem = OutputError(model.joint, model.parameters.held, (piece,), model.output, np.ones(1), model.estimate_states)
     start = problem.start() if first_state is None else first_state[list(problem.free_states)]
     return solve(problem, start, most=MOST_ITERATIONS, tolerance=TOLERANCE).evaluation.trajectories[0]

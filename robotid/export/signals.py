@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robotid.estimate.fitted_model import Model, simulate_record
+from robotid.estimate.fitted_model import FittedModel, simulate_record
 from robotid.export.write import Columns
 from robotid.model.units import on_axis
 from robotid.signals.record import Record
@@ -10,7 +10,7 @@ from robotid.signals.record import Record
 UNITS = {"t": "s", "tau_m": "Nm", "phi_m": "rad", "dphi_m": "rad/s", "phi_a": "rad"}
 
 
-def signal_columns(record: Record, model: Model | None, *, linear: bool) -> Columns:
+def signal_columns(record: Record, model: FittedModel | None, *, linear: bool) -> Columns:
     """Signals by name and unit, (n,) each; those of a model end in _simulated. linear : of a sliding axis.
 
     Raises NumericsError where the simulation diverges.

@@ -14,7 +14,7 @@ from robotid.diagnosis.refit.refitted_model import carried
 from robotid.diagnosis.results import Rejected
 from robotid.diagnosis.verdict import root_mean_square, trace
 from robotid.errors import NumericsError
-from robotid.estimate.fitted_model import Model, fitted_model, simulate_record
+from robotid.estimate.fitted_model import FittedModel, fitted_model, simulate_record
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.result import FitResult
 from robotid.extension.results import Extension, Score
@@ -139,7 +139,7 @@ def _others(effects: Sequence[str], effect: str) -> list[str]:
     return [e for e in effects if e != effect and not rests_on(e, effect)]
 
 
-def _scores(model: Model, records: Sequence[Record], horizon: float | None) -> dict[str, Score]:
+def _scores(model: FittedModel, records: Sequence[Record], horizon: float | None) -> dict[str, Score]:
     """A model on every record on which it can be simulated."""
     found = {}
     for record in records:

@@ -9,7 +9,7 @@ import numpy as np
 
 from robotid.catalogue import assemble
 from robotid.config.schema import Config
-from robotid.estimate.fitted_model import Model
+from robotid.estimate.fitted_model import FittedModel
 from robotid.estimate.flexible import FlexResult
 from robotid.estimate.result import FitResult, Fits
 from robotid.estimate.rigid import RigidResult
@@ -66,17 +66,17 @@ def _options(settings: Config) -> Options:
     )
 
 
-def _initial(settings: Config, joint: Joint, rigid: RigidResult, flex: FlexResult, fits: Fits) -> Model:
+def _initial(settings: Config, joint: Joint, rigid: RigidResult, flex: FlexResult, fits: Fits) -> FittedModel:
     """Where the fits started, first states as measured: m0, unless a fitted model took the name."""
     parameters = start(settings, joint, rigid, flex)
     name = "m0" if "m0" not in fits.models else "initial"
-    return Model(name, joint, parameters, settings.fit.output, (), {}, estimate_states=False)
+    return FittedModel(name, joint, parameters, settings.fit.output, (), {}, estimate_states=False)
 
 
-def _fitted(settings: Config, joint: Joint, fit: FitResult) -> Model:
+def _fitted(settings: Config, joint: Joint, fit: FitResult) -> FittedModel:
     parameters = joint.parameters().with_values(np.array([p.value for p in fit.parameters]))
     free = settings.fit.initial_states == "free"
-    return Model(fit.name, joint, parameters, settings.fit.output, fit.records, fit.initial_states, free)
+    return FittedModel(fit.name, joint, parameters, settings.fit.output, fit.records, fit.initial_states, free)
 
 
 def _failed(settings: Config, best: str, model: ModelValidation) -> Iterator[str]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robotid.errors import NumericsError
-from robotid.estimate.fitted_model import Model, Simulated, measured
+from robotid.estimate.fitted_model import FittedModel, Simulated, measured
 from robotid.estimate.residual import observed
 from robotid.model.array import Array
 from robotid.signals.metrics import fit_percent
@@ -35,7 +35,7 @@ class Perturbation:
 NOT_PERTURBED = Perturbation(0.0, (), np.zeros(0), np.zeros(0))
 
 
-def perturb(model: Model, simulated: Simulated, percent: float) -> Perturbation:
+def perturb(model: FittedModel, simulated: Simulated, percent: float) -> Perturbation:
     """Perturb each parameter by percent of its value on a simulated record."""
     y = simulated.measured(model.output)
     columns = [int(k) for k in np.flatnonzero(model.theta)]
@@ -48,7 +48,7 @@ def perturb(model: Model, simulated: Simulated, percent: float) -> Perturbation:
     return Perturbation(percent, tuple(model.joint.names[k] for k in columns), plus, minus)
 
 
-def _squares(model: Model, piece: Record, trajectory: Trajectory, columns: Sequence[int], steps: Array) -> Array:
+def _squares(model: FittedModel, piece: Record, trajectory: Trajectory, columns: Sequence[int], steps: Array) -> Array:
     """Sum of squared output errors with each parameter raised and lowered, (2, p)."""
     y = measured(piece, model.output)
     squares = np.empty((2, len(columns)))

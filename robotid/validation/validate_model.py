@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotid.errors import NumericsError
-from robotid.estimate.fitted_model import Model, Simulated, simulate_record
+from robotid.estimate.fitted_model import FittedModel, Simulated, simulate_record
 from robotid.estimate.result import FitResult
 from robotid.model.array import Array
 from robotid.model.joint import Joint
@@ -46,7 +46,7 @@ class Options:
 
 
 def validate_model(
-    model: Model, records: Sequence[Record], frfs: Sequence[Frf], options: Options, fit: FitResult | None = None
+    model: FittedModel, records: Sequence[Record], frfs: Sequence[Frf], options: Options, fit: FitResult | None = None
 ) -> ModelValidation:
     """Validate a model on records, used for its fit or not. fit : what made the model, absent for the initial one."""
     simulated, remarks = _simulate(model, records, options.horizon)
@@ -71,7 +71,7 @@ def _identifiability(fit: FitResult, simulated: Mapping[str, Simulated]) -> tupl
     return identify(fit, torque_shares(used))
 
 
-def examine_record(model: Model, simulated: Simulated, options: Options) -> RecordValidation:
+def examine_record(model: FittedModel, simulated: Simulated, options: Options) -> RecordValidation:
     """All that can be said of a model on a record that it was simulated on."""
     record, remarks = simulated.record, list[str]()
     position, speed = simulated.signal("position"), simulated.signal("speed")
@@ -100,7 +100,7 @@ def examine_record(model: Model, simulated: Simulated, options: Options) -> Reco
 
 
 def _simulate(
-    model: Model, records: Sequence[Record], horizon: float | None
+    model: FittedModel, records: Sequence[Record], horizon: float | None
 ) -> tuple[dict[str, Simulated], tuple[str, ...]]:
     """A model on all records; those on which it diverges are only remarked."""
     found, remarks = {}, []

@@ -10,7 +10,7 @@ import pytest
 from support.small_bench import SAMPLING_TIME, TRUTH, fitted, records
 
 from robotid.errors import NumericsError
-from robotid.estimate.fitted_model import Model, Simulated
+from robotid.estimate.fitted_model import FittedModel, Simulated
 from robotid.estimate.grey_box import FitOptions
 from robotid.estimate.result import FitResult
 from robotid.extension import extend as extension
@@ -114,7 +114,7 @@ def test_a_single_cause_that_does_not_carry_over_leaves_the_model_as_it_was() ->
 def test_a_record_that_cannot_be_simulated_speaks_against_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
     simulated = extension.simulate_record
 
-    def diverging(model: Model, record: Record, horizon: float | None) -> Simulated:
+    def diverging(model: FittedModel, record: Record, horizon: float | None) -> Simulated:
         if record.name == "check" and "motor.constant_torque" not in model.joint.structure.effects:
             raise NumericsError("the simulation diverges")
         return simulated(model, record, horizon)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotid.catalogue import assemble
-from robotid.estimate.fitted_model import Model, Simulated, simulate_record
+from robotid.estimate.fitted_model import FittedModel, Simulated, simulate_record
 from robotid.model.array import Array, Mask
 from robotid.model.joint import Joint
 from robotid.model.term import Motion
@@ -28,7 +28,7 @@ class Hidden:
     """One record. missing (n,) [Nm] : the torque of the hidden effect on the motor; moving (n,) : it slips."""
 
     record: Record
-    model: Model
+    model: FittedModel
     simulated: Simulated
     missing: Array
     moving: Mask
@@ -59,7 +59,7 @@ def hidden(
     reference = reference or Reference(f"set{number}", SAMPLING_TIME, references()[number - 1][:samples], "speed")
     record = plant.record(reference, number)
     known = assemble(STRUCTURE, angle=output == "position")
-    model = Model("m", known, known.parameters().with_values(TRUTH), output, (), {})
+    model = FittedModel("m", known, known.parameters().with_values(TRUTH), output, (), {})
     simulated = simulate_record(model, record)
     return Hidden(record, model, simulated, *_missing(effect, values, joint, theta, record))
 

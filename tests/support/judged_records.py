@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 
 from robotid.catalogue import assemble
-from robotid.estimate.fitted_model import Model
+from robotid.estimate.fitted_model import FittedModel
 from robotid.model.array import Array
 from robotid.model.linear import linearise
 from robotid.signals.frf import Frf
@@ -45,9 +45,9 @@ def clean_responses() -> tuple[Frf, ...]:
     return tuple(Frf(record.name, frequency, response, 0.01 * np.abs(response)) for record in clean_records())
 
 
-def model(values: Mapping[str, float], *, name: str = "m", records: tuple[str, ...] = ("small",)) -> Model:
+def model(values: Mapping[str, float], *, name: str = "m", records: tuple[str, ...] = ("small",)) -> FittedModel:
     """The paper's joint with the truth but for these values, from rest."""
     joint = assemble(STRUCTURE)
     parameters = joint.parameters().with_values(TRUTH | dict(values))
     at_rest: dict[str, Array] = {record.name: np.zeros(joint.nx) for record in clean_records()}
-    return Model(name, joint, parameters, "speed", records, at_rest, estimate_states=False)
+    return FittedModel(name, joint, parameters, "speed", records, at_rest, estimate_states=False)

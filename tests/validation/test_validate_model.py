@@ -10,7 +10,7 @@ from support.judged_records import CONTROLLER, clean_records, model
 from support.paper_joint import STRUCTURE, TRUTH
 
 from robotid.catalogue import assemble
-from robotid.estimate.fitted_model import Model
+from robotid.estimate.fitted_model import FittedModel
 from robotid.model.structure import Structure
 from robotid.signals.trace import LONGEST_TRACE
 from robotid.validation.validate_model import Options, validate_model
@@ -41,7 +41,7 @@ def test_only_when_asked_are_parameters_perturbed():
 def test_a_record_on_which_the_model_diverges_is_remarked():
     joint = assemble(Structure(("motor.inertia", "motor.viscous")))
     parameters = joint.parameters().with_values({"motor.viscous.Fv": -1.0, "motor.inertia.J": 1e-3})
-    unstable = Model("m", joint, parameters, "speed", (), {}, estimate_states=False)
+    unstable = FittedModel("m", joint, parameters, "speed", (), {}, estimate_states=False)
     found = validate_model(unstable, clean_records()[:1], (), OPTIONS)
     assert found.records == {}
     assert found.remarks[0].startswith("small: the simulation diverges")

@@ -15,7 +15,7 @@ from robotid.diagnosis.scoring.candidates import candidates
 from robotid.diagnosis.scoring.noise_estimate import estimate_noise
 from robotid.diagnosis.scoring.ranking import CandidateScan, look, update_residuals
 from robotid.diagnosis.scoring.score_test import Scan, scans, unexplained
-from robotid.estimate.fitted_model import Model, Simulated
+from robotid.estimate.fitted_model import FittedModel, Simulated
 from robotid.estimate.residual import OutputError
 from robotid.model.array import Array
 from robotid.signals.record import Record
@@ -24,7 +24,7 @@ ALIKE = 0.02  # of the residual's energy: a refit that changes less of it leaves
 
 
 def set_up(
-    model: Model,
+    model: FittedModel,
     fitted: Sequence[Simulated],
     held: Sequence[Record],
     horizon: float | None,

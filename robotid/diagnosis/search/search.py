@@ -18,7 +18,7 @@ from robotid.diagnosis.search.data import renew, set_up
 from robotid.diagnosis.search.record_changes import changes
 from robotid.diagnosis.search.refits import Tried, refit_hopeful
 from robotid.diagnosis.search.state import Found, Log, RejectedCause, SearchResult, misfit_energy, share_removed
-from robotid.estimate.fitted_model import Model, Simulated
+from robotid.estimate.fitted_model import FittedModel, Simulated
 from robotid.model.structure import RECORD_CHANGE
 from robotid.signals.record import Record
 
@@ -30,7 +30,7 @@ TRUSTED = 2  # causes that are added before the question is asked whether they o
 
 
 def search(
-    model: Model,
+    model: FittedModel,
     fitted: Sequence[Simulated],
     held: Sequence[Record],
     horizon: float | None,
