@@ -53,7 +53,8 @@ def write_columns(path: Path, columns: Columns) -> None:
 
 def _matlab(tree: Tree) -> bytes:
     image = BytesIO()
-    savemat(image, _structs(tree), long_field_names=True, oned_as="column")  # type: ignore[arg-type]  # files do too
+    file: Any = image  # the stubs of SciPy 1.17 know names of files only
+    savemat(file, _structs(tree), long_field_names=True, oned_as="column")
     return image.getvalue()
 
 

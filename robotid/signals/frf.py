@@ -102,14 +102,14 @@ def combine(name: str, frfs: tuple[Frf, ...]) -> Frf:
 
     The scatter between realisations holds noise and distortion; what periods tell of the noise separates the two.
     """
-    responses = np.array([f.response for f in frfs])
+    responses: Complex = np.array([f.response for f in frfs])
     count = len(frfs)
     scatter = responses.var(axis=0, ddof=1)
     noise = np.mean([np.abs(f.std if f.noise_std is None else f.noise_std) ** 2 for f in frfs], axis=0)
     return Frf(
         record=name,
         frequency=frfs[0].frequency,
-        response=responses.mean(axis=0),
+        response=np.mean(responses, axis=0),
         std=np.sqrt(np.maximum(scatter, noise) / count),
         noise_std=np.sqrt(noise / count),
         distortion_std=np.sqrt(np.maximum(scatter - noise, 0.0)),

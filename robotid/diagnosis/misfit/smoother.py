@@ -87,7 +87,7 @@ class Chain:
         rhs[0, :nx] += self.first / scale
         rhs[:-1, nx + 1 :] = (self.g / scale[:, None]).T
         lu, pivots, _ = dgbtrf(self._matrix(step), k, k, overwrite_ab=True)
-        solved, _ = dgbtrs(lu, k, k, rhs.ravel(), pivots, overwrite_b=True)
+        solved, _ = dgbtrs(lu, k, k, rhs.reshape(-1, 1), pivots, overwrite_b=True)
         z = solved.reshape(n, k)
         x, w, force = z[:, :nx].T * scale[:, None], z[:, nx] * self.size, z[:-1, nx + 1 :].T / scale[:, None]
         cost = float(
