@@ -153,3 +153,21 @@ def new(
     from robotid.cli.new import write_configuration
 
     write_configuration(name, from_data, force=force)
+
+
+@app.command()
+def example(
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="Such as demo; without one, a list.")] = None,
+    folder: Annotated[
+        Path | None, typer.Argument(metavar="FOLDER", help="A folder that does not exist yet; by default NAME.")
+    ] = None,
+    as_json: AsJson = False,
+    debug: Debug = False,
+) -> None:
+    """Write a shipped example, configuration and data, into a folder."""
+    from robotid.cli.example import list_examples, write_example
+
+    if name is None:
+        list_examples(as_json=as_json)
+    else:
+        write_example(name, folder)
