@@ -123,7 +123,7 @@ def test_a_wheel_brings_an_example_that_runs(tmp_path: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(tmp_path / "site")
     here = os.environ | {"PYTHONPATH": str(tmp_path / "site")}
-    for words in (["example", "demo"], ["collect", "demo/demo.yaml", "--json"]):
+    for words in (["example", "demo"], ["excite", "demo/demo.yaml"], ["collect", "demo/demo.yaml", "--json"]):
         command = [sys.executable, "-m", "robotid.cli", *words]
         done = subprocess.run(command, cwd=tmp_path, env=here, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
