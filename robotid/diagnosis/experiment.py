@@ -63,8 +63,8 @@ def _played(trial: RefittedModel, reference: Reference, controller: Controller) 
     """The record that a model would make of an experiment, without noise."""
     joint = assemble(trial.structure, angle=True)
     x, torque = follow(joint, trial.parameters.values, controller, reference)
-    start = joint.speeds.start
-    return Record(reference.name, "validate", "both", reference.sampling_time, torque, x[start - 1], x[start])
+    phi_m, dphi_m = x[joint.motor_states]
+    return Record(reference.name, "validate", "both", reference.sampling_time, torque, phi_m, dphi_m)
 
 
 def _error(trial: RefittedModel, record: Record) -> float:

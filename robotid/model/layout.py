@@ -9,6 +9,7 @@ than the angles they are the difference of.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Literal
 
 import numpy as np
 
@@ -67,6 +68,27 @@ class Layout:
     def terms(self) -> list[tuple[Port, Term]]:
         """Its (port, term) pairs."""
         return [(place.port, place.term) for place in self.placed]
+
+    @property
+    def motor_speed(self) -> int:
+        """Row of the motor's speed in the state."""
+        return self.speeds.start
+
+    @property
+    def motor_angle(self) -> int:
+        """Row of the motor's angle in the state. Raises ValueError where the joint does not keep it."""
+        if not self.keeps_angle:
+            raise ValueError("this joint does not keep its angle as a state")
+        return self.speeds.start - 1
+
+    @property
+    def motor_states(self) -> slice:
+        """Rows of the motor's own states: its angle, where the joint keeps it, and its speed."""
+        return slice(self.speeds.start - self.keeps_angle, self.speeds.start + 1)
+
+    def output_row(self, quantity: Literal["speed", "position"]) -> int:
+        """Row of the state that is this measured quantity of the motor."""
+        return self.motor_angle if quantity == "position" else self.motor_speed
 
     def _lay_out(self, terms: Sequence[tuple[Port, Term]], probes: Sequence[Reads]) -> None:
         nv, npos = self.masses, self.masses - 1 + self.keeps_angle

@@ -35,9 +35,8 @@ def loop_errors(structure: Structure, theta: Array, controller: Controller, reco
     if record.ref is None or record.ref_kind != controller.kind:
         return None
     joint = assemble(structure, angle=True)
-    speed = joint.speeds.start
     reference = Reference(record.name, record.sampling_time, record.ref, record.ref_kind)
     # Not the first state that suits open loop best: the controller would fight for it what it is not in truth.
     x, torque = follow(joint, theta, controller, reference, x0=initial_state(joint, theta, record))
-    pairs = ((record.phi_m, x[speed - 1]), (record.dphi_m, x[speed]), (record.tau_m, torque))
+    pairs = ((record.phi_m, x[joint.motor_angle]), (record.dphi_m, x[joint.motor_speed]), (record.tau_m, torque))
     return LoopErrors(*(error_percent(*pair) for pair in pairs), *(rmse(*pair) for pair in pairs))

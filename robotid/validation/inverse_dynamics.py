@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robotid.model.array import Array
+from robotid.model.array import Array, blocks
 from robotid.model.joint import Joint
 from robotid.signals.differentiate import Kinematics, bandwidth, decimate, differentiate
 from robotid.signals.metrics import error_percent
@@ -52,8 +52,9 @@ def torque_error(
 def required_torque(joint: Joint, theta: Array, record: Record, motion: Kinematics, first_state: Array) -> Array:
     """Motor torque of the model under a motion of the motor, (n,) [Nm]. first_state : (nx,), of the other states."""
     x = measured_guess(joint, theta, record)
-    speed = joint.speeds.start
-    prescribed = {speed: motion.speed} | ({speed - 1: motion.position} if joint.keeps_angle else {})
+    prescribed = {joint.motor_speed: motion.speed}
+    if joint.keeps_angle:
+        prescribed[joint.motor_angle] = motion.position
     for row, signal in prescribed.items():
         x[row] = signal
     torque = _balance(joint, theta, x, motion.acceleration, record.t)
@@ -69,9 +70,8 @@ def required_torque(joint: Joint, theta: Array, record: Record, motion: Kinemati
 
 def _balance(joint: Joint, theta: Array, x: Array, acceleration: Array, t: Array) -> Array:
     """The torque that gives the motor this acceleration in states x (nx, n): acceleration is affine in it."""
-    torque, motor = np.empty(x.shape[1]), joint.speeds.start
-    for first in range(0, len(torque), BLOCK):
-        at = slice(first, first + BLOCK)
+    torque, motor = np.empty(x.shape[1]), joint.motor_speed
+    for at in blocks(len(torque), BLOCK):
         still = np.zeros(len(t[at]))
         free = joint.evaluate(x[:, at], still, np.sign(x[joint.speeds, at]), t[at], theta, columns=())
         assert free.B is not None

@@ -20,7 +20,7 @@ def test_simulates_with_exact_sensitivities(effect: str) -> None:
     trajectory = simulate(joint, theta, RECORD, x0=start)
     assert trajectory.rescued == ()
     columns = [k for k, name in enumerate(joint.names) if name.startswith(effect)]
-    exact = sensitivities(trajectory, RECORD, columns, (joint.speeds.start,))[0]
+    exact = sensitivities(trajectory, RECORD, columns, (joint.motor_speed,))[0]
     for k, column in zip(columns, exact, strict=True):
         step = 1e-5 * abs(theta[k]) * (np.arange(len(theta)) == k)
         plus, minus = (simulate(joint, theta + s * step, RECORD, start, trajectory.x).dphi_m for s in (1, -1))

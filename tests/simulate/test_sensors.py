@@ -46,7 +46,7 @@ def test_derivatives_are_those_of_differences(effect: str) -> None:
     joint = assemble(STRUCTURE.extended(effect), angle=True)
     theta, columns = values(joint), range(len(joint.names))
     trajectory = simulate(joint, theta, RECORD)
-    rows = (joint.speeds.start - 1, joint.speeds.start)
+    rows = (joint.motor_angle, joint.motor_speed)
     found = np.array(shown_columns(trajectory, columns, *sensitivities(trajectory, RECORD, columns, rows)))
     for k in columns:
         step = 1e-5 * theta[k] * (np.arange(len(theta)) == k)
@@ -58,15 +58,15 @@ def test_derivatives_are_those_of_differences(effect: str) -> None:
 
 def test_first_states_act_through_a_rippling_encoder() -> None:
     joint = assemble(STRUCTURE.extended("angle.encoder_ripple"))
-    theta, start = values(joint), joint.speeds.start
+    theta, angle = values(joint), joint.motor_angle
     x0 = simulate(joint, theta, RECORD).x[:, 0]
     trajectory = simulate(joint, theta, RECORD, x0)
-    inner = sensitivities(trajectory, RECORD, (), (start - 1, start), range(joint.nx))
+    inner = sensitivities(trajectory, RECORD, (), (angle, joint.motor_speed), range(joint.nx))
     found = np.array(shown_columns(trajectory, (), *inner))
-    step = 1e-4 * (np.arange(joint.nx) == start - 1)
+    step = 1e-4 * (np.arange(joint.nx) == angle)
     ahead, behind = (signals(simulate(joint, theta, RECORD, x0 + s * step, trajectory.x)) for s in (1, -1))
-    assert found[:, start - 1] == pytest.approx((ahead - behind) / 2e-4, abs=1e-6)
-    assert np.abs(found[1, start - 1]).max() > 1e-3
+    assert found[:, angle] == pytest.approx((ahead - behind) / 2e-4, abs=1e-6)
+    assert np.abs(found[1, angle]).max() > 1e-3
 
 
 def test_a_joint_with_a_channel_on_its_angle_keeps_the_angle() -> None:
@@ -99,11 +99,11 @@ def test_the_virtual_robot_shows_and_sees_what_its_sensors_show(effect: str) -> 
     reference = Reference("r", SAMPLING_TIME, 10.0 + 5 * np.sin(2 * np.pi * 6 * T[:600]), "speed")
     record = Plant(joint, theta, controller).record(reference, 0)
     x, torque = follow(joint, theta, controller, reference)
-    start = joint.speeds.start
-    phi, dphi = shown(joint, theta, SAMPLING_TIME, x[start - 1], x[start])
+    phi_m, dphi_m = x[joint.motor_states]
+    phi, dphi = shown(joint, theta, SAMPLING_TIME, phi_m, dphi_m)
     assert np.array_equal(record.phi_m, phi)
     assert np.array_equal(record.dphi_m, dphi)
-    distorted = np.abs(dphi - x[start]).max() if effect.startswith("speed") else np.abs(phi - x[start - 1]).max()
+    distorted = np.abs(dphi - dphi_m).max() if effect.startswith("speed") else np.abs(phi - phi_m).max()
     assert distorted > 1e-4
     error = reference.ref - dphi
     integral = np.concatenate([[0.0], np.cumsum(error)[:-1]]) * SAMPLING_TIME

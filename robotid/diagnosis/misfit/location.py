@@ -82,7 +82,7 @@ def _see(cases: Sequence[tuple[Trajectory, Record, MissingTorque]]) -> Seen:
     parts = [_variables(names.index(case[1].name), *case) for case in cases]
     moving = []
     for trajectory, _, missing in cases:
-        speed = missing.x[trajectory.joint.speeds.start]
+        speed = missing.x[trajectory.joint.motor_speed]
         moving.append(np.abs(speed) > SLOW * np.abs(speed).max())
     kept = np.concatenate(moving)
     many = max(float(np.ptp(record.phi_m)) for _, record, _ in cases) > TURNS * TURN
@@ -108,7 +108,7 @@ def _variables(number: int, trajectory: Trajectory, record: Record, missing: Mis
     """Of one record, the speed first."""
     joint, x, h = trajectory.joint, missing.x, record.sampling_time
     unit = on_axis(linear=joint.structure.linear)
-    speed = x[joint.speeds.start]
+    speed = x[joint.motor_speed]
     both = ("", BY_DIRECTION)
     every = (*both, BY_SPEED)
     found = [

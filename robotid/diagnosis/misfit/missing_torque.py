@@ -52,7 +52,7 @@ def missing_torque(
     output; torque_noise [Nm] : of the recorded torque, which is not to be taken for missing. Raises NumericsError where
     no motion follows the measured one.
     """
-    row = trajectory.joint.speeds.start - (output == "position")
+    row = trajectory.joint.output_row(output)
     y, size = trajectory.x[row] + residual, float(np.abs(trajectory.u).max()) or 1.0
     moved, nothing = _as_measured(trajectory, record), np.zeros(len(y))
     spread = np.maximum(np.abs(moved).max(axis=1), 1e-9)

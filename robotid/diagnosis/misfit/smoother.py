@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg.lapack import dgbtrf, dgbtrs
 
-from robotid.model.array import Array
+from robotid.model.array import Array, blocks
 
 WINDOW = 40_000  # samples solved at once: a few hundred bytes a state each
 OVERLAP = 1_000  # samples solved twice at the border of two windows
@@ -55,11 +55,11 @@ class Chain:
         if n <= WINDOW + 2 * OVERLAP:
             return self._solve(step)
         x, w, evidence = np.empty((len(self.G), n)), np.empty(n), 0.0
-        for first in range(0, n, WINDOW):
-            begin, last = max(0, first - OVERLAP), min(n, first + WINDOW)
-            part = self._part(begin, min(n, last + OVERLAP), x[:, begin])._solve(step)
-            kept = slice(first - begin, last - begin)
-            x[:, first:last], w[first:last] = part.x[:, kept], part.w[kept]
+        for at in blocks(n, WINDOW):
+            begin = max(0, at.start - OVERLAP)
+            part = self._part(begin, min(n, at.stop + OVERLAP), x[:, begin])._solve(step)
+            kept = slice(at.start - begin, at.stop - begin)
+            x[:, at], w[at] = part.x[:, kept], part.w[kept]
             evidence += part.evidence
         return Smoothed(x, w, evidence)
 

@@ -116,7 +116,7 @@ def _room(seen: Spectrum, level: float, torque: float) -> float:
 
 def spectrum(trajectory: Trajectory, residual: Array, output: Quantity) -> Spectrum:
     """Under a Hann taper, lest a slow drift leaks into all frequencies."""
-    n, row = len(residual), trajectory.joint.speeds.start - (output == "position")
+    n, row = len(residual), trajectory.joint.output_row(output)
     taper = hann(n + 2)[1:-1]
     if output == "position":
         response = _squared_response(trajectory, row, n)

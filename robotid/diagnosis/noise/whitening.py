@@ -48,7 +48,7 @@ def whitening(joint: Joint, theta: Array, row: int, sampling_time: float, levels
     if torque <= 0.0:
         return identity
     A, b = held_response(joint, theta, sampling_time)
-    kept = [k for k in range(joint.speeds.stop) if k == row or k != joint.speeds.start - joint.keeps_angle]
+    kept = [k for k in range(joint.speeds.stop) if k == row or not (joint.keeps_angle and k == joint.motor_angle)]
     A, b, C = A[np.ix_(kept, kept)], b[kept], np.zeros((1, len(kept)))
     C[0, kept.index(row)] = 1.0
     try:

@@ -63,7 +63,7 @@ class Basis:
 def at_measured_speed(trajectory: Trajectory, record: Record) -> Trajectory:
     """A trajectory with the motor's motion as it was measured: there the unknown torque acted."""
     kept = as_measured(trajectory, record)
-    return replace(kept, dphi_m=measured_guess(kept.joint, kept.theta, record)[kept.joint.speeds.start])
+    return replace(kept, dphi_m=measured_guess(kept.joint, kept.theta, record)[kept.joint.motor_speed])
 
 
 def variables(trajectory: Trajectory) -> list[Variable]:

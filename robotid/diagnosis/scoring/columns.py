@@ -68,7 +68,7 @@ def with_angle(trajectory: Trajectory) -> Trajectory:
     return replace(
         trajectory,
         joint=joint.with_more(angle=True),
-        x=np.insert(trajectory.x, joint.speeds.start, trajectory.phi_m, axis=0),
+        x=np.insert(trajectory.x, joint.motor_speed, trajectory.phi_m, axis=0),
     )
 
 
@@ -77,7 +77,7 @@ def as_measured(trajectory: Trajectory, record: Record) -> Trajectory:
     with all that the model lacks."""
     kept = with_angle(trajectory)
     x = kept.x.copy()
-    x[kept.joint.speeds.start - 1] = record.phi_m
+    x[kept.joint.motor_angle] = record.phi_m
     return replace(kept, x=x, phi_m=record.phi_m)
 
 

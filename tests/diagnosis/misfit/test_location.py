@@ -84,7 +84,7 @@ def test_correlation_in_time_alone_orders_little(clean: tuple[Case, ...]) -> Non
     ],
 )
 def test_torques_that_turn_with_the_motion_are_ordered_too(clean: tuple[Case, ...], along: str, law: Law) -> None:
-    hidden_in = [told(one, law(one[2].x[one[0].joint.speeds.start], one[1].phi_m, one[1].t)) for one in clean]
+    hidden_in = [told(one, law(one[2].x[one[0].joint.motor_speed], one[1].phi_m, one[1].t)) for one in clean]
     best = locate(hidden_in)[0]
     assert best.along == along
     assert best.order > 0.9
@@ -97,7 +97,7 @@ def test_a_difference_between_records_shows_along_the_records(clean: tuple[Case,
 
 
 def test_no_bin_of_a_speed_crosses_zero(clean: tuple[Case, ...]) -> None:
-    fast = [told(one, np.sign(one[2].x[one[0].joint.speeds.start])) for one in clean]
+    fast = [told(one, np.sign(one[2].x[one[0].joint.motor_speed])) for one in clean]
     curve = named(locate(fast), "dphi_m")
     assert np.abs(curve.missing_torque) == pytest.approx(np.ones(len(curve.x)))
     assert np.all(np.sign(curve.x) == curve.missing_torque)
@@ -113,7 +113,7 @@ def test_every_moving_sample_is_counted_once(clean: tuple[Case, ...]) -> None:
 def test_what_does_not_vary_has_no_curve(clean: tuple[Case, ...]) -> None:
     trajectory, record, missing = clean[0]
     x = missing.x.copy()
-    x[trajectory.joint.speeds.start] = np.linspace(5.0, 9.0, 6000)
+    x[trajectory.joint.motor_speed] = np.linspace(5.0, 9.0, 6000)
     onward = {curve.along for curve in locate([(trajectory, record, replace(missing, x=x))])}
     assert not {"reversal", "record"} & onward
     at_rest = locate([(trajectory, record, replace(missing, x=0 * x))])

@@ -54,6 +54,6 @@ def test_position_tells_it_too() -> None:
 
 def test_with_the_torque_added_the_model_moves_as_measured() -> None:
     case = hidden("cogging", {"A": 0.05, "B": 0.02, "n": 6.0}, number=2)
-    left = case.record.dphi_m - find(case).x[case.model.joint.speeds.start]
+    left = case.record.dphi_m - find(case).x[case.model.joint.motor_speed]
     assert np.std(case.residual()) > 3 * SPEED_NOISE
     assert np.std(left) == pytest.approx(SPEED_NOISE, rel=0.05)

@@ -49,7 +49,7 @@ def whitened(name: str, noise: str) -> tuple[Whitening, Array, Array]:
     joint, theta, shaken = response(name)
     speed, torque = NOISES[noise]
     residual = speed * np.random.default_rng(8).standard_normal(SAMPLES) + (shaken if torque else 0.0)
-    found = whitening(joint, theta, joint.speeds.start, SAMPLING_TIME, (speed**2, torque**2))
+    found = whitening(joint, theta, joint.motor_speed, SAMPLING_TIME, (speed**2, torque**2))
     return found, residual, found(residual)[SETTLED:]
 
 

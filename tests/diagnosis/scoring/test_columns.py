@@ -67,7 +67,7 @@ def test_column_is_that_of_the_joint_with_the_effect_at_its_null(effect: str, sh
     joint, theta, scored = extended(c)
     trajectory = simulate(joint, theta, RECORD, np.zeros(joint.nx), without.x if joint.nx == len(without.x) else None)
     assert trajectory.dphi_m == pytest.approx(without.dphi_m, abs=1e-5)
-    expected = sensitivities(trajectory, RECORD, scored, (joint.speeds.start,))[0]
+    expected = sensitivities(trajectory, RECORD, scored, (joint.motor_speed,))[0]
     for one, other in zip(found, expected, strict=True):
         assert np.linalg.norm(other) > 0
         assert np.linalg.norm(one - other) <= CRUDE.get(effect.partition(".")[2], 0.01) * np.linalg.norm(other)

@@ -39,8 +39,7 @@ def unfit(made: list[Record]) -> tuple[EvaluationData, RefittedModel]:
     """The axis without the effect on noise-free records, and the whitening of a noise that is not there."""
     fit = fitted_model(fitted(made))
     filters = tuple(
-        whitening(fit.joint, fit.theta, fit.joint.speeds.start, r.sampling_time, (SPEED**2, TORQUE**2))
-        for r in made[:2]
+        whitening(fit.joint, fit.theta, fit.joint.motor_speed, r.sampling_time, (SPEED**2, TORQUE**2)) for r in made[:2]
     )
     bench = EvaluationData(tuple(made[:2]), (), filters, (), "speed", True, True, False)
     return bench, refit(AXIS, [fit.parameters], bench)

@@ -59,7 +59,7 @@ def by_hand(reference: Reference, kp: float, ki: float, kpos: float, limit: floa
 def test_agrees_with_stepping_sample_by_sample(reference: Reference, controller: Controller) -> None:
     x, torque = follow(JOINT, THETA, controller, reference, x0=np.zeros(JOINT.nx))
     speed, expected = by_hand(reference, controller.kp, controller.ki, controller.kpos, controller.limit)
-    assert x[JOINT.speeds.start] == pytest.approx(speed, abs=2e-4)
+    assert x[JOINT.motor_speed] == pytest.approx(speed, abs=2e-4)
     assert torque == pytest.approx(expected, abs=2e-4)
     assert np.abs(torque).max() <= controller.limit
 
@@ -91,8 +91,8 @@ def test_channels_on_the_torque_act_inside_the_loop() -> None:
     theta = lagging.parameters().with_values({**TRUTH, "torque.torque_lag.T": 0.002}).values
     slow, command = follow(lagging, theta, Controller("speed", 0.5, 5.0), SPEED)
     fast, _ = follow(JOINT, THETA, Controller("speed", 0.5, 5.0), SPEED)
-    assert np.abs(slow[lagging.speeds.start] - fast[JOINT.speeds.start]).max() > 0.05
+    assert np.abs(slow[lagging.motor_speed] - fast[JOINT.motor_speed]).max() > 0.05
     record = Plant(lagging, theta, Controller("speed", 0.5, 5.0)).record(SPEED, 0)
     alone = simulate(lagging, theta, record, x0=np.zeros(lagging.nx))
-    assert alone.dphi_m == pytest.approx(slow[lagging.speeds.start], abs=1e-4)
+    assert alone.dphi_m == pytest.approx(slow[lagging.motor_speed], abs=1e-4)
     assert record.tau_m == pytest.approx(command)
