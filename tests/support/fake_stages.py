@@ -46,7 +46,7 @@ def _called(name: str) -> None:
         raise FAILURES[name]
 
 
-HERE, SUM = "fake_stages", "fake_stages:Sum"
+HERE, SUM = "support.fake_stages", "support.fake_stages:Sum"
 STAGES = {
     "first": Stage("first", "one.h5", f"{HERE}:first", SUM, sections=("fit",)),
     "second": Stage("second", "two.h5", f"{HERE}:second", SUM, ("first",), ("init_rigid",), files=True),
