@@ -1,14 +1,19 @@
-"""Which experiment tells two causes apart: both models simulated on each, and compared in noise standard deviations."""
+"""The discriminating experiment: what would tell two causes apart that the records do not.
+
+Both models are simulated on each experiment that could be driven, and compared in standard deviations of the noise.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robotid.catalogue import assemble
 from robotid.diagnosis.refit.refitted_model import MOST_ITERATIONS_HELD, PATIENCE, TOLERANCE_HELD, RefittedModel
-from robotid.diagnosis.results import Separation
+from robotid.diagnosis.results import Cause, Diagnosis, Separation
+from robotid.diagnosis.search.state import Found, SearchResult
 from robotid.errors import NumericsError
 from robotid.estimate.least_squares import solve
 from robotid.estimate.residual import OutputError
@@ -19,6 +24,33 @@ from robotid.simulate.closed_loop.controller import Controller
 from robotid.simulate.closed_loop.virtual_robot import follow
 
 BANDWIDTH = 2 * np.pi * 5.0  # rad/s of the speed loop where none is known
+
+
+@dataclass(frozen=True, slots=True)
+class Experiments:
+    """Experiments that could be driven. references : of speed, by the text of their excite block, for a joint that made
+    these records; controller : of the speed loop, None where it is not known."""
+
+    references: Callable[[Sequence[Record]], Mapping[str, Reference]]
+    controller: Controller | None = None
+
+
+def with_experiments(diagnosis: Diagnosis, found: SearchResult, experiments: Experiments) -> Diagnosis:
+    """The diagnosis with a discriminating experiment for every cause that has a twin."""
+    rivalled = {one.effect: one for one in found.causes if one.rival is not None}
+    if not rivalled:
+        return diagnosis
+    references = experiments.references(found.bench.fitted)
+    noise = float(np.sqrt(np.mean([w.output for w in found.bench.whiten])))
+
+    def tell_apart(cause: Cause, one: Found) -> Cause:
+        assert one.rival is not None
+        controller = experiments.controller or default_speed_controller(one.after)
+        proposal = design_discriminating_experiment(one.after, one.rival, one.twins[1], references, controller, noise)
+        return replace(cause, separation=proposal)
+
+    causes = (tell_apart(c, rivalled[c.effect]) if c.effect in rivalled else c for c in diagnosis.causes)
+    return replace(diagnosis, causes=tuple(causes))
 
 
 def design_discriminating_experiment(

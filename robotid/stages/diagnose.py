@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from robotid.config.schema import Config
-from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.results import Diagnosis
-from robotid.diagnosis.search.search import search
-from robotid.diagnosis.verdict import verdict
-from robotid.estimate.fitted_model import fitted_model, simulate_record
+from robotid.diagnosis import Criteria, Diagnosis, DiagnosisOptions
+from robotid.diagnosis import diagnose as diagnose_model
+from robotid.estimate.fitted_model import fitted_model
 from robotid.estimate.result import Fits
-from robotid.extension.extend import Refit, gains
-from robotid.model.structure import belongs
+from robotid.extension import extension_task, with_gains
 from robotid.progress import Log, Progress
 from robotid.signals.quality import Recordings
-from robotid.signals.record import Record
-from robotid.signals.stretches import stretches
-from robotid.stages.experiments import separated
-from robotid.stages.extend import extensible, refitting
+from robotid.stages.experiments import experiments
+from robotid.stages.fit import fit_options
 
 
 def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | None = None) -> Diagnosis:
@@ -34,40 +27,11 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
         if log is not None:
             log(Progress(text))
 
-    conditions = Criteria(section.level, section.worth, section.refits, section.causes, section.skip)
-    remarks = tuple(_shortened(r, section.samples) for r in recordings.records if len(r) > section.samples)
-    for remark in remarks:
-        say(remark)
-    records = [s for r in recordings.records for s in stretches(r, section.samples)]
-    simulated = [simulate_record(model, r, settings.fit.horizon) for r in records]
-    fitted = [run for run in simulated if run.record.name in model.records]
-    held = [r for r in records if r.name not in model.records]
-    growth = search(model, fitted, held, settings.fit.horizon, conditions, say)
-    say("measuring where the misfit sits")
-    diagnosis = verdict(model, simulated, growth)
-    diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
+    criteria = Criteria(section.level, section.worth, section.refits, section.causes, section.skip)
+    options = DiagnosisOptions(settings.fit.horizon, section.samples, experiments(settings))
+    diagnosis = diagnose_model(model, recordings.records, criteria, options, say)
     say("measuring the gains")
-    return separated(settings, _with_gains(diagnosis, refitting(settings, diagnosis, fits, recordings, say)), growth)
-
-
-def _with_gains(diagnosis: Diagnosis, refit: Refit) -> Diagnosis:
-    """The diagnosis with the parameters and gains that its causes have in fits as the pipeline makes them, those that
-    `extend` will find; the search weighs the noise otherwise."""
-    effects = extensible(diagnosis, refit.before)
-    found, last = gains(refit, effects)
-    if last is None:
-        return diagnosis
-    measured = {
-        effect: (gain, tuple(p for p in last.parameters if belongs(p.name, effect)))
-        for effect, gain in zip(effects, found, strict=True)
-    }
-    causes = []
-    for cause in diagnosis.causes:
-        gain, parameters = measured.get(cause.effect, (cause.heldout_gain, cause.parameters))
-        causes.append(replace(cause, heldout_gain=gain, parameters=parameters))
-    return replace(diagnosis, causes=tuple(causes), refitted={p.name: p.value for p in last.parameters})
-
-
-def _shortened(record: Record, samples: int) -> str:
-    taken = sum(map(len, stretches(record, samples)))
-    return f"{record.name}: {taken} of {len(record)} samples are looked at, in stretches (diagnose.samples)"
+    task = extension_task(
+        diagnosis, fit, recordings.records, fit_options(settings), horizon=settings.fit.horizon, log=say
+    )
+    return with_gains(diagnosis, task)

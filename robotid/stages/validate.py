@@ -18,8 +18,8 @@ from robotid.progress import Log, Progress
 from robotid.signals.quality import Recordings
 from robotid.stages.fit import start
 from robotid.stages.ingestion.virtual import controller_of
+from robotid.validation.procedure import ValidationOptions, validate_model
 from robotid.validation.results import ModelValidation, Validation
-from robotid.validation.validate_model import Options, validate_model
 
 SIMULATIONS = 2  # that a model costs on a record, first states found, besides those with a parameter changed
 
@@ -54,9 +54,9 @@ def validate(
     return Validation(models, fits.best, flex.frfs, failed)
 
 
-def _options(settings: Config) -> Options:
+def _options(settings: Config) -> ValidationOptions:
     section, filtering = settings.validation, settings.init_rigid
-    return Options(
+    return ValidationOptions(
         perturbation=section.perturbation,
         horizon=section.horizon,
         controller=None if settings.loop is None else controller_of(settings.loop),

@@ -14,6 +14,7 @@ from support.small_bench import CONTROLLER, bench, records
 from robotid.catalogue import assemble
 from robotid.config.load import parse
 from robotid.config.schema import Config
+from robotid.diagnosis.experiment import with_experiments
 from robotid.diagnosis.refit.refitted_model import EvaluationData, RefittedModel, extended, refit
 from robotid.diagnosis.results import Cause, Separation
 from robotid.diagnosis.search.state import Found, SearchResult
@@ -23,7 +24,7 @@ from robotid.signals.reference import Reference
 from robotid.simulate.closed_loop.virtual_robot import Plant
 from robotid.simulate.simulate import simulate
 from robotid.stages.excite import excite
-from robotid.stages.experiments import separated
+from robotid.stages.experiments import experiments
 
 TEXT = """\
 robot: {name: axis, model: {motor: [inertia, viscous, coulomb]}}
@@ -73,7 +74,7 @@ def proposed(case: str) -> Separation:
     found = Found(names[0], 0.9, 1.0, 1e-9, names, first, one, rival)
     growth = SearchResult(where, first, one, (found,), (), ())
     cause: Cause = replace(STRIBECK, effect=names[0], twins=names, separation=None)
-    diagnosis = separated(configured(USUAL), replace(NAMED, causes=(cause,)), growth)
+    diagnosis = with_experiments(replace(NAMED, causes=(cause,)), growth, experiments(configured(USUAL)))
     (told,) = diagnosis.causes
     assert told.separation is not None
     return told.separation

@@ -20,8 +20,8 @@ from robotid.signals.quality import Recordings
 from robotid.signals.record import Record
 from robotid.signals.reference import Excitation, Reference
 from robotid.signals.trace import Trace
+from robotid.validation.procedure import ValidationOptions, validate_model
 from robotid.validation.results import Validation
-from robotid.validation.validate_model import Options, validate_model
 from support.diagnosed import EXTENSION, FIT, NAMED, PAYLOAD, STRIBECK
 from support.judged_records import CONTROLLER, clean_records, clean_responses, model
 
@@ -30,7 +30,7 @@ from support.judged_records import CONTROLLER, clean_records, clean_responses, m
 def validation() -> Validation:
     """Of a model whose spring is too soft, the initial one, and of the truth."""
     wrong = model({"gear.spring.k1": 1.2e6}, name="m0")
-    options = Options(controller=CONTROLLER, perturbation=20.0)
+    options = ValidationOptions(controller=CONTROLLER, perturbation=20.0)
     models = {m.name: validate_model(m, clean_records(), clean_responses(), options) for m in (wrong, model({}))}
     return Validation(models, "m", clean_responses())
 

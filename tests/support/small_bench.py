@@ -77,10 +77,10 @@ def fitted(made: list[Record]) -> FitResult:
     return fit_model("m", joint, start, made[:2], FitOptions())
 
 
-def searched(made: list[Record], conditions: Criteria | None = None) -> SearchResult:
+def searched(made: list[Record], criteria: Criteria | None = None) -> SearchResult:
     """What a search finds on such records."""
     runs = simulated(made)
-    return search(fitted_model(fitted(made)), runs[:2], made[2:], None, conditions or Criteria(), lambda _: None)
+    return search(fitted_model(fitted(made)), runs[:2], made[2:], None, criteria or Criteria(), lambda _: None)
 
 
 def simulated(made: list[Record]) -> list[Simulated]:
@@ -89,9 +89,9 @@ def simulated(made: list[Record]) -> list[Simulated]:
     return [simulate_record(model, record) for record in made]
 
 
-def bench(made: list[Record], conditions: Criteria | None = None) -> tuple[EvaluationData, RefittedModel]:
+def bench(made: list[Record], criteria: Criteria | None = None) -> tuple[EvaluationData, RefittedModel]:
     """The records with their noise as it shows, and the model as it is fitted to them."""
-    benched, looked = set_up(fitted_model(fitted(made)), simulated(made)[:2], made[2:], None, conditions or Criteria())
+    benched, looked = set_up(fitted_model(fitted(made)), simulated(made)[:2], made[2:], None, criteria or Criteria())
     return benched, looked.trial
 
 

@@ -64,11 +64,11 @@ def update_residuals(trial: RefittedModel, missing: tuple[Candidate, ...], befor
     return CandidateScan(trial, missing, renewed)
 
 
-def rank(looked: CandidateScan, bench: EvaluationData, conditions: Criteria) -> Round:
+def rank(looked: CandidateScan, bench: EvaluationData, criteria: Criteria) -> Round:
     """All candidates by what they would explain, and every parameter as different in each record."""
     trial, known, seen = looked.trial, looked.missing, looked.scans
     names = list(dict.fromkeys(record.name for record in bench.fitted))
-    wanted = len(names) > 1 and RECORD_CHANGE not in conditions.skip
+    wanted = len(names) > 1 and RECORD_CHANGE not in criteria.skip
     other = differences(trial.problem.joint, trial.problem.columns, names) if wanted else ()
     gradients = residual_gradients(looked, bench)
     more = (*periods(known, trial, bench.fitted, gradients), *resonances(known, trial, gradients))

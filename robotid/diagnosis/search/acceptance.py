@@ -30,12 +30,12 @@ def accept(
     tried: Tried,
     seen: Round,
     bench: EvaluationData,
-    conditions: Criteria,
+    criteria: Criteria,
     turned: list[RejectedCause],
 ) -> Found | None:
     """The best cause of a round that stands all tests, or None."""
     for k, (best, after) in enumerate(tried):
-        why = objection(first, now, after, bench, conditions)
+        why = objection(first, now, after, bench, criteria)
         if why is None:
             return found(first, now, tried[k:], seen, bench)
         gain = after.held_fit_percent - now.held_fit_percent
@@ -44,7 +44,7 @@ def accept(
 
 
 def objection(
-    first: RefittedModel, now: RefittedModel, after: RefittedModel, bench: EvaluationData, conditions: Criteria
+    first: RefittedModel, now: RefittedModel, after: RefittedModel, bench: EvaluationData, criteria: Criteria
 ) -> str | None:
     """Why a refitted cause is none, in words; None where it stands."""
     if bench.held:
@@ -59,7 +59,7 @@ def objection(
     share = share_removed(first, now, after, bench)
     if share < LEAST:
         return f"is not worth it: explains {100 * share:.2g} % of the misfit"
-    if gained < conditions.worth**2 * samples:
+    if gained < criteria.min_improvement_sigma**2 * samples:
         return f"is not worth it: removes {np.sqrt(max(0.0, gained) / samples):.2g} noise standard deviations"
     return None
 
@@ -73,7 +73,7 @@ def _without(now: RefittedModel, effect: str, bench: EvaluationData) -> Refitted
 
 
 def drop(
-    first: RefittedModel, causes: Sequence[Found], now: RefittedModel, bench: EvaluationData, conditions: Criteria
+    first: RefittedModel, causes: Sequence[Found], now: RefittedModel, bench: EvaluationData, criteria: Criteria
 ) -> tuple[list[Found], RefittedModel]:
     """The causes but for the earlier ones that the last has made worthless, and the model without them. One that gains
     only beside others has the gain that it has there."""
@@ -85,7 +85,7 @@ def drop(
         if lean is None:
             continue
         lost = share_removed(first, lean, now, bench)
-        if lost < STILL * one.explained and objection(first, lean, now, bench, conditions) is not None:
+        if lost < STILL * one.explained and objection(first, lean, now, bench, criteria) is not None:
             kept.remove(one)
             last = kept[-1]
             both = share_removed(first, last.before, lean, bench) + one.explained

@@ -28,7 +28,7 @@ def set_up(
     fitted: Sequence[Simulated],
     held: Sequence[Record],
     horizon: float | None,
-    conditions: Criteria,
+    criteria: Criteria,
     *,
     errors: bool = False,
 ) -> tuple[EvaluationData, CandidateScan]:
@@ -37,7 +37,7 @@ def set_up(
     pieces = tuple(segment.record for segment in segments)
     trajectories = tuple(segment.trajectory for segment in segments)
     bare = OutputError(model.joint, model.parameters, pieces, model.output, np.ones(len(pieces)), model.estimate_states)
-    missing = candidates(model.joint.structure, model.output, conditions.skip)
+    missing = candidates(model.joint.structure, model.output, criteria.skip)
     seen = scans(segments, model.output, bare.columns, bare.free_states, missing)
     whiten, reached = estimate_noise(seen, model.output, bare.row, lambda: _freed(seen, bare), errors=errors)
     held_pieces = tuple(piece for record in held for piece in record.pieces(horizon or record.duration))
@@ -48,7 +48,7 @@ def set_up(
     first = refit(model.joint.structure, [model.parameters], bench, Motions(trajectories), careful=True)
     moved = [after - before.residual for after, before in zip(first.residuals, segments, strict=True)]
     alike = whitened_energy(moved, whiten) < ALIKE * first.energy
-    return bench, update_residuals(first, missing, seen) if alike else look(first, conditions.skip)
+    return bench, update_residuals(first, missing, seen) if alike else look(first, criteria.skip)
 
 
 def renew(looked: CandidateScan, bench: EvaluationData) -> tuple[EvaluationData, RefittedModel]:

@@ -31,20 +31,20 @@ Tried = list[tuple[Score, RefittedModel]]
 """Candidates refitted, the best first."""
 
 
-def refit_hopeful(now: RefittedModel, seen: Round, bench: EvaluationData, conditions: Criteria, log: Log) -> Tried:
+def refit_hopeful(now: RefittedModel, seen: Round, bench: EvaluationData, criteria: Criteria, log: Log) -> Tried:
     """The candidates of a round that score best, refitted; where none of them can be, other points of their grids and
     the candidates that follow."""
-    points = [s for s in seen.scores if s.energy > conditions.worth**2 * bench.samples]
+    points = [s for s in seen.scores if s.energy > criteria.min_improvement_sigma**2 * bench.samples]
     failed = set[str]()
     for _ in range(GOES):
-        each = [s for s in best_of_each(points) if p_value(s, seen, bench) < conditions.level]
+        each = [s for s in best_of_each(points) if p_value(s, seen, bench) < criteria.significance]
         new = [s for s in each if s.candidate.name not in failed]
-        hopeful = [s for s in new if s.energy > HOPEFUL * new[0].energy][: conditions.refits]
+        hopeful = [s for s in new if s.energy > HOPEFUL * new[0].energy][: criteria.max_refits]
         again = [s for s in each if s.candidate.name in failed]
         chosen = [*again, *hopeful, *_elsewhere(now, hopeful, seen, bench)]
         tried = list(_refit(now, chosen, seen, bench, log))
         if tried:
-            return _in_order(tried, bench, conditions)
+            return _in_order(tried, bench, criteria)
         done = {s.candidate for s in chosen}
         failed |= {candidate.name for candidate in done}
         points = [s for s in points if s.candidate not in done]
@@ -88,14 +88,14 @@ def _refit(
         yield one, after
 
 
-def _in_order(tried: Tried, bench: EvaluationData, conditions: Criteria) -> Tried:
+def _in_order(tried: Tried, bench: EvaluationData, criteria: Criteria) -> Tried:
     """By the criterion, each effect once; but what has fewer parameters goes before the best where the difference is
     not worth a word."""
     each: dict[str, tuple[Score, RefittedModel]] = {}
     for one, after in sorted(tried, key=lambda pair: _criterion(pair[1], bench)):
         each.setdefault(one.candidate.name, (one, after))
     ordered = list(each.values())
-    least = ordered[0][1].energy + conditions.worth**2 * bench.samples if ordered else 0.0
+    least = ordered[0][1].energy + criteria.min_improvement_sigma**2 * bench.samples if ordered else 0.0
     return sorted(ordered, key=lambda pair: len(pair[1].problem.columns) if pair[1].energy <= least else np.inf)
 
 

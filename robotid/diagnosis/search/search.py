@@ -34,38 +34,38 @@ def search(
     fitted: Sequence[Simulated],
     held: Sequence[Record],
     horizon: float | None,
-    conditions: Criteria,
+    criteria: Criteria,
     log: Log,
 ) -> SearchResult:
     """What a model lacks that was simulated so, by the noise of the sensors; and where that is out of reach and names
     nothing, as it is on most machines, by that of torque errors besides. held : records held out; horizon [s] : of
     the pieces that start afresh."""
     log("measuring the noise")
-    bench, looked = set_up(model, fitted, held, horizon, conditions)
-    growth = grow(looked, bench, conditions, log)
+    bench, looked = set_up(model, fitted, held, horizon, criteria)
+    growth = grow(looked, bench, criteria, log)
     if growth.causes or bench.reached:
         return growth
     log("allowing for errors of the torque")
-    bench, looked = set_up(model, fitted, held, horizon, conditions, errors=True)
-    blunt = grow(looked, bench, conditions, log)
+    bench, looked = set_up(model, fitted, held, horizon, criteria, errors=True)
+    blunt = grow(looked, bench, criteria, log)
     return blunt if blunt.causes or growth.shape is None else growth
 
 
-def grow(looked: CandidateScan, bench: EvaluationData, conditions: Criteria, log: Log) -> SearchResult:
+def grow(looked: CandidateScan, bench: EvaluationData, criteria: Criteria, log: Log) -> SearchResult:
     """Extend a model cause by cause."""
     first, now, before = looked.trial, looked.trial, bench
     causes, turned, rounds, imitated = list[Found](), list[RejectedCause](), list[Round](), None
-    while len(causes) < conditions.causes and len(rounds) < 2 * conditions.causes:
+    while len(causes) < criteria.max_causes and len(rounds) < 2 * criteria.max_causes:
         log(f"scoring the catalogue for cause {len(causes) + 1}")
-        seen = rank(looked, bench, conditions)
+        seen = rank(looked, bench, criteria)
         rounds.append(seen)
-        tried = refit_hopeful(now, seen, bench, conditions, log)
-        one = accept(first, now, tried, seen, bench, conditions, turned)
-        new = [one] if one is not None else _together(first, now, tried, seen, bench, conditions, log)
+        tried = refit_hopeful(now, seen, bench, criteria, log)
+        one = accept(first, now, tried, seen, bench, criteria, turned)
+        new = [one] if one is not None else _together(first, now, tried, seen, bench, criteria, log)
         if not new:
             break
-        causes, now = _without_worthless(first, [*causes, *new], bench, conditions, turned, log)
-        looked = look(now, conditions.skip)
+        causes, now = _without_worthless(first, [*causes, *new], bench, criteria, turned, log)
+        looked = look(now, criteria.skip)
         bench, now = renew(looked, bench)
         imitated = _imitated(first, now, bench) if len(causes) == TRUSTED else None
         if imitated is not None:
@@ -74,8 +74,8 @@ def grow(looked: CandidateScan, bench: EvaluationData, conditions: Criteria, log
     growth = SearchResult(bench, first, now, _by_one_noise(causes, first, bench), tuple(turned), tuple(rounds))
     if causes and len(causes) != TRUSTED:
         imitated = _imitated(first, now, bench)
-    growth = _with_unknown(growth, conditions) if imitated is None else _as_unknown(growth, imitated, before)
-    if RECORD_CHANGE in conditions.skip:
+    growth = _with_unknown(growth, criteria) if imitated is None else _as_unknown(growth, imitated, before)
+    if RECORD_CHANGE in criteria.skip:
         return growth
     log("comparing the records held out")
     return replace(growth, changes=changes(growth.last, growth.bench))
@@ -87,7 +87,7 @@ def _together(
     tried: Tried,
     seen: Round,
     bench: EvaluationData,
-    conditions: Criteria,
+    criteria: Criteria,
     log: Log,
 ) -> list[Found]:
     """Two causes that carry over only beside each other: without the second, the fit bends the first to imitate it."""
@@ -95,10 +95,10 @@ def _together(
         return []
     alone = found(first, now, tried, seen, bench)
     log(f"looking for a second cause beside {alone.effect}")
-    more = rank(look(alone.after, conditions.skip), bench, conditions)
-    pairs = refit_hopeful(alone.after, more, bench, conditions, log)
+    more = rank(look(alone.after, criteria.skip), bench, criteria)
+    pairs = refit_hopeful(alone.after, more, bench, criteria, log)
     for k, (_, after) in enumerate(pairs):
-        if objection(first, now, after, bench, conditions) is None:
+        if objection(first, now, after, bench, criteria) is None:
             return [alone, found(first, alone.after, pairs[k:], more, bench)]
     return []
 
@@ -107,7 +107,7 @@ def _without_worthless(
     first: RefittedModel,
     causes: list[Found],
     bench: EvaluationData,
-    conditions: Criteria,
+    criteria: Criteria,
     turned: list[RejectedCause],
     log: Log,
 ) -> tuple[list[Found], RefittedModel]:
@@ -115,7 +115,7 @@ def _without_worthless(
     last = causes[-1]
     if len(causes) > 1:
         log("trying without the earlier causes")
-    kept, now = drop(first, causes, last.after, bench, conditions)
+    kept, now = drop(first, causes, last.after, bench, criteria)
     for one in causes:
         if one.effect not in {k.effect for k in kept}:
             turned.append(
@@ -132,18 +132,20 @@ def _by_one_noise(causes: Sequence[Found], first: RefittedModel, bench: Evaluati
     return tuple(replace(one, explained=share) for one, share in zip(causes, shares, strict=True))
 
 
-def _with_unknown(growth: SearchResult, conditions: Criteria) -> SearchResult:
+def _with_unknown(growth: SearchResult, criteria: Criteria) -> SearchResult:
     """The search with the curve that explains most of what it leaves, where that is worth a word."""
     bench, whole = growth.bench, misfit_energy(growth.first, growth.bench)
     remaining = growth.last.energy - bench.samples
-    if whole <= 0.0 or remaining < max(conditions.worth**2 * bench.samples, NOTHING * whole):
+    if whole <= 0.0 or remaining < max(criteria.min_improvement_sigma**2 * bench.samples, NOTHING * whole):
         return growth
     left = next(iter(shapes(growth.last, bench)), None)
-    if left is None or left.energy < NOTHING * whole or not _curve_stands(left, growth, conditions):
+    if left is None or left.energy < NOTHING * whole or not _curve_stands(left, growth, criteria):
         return growth
     left = in_motion(left, growth.last, bench)
     share = _share(left, growth.first, bench)
-    if share < NOTHING or (bench.held and left.held_energy < conditions.worth**2 * sum(map(len, bench.held))):
+    if share < NOTHING or (
+        bench.held and left.held_energy < criteria.min_improvement_sigma**2 * sum(map(len, bench.held))
+    ):
         return growth
     return replace(growth, shape=left, share=share)
 
@@ -196,8 +198,8 @@ def _share(shape: Shape, first: RefittedModel, bench: EvaluationData) -> float:
     return float(np.clip(shape.energy / max(misfit_energy(first, bench), 1e-9), 0.0, 1.0))
 
 
-def _curve_stands(shape: Shape, growth: SearchResult, conditions: Criteria) -> bool:
+def _curve_stands(shape: Shape, growth: SearchResult, criteria: Criteria) -> bool:
     bench = growth.bench
     tries = len(growth.rounds[-1].scores)
     p = significance(shape.energy, len(shape.values), growth.last.energy, bench.samples, tries)
-    return p < conditions.level and shape.energy > conditions.worth**2 * bench.samples
+    return p < criteria.significance and shape.energy > criteria.min_improvement_sigma**2 * bench.samples

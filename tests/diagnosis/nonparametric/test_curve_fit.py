@@ -98,7 +98,7 @@ def recorded(term: Unlisted, size: float) -> list[Record]:
 @cache
 def diagnosed(case: str) -> tuple[list[Record], Diagnosis]:
     made = recorded(*CASES[case][:2])
-    growth = searched(made, Criteria(skip=("power_friction", "record_change"), causes=2))
+    growth = searched(made, Criteria(skip=("power_friction", "record_change"), max_causes=2))
     return made, verdict(fitted_model(fitted(made)), simulated(made), growth)
 
 

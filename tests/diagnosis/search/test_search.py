@@ -54,8 +54,8 @@ def question(name: str) -> tuple[list[Record], SearchResult, Diagnosis]:
         "warm": lambda: records({}, changed={"motor.coulomb.Fc": 1.1}),
         "accident": only_in_the_fit,
     }[name]()
-    conditions = replace(QUICK, skip=("power_friction", "record_change")) if name == "pair" else QUICK
-    growth = searched(made, conditions)
+    criteria = replace(QUICK, skip=("power_friction", "record_change")) if name == "pair" else QUICK
+    growth = searched(made, criteria)
     return made, growth, told(made, growth)
 
 
@@ -251,8 +251,8 @@ def test_a_cause_that_loses_its_worth_is_dropped() -> None:
 def test_a_cause_must_be_worth_what_is_asked_on_the_records_held_out() -> None:
     where, first, idle, both = idle_then_stribeck()
     gained = (idle.held_energy - both.held_energy) / sum(map(len, where.held))
-    assert objection(first, idle, both, where, replace(QUICK, worth=0.99 * gained**0.5)) is None
-    why = objection(first, idle, both, where, replace(QUICK, worth=1.01 * gained**0.5))
+    assert objection(first, idle, both, where, replace(QUICK, min_improvement_sigma=0.99 * gained**0.5)) is None
+    why = objection(first, idle, both, where, replace(QUICK, min_improvement_sigma=1.01 * gained**0.5))
     assert why is not None
     assert "is not worth it" in why
 
@@ -265,14 +265,16 @@ def test_a_cause_that_explains_a_thousandth_is_an_error_of_the_simulation() -> N
 
 
 def test_only_what_is_significant_and_worth_it_is_refitted() -> None:
-    loose = replace(QUICK, worth=0.0)
+    loose = replace(QUICK, min_improvement_sigma=0.0)
     where, trial = bench(records({}), loose)
     seen = rank(look(trial, loose.skip), where, loose)
     p = min(p_value(one, seen, where) for one in seen.scores)
     worth = (seen.scores[0].energy / where.samples) ** 0.5
 
     def tried(level: float, worth: float = 0.0) -> Tried:
-        return refit_hopeful(trial, seen, where, replace(loose, level=level, worth=worth), lambda _: None)
+        return refit_hopeful(
+            trial, seen, where, replace(loose, significance=level, min_improvement_sigma=worth), lambda _: None
+        )
 
     assert tried(2.0 * p)
     assert not tried(p)

@@ -30,7 +30,7 @@ NOTABLE = 0.5  # of the RMS error: a first state moved further than this flatter
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
+class ValidationOptions:
     """How to validate.
 
     perturbation [%]; horizon [s] : of the pieces simulated afresh; controller : of the records' loop; each None where
@@ -46,7 +46,11 @@ class Options:
 
 
 def validate_model(
-    model: FittedModel, records: Sequence[Record], frfs: Sequence[Frf], options: Options, fit: FitResult | None = None
+    model: FittedModel,
+    records: Sequence[Record],
+    frfs: Sequence[Frf],
+    options: ValidationOptions,
+    fit: FitResult | None = None,
 ) -> ModelValidation:
     """Validate a model on records, used for its fit or not. fit : what made the model, absent for the initial one."""
     simulated, remarks = _simulate(model, records, options.horizon)
@@ -57,7 +61,7 @@ def validate_model(
         values=model.theta,
         output=model.output,
         structure=model.joint.structure,
-        records={name: examine_record(model, one, options) for name, one in simulated.items()},
+        records={name: validate_record(model, one, options) for name, one in simulated.items()},
         covariance=covariance,
         correlation=correlations(covariance),
         identifiability=() if fit is None else _identifiability(fit, simulated),
@@ -71,7 +75,7 @@ def _identifiability(fit: FitResult, simulated: Mapping[str, Simulated]) -> tupl
     return identify(fit, torque_shares(used))
 
 
-def examine_record(model: FittedModel, simulated: Simulated, options: Options) -> RecordValidation:
+def validate_record(model: FittedModel, simulated: Simulated, options: ValidationOptions) -> RecordValidation:
     """All that can be said of a model on a record that it was simulated on."""
     record, remarks = simulated.record, list[str]()
     position, speed = simulated.signal("position"), simulated.signal("speed")
@@ -122,6 +126,6 @@ def _moved(simulated: Simulated, errors: Mapping[str, float]) -> Iterator[str]:
             yield f"first {quantity} {moved:.2g} off the measured one"
 
 
-def _torque_error(joint: Joint, theta: Array, simulated: Simulated, options: Options) -> float | None:
+def _torque_error(joint: Joint, theta: Array, simulated: Simulated, options: ValidationOptions) -> float | None:
     first_state = simulated.trajectories[0].x[:, 0]
     return torque_error(joint, theta, simulated.record, first_state, options.cutoff, options.order, options.min_speed)

@@ -13,9 +13,9 @@ from robotid.catalogue import assemble
 from robotid.estimate.fitted_model import FittedModel
 from robotid.model.structure import Structure
 from robotid.signals.trace import LONGEST_TRACE
-from robotid.validation.validate_model import Options, validate_model
+from robotid.validation.procedure import ValidationOptions, validate_model
 
-OPTIONS = Options(perturbation=20.0, controller=CONTROLLER)
+OPTIONS = ValidationOptions(perturbation=20.0, controller=CONTROLLER)
 
 
 def test_a_perfect_model_without_noise():
@@ -66,7 +66,9 @@ def test_a_difference_of_a_record_counts_in_all_its_errors():
 def test_a_first_state_that_flatters_is_remarked():
     record = clean_records()[0]
     false_start = replace(record, phi_m=record.phi_m + 0.5, dphi_m=np.where(record.t < 0.001, 3.0, record.dphi_m))
-    found = validate_model(replace(model({}), first_states={}, estimate_states=True), (false_start,), (), Options())
+    found = validate_model(
+        replace(model({}), first_states={}, estimate_states=True), (false_start,), (), ValidationOptions()
+    )
     assert any(remark.startswith("first speed 3 off") for remark in found.records["small"].remarks)
 
 
@@ -78,6 +80,6 @@ def test_traces_of_long_records_are_thinned():
         ref=None,
         ref_kind=None,
     )
-    trace = validate_model(model({}), (long,), (), Options()).records["small"].trace
+    trace = validate_model(model({}), (long,), (), ValidationOptions()).records["small"].trace
     assert len(trace.t) == len(trace.measured) == len(trace.simulated) <= LONGEST_TRACE < len(long)
     assert trace.t[-1] == pytest.approx(long.t[-1], abs=0.01)

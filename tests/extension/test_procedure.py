@@ -11,10 +11,9 @@ from support.small_bench import SAMPLING_TIME, TRUTH, fitted, records
 
 from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, Simulated
-from robotid.estimate.grey_box import FitOptions
 from robotid.estimate.result import FitResult
-from robotid.extension import extend as extension
-from robotid.extension.extend import Refit, extend, gains
+from robotid.extension import ExtensionTask, extend, gains
+from robotid.extension import task as fits
 from robotid.extension.results import Extension
 from robotid.model.array import Array
 from robotid.model.joint import Joint
@@ -39,7 +38,7 @@ def before() -> FitResult:
 
 @cache
 def extended(*effects: str) -> Extension:
-    return extend(Refit(before(), [STRIBECK], made(), FitOptions(), None, lambda _: None), effects)
+    return extend(ExtensionTask(before(), made(), [STRIBECK]), effects)
 
 
 def stepped(values: dict[str, float], record: Record) -> Array:
@@ -112,52 +111,52 @@ def test_a_single_cause_that_does_not_carry_over_leaves_the_model_as_it_was() ->
 
 
 def test_a_record_that_cannot_be_simulated_speaks_against_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
-    simulated = extension.simulate_record
+    simulated = fits.simulate_record
 
     def diverging(model: FittedModel, record: Record, horizon: float | None) -> Simulated:
         if record.name == "check" and "motor.constant_torque" not in model.joint.structure.effects:
             raise NumericsError("the simulation diverges")
         return simulated(model, record, horizon)
 
-    monkeypatch.setattr(extension, "simulate_record", diverging)
-    refit = Refit(before(), [STRIBECK], made(), FitOptions(), None, lambda _: None)
-    e = extend(refit, ("motor.constant_torque", "motor.stribeck"))
+    monkeypatch.setattr(fits, "simulate_record", diverging)
+    task = ExtensionTask(before(), made(), [STRIBECK])
+    e = extend(task, ("motor.constant_torque", "motor.stribeck"))
     assert (e.added, e.dropped) == (("motor.constant_torque", "motor.stribeck"), ())
     assert "check" not in e.before
-    assert np.isnan(gains(refit, ("motor.constant_torque",))[0]).all()
+    assert np.isnan(gains(task, ("motor.constant_torque",))[0]).all()
 
 
 def test_what_no_fit_can_be_without_stays(monkeypatch: pytest.MonkeyPatch) -> None:
-    fit_model = extension.fit_model
+    fit_model = fits.fit_model
 
     def failing(name: str, joint: Joint, *rest: Any, **options: Any) -> FitResult:
         if "motor.constant_torque" not in joint.structure.effects:
             raise NumericsError("the derivatives are not finite")
         return fit_model(name, joint, *rest, **options)
 
-    monkeypatch.setattr(extension, "fit_model", failing)
-    refit = Refit(before(), [STRIBECK], made(), FitOptions(), None, lambda _: None)
-    e = extend(refit, ("motor.constant_torque", "motor.stribeck"))
+    monkeypatch.setattr(fits, "fit_model", failing)
+    task = ExtensionTask(before(), made(), [STRIBECK])
+    e = extend(task, ("motor.constant_torque", "motor.stribeck"))
     assert (e.added, e.dropped) == (("motor.constant_torque", "motor.stribeck"), ())
-    assert np.isnan(gains(refit, ("motor.constant_torque", "motor.stribeck"))[0][0])
+    assert np.isnan(gains(task, ("motor.constant_torque", "motor.stribeck"))[0][0])
 
 
 def test_without_records_held_out_nothing_is_dropped() -> None:
-    e = extend(Refit(before(), [{}], made()[:2], FitOptions(), None, lambda _: None), ("motor.constant_torque",))
+    e = extend(ExtensionTask(before(), made()[:2], [{}]), ("motor.constant_torque",))
     assert (e.added, e.dropped) == (("motor.constant_torque",), ())
     assert values_of(e.fit)["motor.constant_torque.tau0"] == pytest.approx(0.01, rel=0.3)
 
 
 def test_a_gain_is_the_one_that_the_extension_measures_and_comes_cause_by_cause() -> None:
-    refit = Refit(before(), [STRIBECK], made(), FitOptions(), None, lambda _: None)
+    task = ExtensionTask(before(), made(), [STRIBECK])
     whole = extended("motor.stribeck")
-    (alone,), _ = gains(refit, ("motor.stribeck",))
+    (alone,), _ = gains(task, ("motor.stribeck",))
     held = [name for name, score in whole.after.items() if not score.used]
     measured = np.mean([whole.after[n].fit_percent - whole.before[n].fit_percent for n in held])
     assert alone == pytest.approx(float(measured))
-    (first, second), last = gains(refit, ("motor.stribeck", "motor.constant_torque"))
+    (first, second), last = gains(task, ("motor.stribeck", "motor.constant_torque"))
     assert first == pytest.approx(alone)
     assert second < 0.05 * first
     assert last is not None
     assert last.structure.effects[-2:] == ("motor.stribeck", "motor.constant_torque")
-    assert gains(refit, ()) == ([], None)
+    assert gains(task, ()) == ([], None)

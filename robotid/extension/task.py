@@ -1,0 +1,125 @@
+"""A fitted model that is to be extended: the same records, the same options, further effects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import reduce
+
+import numpy as np
+
+from robotid.catalogue import assemble
+from robotid.diagnosis.refit.refitted_model import carried
+from robotid.diagnosis.results import Diagnosis
+from robotid.diagnosis.verdict import root_mean_square, trace
+from robotid.errors import NumericsError
+from robotid.estimate.fitted_model import fitted_model, simulate_record
+from robotid.estimate.grey_box import FitOptions, fit_model
+from robotid.estimate.result import FitResult
+from robotid.extension.results import Score
+from robotid.model.structure import RECORD_CHANGE, Structure, changed, rests_on
+from robotid.signals.metrics import fit_percent
+from robotid.signals.record import Record
+
+Starts = Mapping[str, float]
+"""Values of parameters to start from, by dotted name; the others start as they were."""
+
+
+@dataclass(frozen=True, slots=True)
+class ExtensionTask:
+    """A fitted model and what its extension takes.
+
+    before : the fit of the model as it is. records : all of them; those of the fit by their names, the others validate.
+    starts : values to start from, of which the best is chosen. options : of every fit. horizon [s] : length of the
+    pieces of a record that are simulated afresh, None for whole records. log : is called with what is being done.
+    """
+
+    before: FitResult
+    records: Sequence[Record]
+    starts: Sequence[Starts] = ({},)
+    options: FitOptions = field(default_factory=FitOptions)
+    horizon: float | None = None
+    log: Callable[[str], None] = lambda _: None
+
+    @property
+    def validation(self) -> list[str]:
+        """Names of the records that the fit has not seen."""
+        return [r.name for r in self.records if r.name not in self.before.records]
+
+    def fit_with(self, effects: Sequence[str]) -> FitResult:
+        """The model with further effects, fitted on the records of its fit. Raises NumericsError where it does not
+        converge."""
+        old = fitted_model(self.before, estimate_states=self.options.estimate_states)
+        structure = reduce(Structure.extended, effects, self.before.structure)
+        joint = assemble(structure, angle=self.before.output == "position")
+        used = [r for r in self.records if r.name in self.before.records]
+        self.log(f"fitting with {', '.join(effects)}" if effects else "fitting")
+        first, *others = (carried(old.parameters, structure, values) for values in self.starts)
+        return fit_model(self.before.name, joint, first, used, self.options, others=others)
+
+    def try_fit_with(self, effects: Sequence[str]) -> FitResult | None:
+        """The same, or the model as it was without further effects; None where it does not converge."""
+        try:
+            return self.fit_with(effects) if effects else self.before
+        except NumericsError:
+            return None
+
+    def scores(self, fit: FitResult) -> dict[str, Score]:
+        """A fit on every record on which it can be simulated, by record name."""
+        model = fitted_model(fit, estimate_states=self.options.estimate_states)
+        found = {}
+        for record in self.records:
+            try:
+                run = simulate_record(model, record, self.horizon)
+            except NumericsError:
+                continue
+            measured, simulated = run.measured(model.output), run.signal(model.output)
+            found[record.name] = Score(
+                record.role,
+                record.name in model.records,
+                fit_percent(measured, simulated),
+                root_mean_square(measured - simulated),
+                trace(run, model),
+            )
+        return found
+
+    def validation_fit(self, scores: Mapping[str, Score]) -> float:
+        """Mean fit on the validation records [%], minus infinity where one of them cannot be simulated."""
+        return float(np.mean([scores[name].fit_percent if name in scores else -np.inf for name in self.validation]))
+
+
+def extension_task(
+    diagnosis: Diagnosis,
+    fit: FitResult,
+    records: Sequence[Record],
+    options: FitOptions | None = None,
+    *,
+    horizon: float | None = None,
+    log: Callable[[str], None] = lambda _: None,
+) -> ExtensionTask:
+    """The task to extend a diagnosed model, from where the diagnosis left its parameters or those of its causes.
+
+    fit : the diagnosed one; records : all of them; options : of the fit by default.
+    """
+    starts = (diagnosis.refitted, {p.name: p.value for cause in diagnosis.causes for p in cause.parameters})
+    return ExtensionTask(fit, records, starts, options or FitOptions(output=fit.output), horizon, log)
+
+
+def effects_to_add(diagnosis: Diagnosis, fit: FitResult) -> tuple[str, ...]:
+    """The causes of a diagnosis that a fit on the same records can take; a difference on a validation record is
+    reported, not fitted."""
+    return tuple(cause.effect for cause in diagnosis.causes if _can_be_fitted(cause.effect, fit.records))
+
+
+def _can_be_fitted(effect: str, records: Sequence[str]) -> bool:
+    return not effect.startswith(RECORD_CHANGE) or changed(effect)[0] in records
+
+
+def gain(after: float, before: float) -> float:
+    """Difference of two mean fits [% points], nan where either model cannot be simulated."""
+    return after - before if np.isfinite([after, before]).all() else float("nan")
+
+
+def others_than(effects: Sequence[str], effect: str) -> list[str]:
+    """The effects that can be without one."""
+    return [e for e in effects if e != effect and not rests_on(e, effect)]
