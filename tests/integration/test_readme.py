@@ -180,7 +180,7 @@ def python(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_the_shown_effect_passes_the_tests_of_all_effects(extended: Path) -> None:
-    tests = str(ROOT / "tests" / "terms")
+    tests = str(ROOT / "tests" / "promises")
     done = python(
         extended, "pytest", tests, "-k", "eddy_brake", "-p", "no:cacheprovider", "-c", str(ROOT / "pyproject.toml")
     )

@@ -38,11 +38,11 @@ def run(machine: Machine, y: State, seconds: float, torque: float = 0.0) -> list
 
 
 def test_shares_nothing_with_the_tool() -> None:
-    modules = [f"hidden.plant.{file.stem}" for file in PLANT.glob("*.py")]
+    modules = [f"study.plant.{file.stem}" for file in PLANT.glob("*.py")]
     script = f"import importlib, sys; [importlib.import_module(m) for m in {modules}]; print(*sys.modules)"
     path = {"PYTHONPATH": str(PLANT.parents[1])}
     loaded = subprocess.run([sys.executable, "-c", script], env=path, capture_output=True, text=True, check=True)
-    assert "hidden.plant.motion" in loaded.stdout.split()
+    assert "study.plant.motion" in loaded.stdout.split()
     assert not [name for name in loaded.stdout.split() if name.startswith("robotid")]
 
 
