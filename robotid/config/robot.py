@@ -8,6 +8,7 @@ from typing import Self
 from pydantic import field_validator, model_validator
 
 from robotid.config.section import Finite, Name, Section
+from robotid.model.parameters import KnownParameter
 from robotid.model.port import Port, Signal
 from robotid.model.structure import Structure, change
 
@@ -53,6 +54,10 @@ class RobotSettings(Section):
             turned = f"; did you mean {1 / ratio:.6g}?" if ratio else ""
             raise ValueError(f"the ratio phi_a / phi_m of a gear is at most 1, found {ratio:g}{turned}")
         return ratio
+
+    def known(self) -> dict[str, KnownParameter]:
+        """What is known of the parameters, by dotted name."""
+        return {name: KnownParameter(p.guess, p.bounds, p.fixed) for name, p in self.parameters.items()}
 
     def structure(self, model: Effects | None = None) -> Structure:
         """The joint of `model`, by default the robot's own."""

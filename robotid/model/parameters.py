@@ -36,6 +36,19 @@ class Parameter:
         return bool(self.grid)
 
 
+@dataclass(frozen=True, slots=True)
+class KnownParameter:
+    """What is known of one number before anything is estimated, in SI; what is absent is as the effect declares it.
+
+    guess : start of the fit, before what the initialisation finds. bounds : lower and upper. fixed : it is not
+    estimated, and keeps the guess or what the initialisation finds.
+    """
+
+    guess: float | None = None
+    bounds: tuple[float, float] | None = None
+    fixed: bool = False
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Parameters:
     """The numbers of a model, in the order of its effects.
@@ -57,6 +70,22 @@ class Parameters:
     def held(self) -> Parameters:
         """The same parameters, none of them free."""
         return replace(self, free=np.zeros(len(self.names), dtype=bool))
+
+    def with_known(self, known: Mapping[str, KnownParameter]) -> Parameters:
+        """The same parameters with what is known of them, by dotted name. Only a parameter that is fixed at a guess is
+        not free: one that is fixed without a guess keeps what the initialisation finds. Raises KeyError for a name that
+        is none of them."""
+        values, free, lower, upper = self.values.copy(), self.free.copy(), self.lower.copy(), self.upper.copy()
+        for name, one in known.items():
+            if name not in self.names:
+                raise KeyError(f"no parameter {name}")
+            k = self.names.index(name)
+            if one.guess is not None:
+                values[k] = one.guess
+                free[k] = not one.fixed
+            if one.bounds is not None:
+                lower[k], upper[k] = one.bounds
+        return replace(self, values=values, lower=lower, upper=upper, free=free)
 
     def with_values(self, values: Array | Mapping[str, float]) -> Parameters:
         """The same parameters with other values; a mapping changes the named ones only."""

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from robotid.catalogue import assemble
 from robotid.config.schema import Config
 from robotid.estimate.flexible import FlexResult
 from robotid.estimate.grey_box import FitOptions, fit_model
+from robotid.estimate.identify import starting_parameters
 from robotid.estimate.result import End, FitResult, Fits
 from robotid.estimate.rigid import RigidResult
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.progress import Log, Step
 from robotid.signals.quality import Recordings
-from robotid.stages.known_parameters import known_parameters
 
 
 def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: FlexResult, log: Log | None = None) -> Fits:
@@ -42,16 +40,8 @@ def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: Flex
 
 
 def start(settings: Config, joint: Joint, rigid: RigidResult, flex: FlexResult) -> Parameters:
-    """The model m0: declared guesses, over them the initialisation's, over them the configuration's."""
-    known, given = known_parameters(settings, joint), settings.robot.parameters
-    found = rigid.guesses | flex.guesses
-    values, free = known.values.copy(), known.free.copy()
-    for k, name in enumerate(known.names):
-        said = given.get(name)
-        if name in found and (said is None or said.guess is None):
-            values[k] = found[name]
-        free[k] = name not in settings.fit.fix and not (said is not None and said.fixed)
-    return replace(known, values=np.clip(values, known.lower, known.upper), free=free)
+    """The model m0."""
+    return starting_parameters(joint, settings.robot.known(), rigid.guesses | flex.guesses, settings.fit.fix)
 
 
 def fit_options(settings: Config) -> FitOptions:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from robotid.catalogue import assemble
 from robotid.config.schema import Config
-from robotid.estimate.flexible import FlexResult, fit_flexible
+from robotid.estimate.flexible import FlexResult
+from robotid.estimate.identify import StartOptions, initialise_flexible
 from robotid.estimate.rigid import RigidResult
 from robotid.signals.quality import Recordings
-from robotid.stages.known_parameters import known_parameters
 
 
 def init_flex(settings: Config, recordings: Recordings, rigid: RigidResult) -> FlexResult:
@@ -15,7 +14,5 @@ def init_flex(settings: Config, recordings: Recordings, rigid: RigidResult) -> F
 
     Raises NumericsError where step 1 found no inertia or a record is not excited in the band.
     """
-    joint = assemble(settings.structure())
-    parameters = known_parameters(settings, joint).with_values(rigid.guesses)
-    records = [r for r in recordings.records if r.role == "estimate" and r.use in ("flex", "both")]
-    return fit_flexible(joint, parameters, rigid, records, settings.init_flex.band, settings.init_flex.window)
+    options = StartOptions(band=settings.init_flex.band, window=settings.init_flex.window)
+    return initialise_flexible(settings.structure(), settings.robot.known(), recordings.records, rigid, options)

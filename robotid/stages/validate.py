@@ -5,23 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-import numpy as np
-
 from robotid.catalogue import assemble
 from robotid.config.schema import Config
-from robotid.estimate.fitted_model import FittedModel
+from robotid.estimate.fitted_model import FittedModel, fitted_model
 from robotid.estimate.flexible import FlexResult
-from robotid.estimate.result import FitResult, Fits
+from robotid.estimate.result import Fits
 from robotid.estimate.rigid import RigidResult
-from robotid.model.joint import Joint
-from robotid.progress import Log, Progress
+from robotid.progress import Log
 from robotid.signals.quality import Recordings
 from robotid.stages.fit import start
 from robotid.stages.ingestion.virtual import controller_of
-from robotid.validation.procedure import ValidationOptions, validate_model
-from robotid.validation.results import ModelValidation, Validation
-
-SIMULATIONS = 2  # that a model costs on a record, first states found, besides those with a parameter changed
+from robotid.validation import ModelValidation, Validation, ValidationOptions, initial_name, validate_models
 
 
 def validate(
@@ -37,21 +31,11 @@ def validate(
     Only the best model's parameters are perturbed. A model that diverges on a record is without that record, and says
     so. The best model's fit below a threshold is a sentence in `failed`, not an error: the artifact is saved first.
     """
-    joint = assemble(settings.structure(), angle=settings.fit.output == "position")
-    initial, options = _initial(settings, joint, rigid, flex, fits), _options(settings)
-    everyone = {initial.name: initial} | {name: _fitted(settings, joint, fit) for name, fit in fits.models.items()}
-    asked = {name: options if name == fits.best else replace(options, perturbation=None) for name in everyone}
-    effort = {
-        name: SIMULATIONS + 2 * len(model.theta) * (asked[name].perturbation is not None)
-        for name, model in everyone.items()
-    }
-    models: dict[str, ModelValidation] = {}
-    for name, model in everyone.items():
-        if log is not None:
-            log(Progress(name, sum(effort[done] for done in models), sum(effort.values())))
-        models[name] = validate_model(model, recordings.records, flex.frfs, asked[name], fits.models.get(name))
-    failed = tuple(_failed(settings, fits.best, models[fits.best]))
-    return Validation(models, fits.best, flex.frfs, failed)
+    initial, options = _initial(settings, rigid, flex, fits), _options(settings)
+    free = settings.fit.initial_states == "free"
+    fitted = {name: fitted_model(fit, estimate_states=free) for name, fit in fits.models.items()}
+    found = validate_models({initial.name: initial} | fitted, fits, recordings.records, flex.frfs, options, log)
+    return replace(found, failed=tuple(_failed(settings, fits.best, found.models[fits.best])))
 
 
 def _options(settings: Config) -> ValidationOptions:
@@ -66,17 +50,11 @@ def _options(settings: Config) -> ValidationOptions:
     )
 
 
-def _initial(settings: Config, joint: Joint, rigid: RigidResult, flex: FlexResult, fits: Fits) -> FittedModel:
-    """Where the fits started, first states as measured: m0, unless a fitted model took the name."""
+def _initial(settings: Config, rigid: RigidResult, flex: FlexResult, fits: Fits) -> FittedModel:
+    """Where the fits started, first states as measured."""
+    joint = assemble(settings.structure(), angle=settings.fit.output == "position")
     parameters = start(settings, joint, rigid, flex)
-    name = "m0" if "m0" not in fits.models else "initial"
-    return FittedModel(name, joint, parameters, settings.fit.output, (), {}, estimate_states=False)
-
-
-def _fitted(settings: Config, joint: Joint, fit: FitResult) -> FittedModel:
-    parameters = joint.parameters().with_values(np.array([p.value for p in fit.parameters]))
-    free = settings.fit.initial_states == "free"
-    return FittedModel(fit.name, joint, parameters, settings.fit.output, fit.records, fit.initial_states, free)
+    return FittedModel(initial_name(fits), joint, parameters, settings.fit.output, (), {}, estimate_states=False)
 
 
 def _failed(settings: Config, best: str, model: ModelValidation) -> Iterator[str]:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, Simulated, simulate_record
-from robotid.estimate.result import FitResult
+from robotid.estimate.result import FitResult, Fits
 from robotid.model.array import Array
 from robotid.model.joint import Joint
+from robotid.progress import Log, Progress
 from robotid.signals.frf import Frf
 from robotid.signals.metrics import fit_percent, rmse
 from robotid.signals.record import Record
@@ -23,10 +24,11 @@ from robotid.validation.identifiability import Identifiability, correlations, id
 from robotid.validation.inverse_dynamics import torque_error
 from robotid.validation.perturbation import NOT_PERTURBED, perturb
 from robotid.validation.residual_tests import residual_test
-from robotid.validation.results import ModelValidation, RecordValidation
+from robotid.validation.results import ModelValidation, RecordValidation, Validation
 from robotid.validation.torque_share import torque_shares
 
 NOTABLE = 0.5  # of the RMS error: a first state moved further than this flatters the model
+SIMULATIONS = 2  # that a model costs on a record, first states found, besides those with a parameter changed
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +70,38 @@ def validate_model(
         bode=bode(model.joint, model.theta, frfs, records[0].sampling_time),
         remarks=remarks,
     )
+
+
+def validate_models(
+    models: Mapping[str, FittedModel],
+    fits: Fits,
+    records: Sequence[Record],
+    frfs: Sequence[Frf],
+    options: ValidationOptions,
+    log: Log | None = None,
+) -> Validation:
+    """Validate every model on every record.
+
+    models : by name, the initial one, which no fit made, first; frfs : measured frequency responses to compare with.
+    log is called for each model. Only the best model's parameters are perturbed. A model that diverges on a record is
+    without that record, and has a remark.
+    """
+    asked = {name: options if name == fits.best else replace(options, perturbation=None) for name in models}
+    effort = {
+        name: SIMULATIONS + 2 * len(model.theta) * (asked[name].perturbation is not None)
+        for name, model in models.items()
+    }
+    found: dict[str, ModelValidation] = {}
+    for name, model in models.items():
+        if log is not None:
+            log(Progress(name, sum(effort[done] for done in found), sum(effort.values())))
+        found[name] = validate_model(model, records, frfs, asked[name], fits.models.get(name))
+    return Validation(found, fits.best, tuple(frfs))
+
+
+def initial_name(fits: Fits) -> str:
+    """What the initial model is called: m0, unless a fitted model took the name."""
+    return "m0" if "m0" not in fits.models else "initial"
 
 
 def _identifiability(fit: FitResult, simulated: Mapping[str, Simulated]) -> tuple[Identifiability, ...]:
