@@ -1,0 +1,195 @@
+"""Records from tables of measured signals: columns chosen, units converted, flaws repaired."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import pi
+
+import numpy as np
+
+from robotid.errors import ConfigError, InputError
+from robotid.model.array import Array, Mask
+from robotid.signals.clocks import on_one_clock
+from robotid.signals.columns import ALIASES, NEEDED, Column, Signal, convert, find, missing, said
+from robotid.signals.differentiate import central_difference
+from robotid.signals.quality import Report, inspect
+from robotid.signals.readers.table import Table
+from robotid.signals.record import Quantity, Record, Role, Use
+from robotid.signals.repair import mend
+from robotid.signals.sampling import Findings, Policy
+from robotid.signals.speed_check import speed_lag, speed_scale
+
+ANGLES = ("phi_m", "phi_a", "ref")
+MISTAKEN = 1.5  # recorded over derived speed, or its inverse, from which it is no calibration error
+NOTABLE = 0.03  # deviation from 1 of the same that is remarked
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """What of a table becomes a record, and how.
+
+    columns : by signal (t, tau_m, phi_m, dphi_m, phi_a, ref); one that is left out is found by its name, None says that
+    there is none. sampling_time [s] : instead of a time column. start, stop [s] : the part that is used, counted from
+    the first sample. speed_delay [samples] : by which the recorded speed is late. linear : the axis slides, and its
+    position does not wrap around.
+    """
+
+    name: str
+    role: Role = "estimate"
+    use: Use = "both"
+    columns: Mapping[str, Column | None] = field(default_factory=dict)
+    sampling_time: float | None = None
+    start: float | None = None
+    stop: float | None = None
+    speed_delay: int = 0
+    policy: Policy = field(default_factory=Policy)
+    linear: bool = False
+
+
+def measured_record(chosen: Selection, table: Table) -> tuple[Record, Report]:
+    """One record from a table, and a report on what was found and repaired.
+
+    Raises ConfigError for columns that are not there, InputError for flaws that are refused, NumericsError for a record
+    without excitation.
+    """
+    found, remarks = read_signals(chosen, table)
+    _equal_lengths(table, found)
+    t = found["t"].values if "t" in found else None
+    if t is None and chosen.sampling_time is None:
+        hint = f"name the time column under columns: t, or give sampling_time; {table.offer()}"
+        raise ConfigError("neither a time column nor a sampling time is known", where=table.path, hint=hint)
+    kept = _kept(chosen, table, len(found["phi_m"].values), t)
+    flaws = Findings(table, chosen.policy, np.flatnonzero(kept))
+    signals = {name: signal.values[kept] for name, signal in found.items() if name != "t"}
+    cut = None if t is None else t[kept]
+    mended = mend(flaws, signals, cut, chosen.sampling_time, {} if chosen.linear else _turns(found))
+    record = _record(chosen, mended.signals, mended.grid.sampling_time, found)
+    remarks += mended.remarks
+    if len(record) > 2:
+        remarks += _speed_remarks(table, chosen, record, derived="dphi_m" not in found)
+    return record, inspect(record, table.path, mended, tuple(remarks))
+
+
+def _turns(found: Mapping[str, Signal]) -> dict[str, tuple[float, ...]]:
+    """Angles at which each may wrap around [rad]: a turn of what was recorded, and one of what it is scaled to."""
+    return {name: (2 * pi, 2 * pi * abs(found[name].scale)) for name in ANGLES if name in found}
+
+
+def read_signals(chosen: Selection, table: Table) -> tuple[dict[str, Signal], list[str]]:
+    """Signals by name in SI, from the columns given or those found by name, and remarks on them."""
+    given, columns = chosen.columns, _columns(chosen, table)
+    table, remarks = on_one_clock(table, columns)
+    found: dict[str, Signal] = {}
+    for signal, column in columns.items():
+        if signal == "t" and chosen.sampling_time is not None and signal not in given:
+            remarks.append(f"t is column {column.name}, not used, for sampling_time is given")
+            continue
+        found[signal] = convert(table, signal, column, linear=chosen.linear)
+        by_name = signal not in given and column.name not in table.clocks.values()
+        remarks += [said(signal, column, found[signal])] if by_name else []
+        remarks += [found[signal].remark] if found[signal].remark else []
+    return found, remarks
+
+
+def _columns(chosen: Selection, table: Table) -> dict[str, Column]:
+    """Columns by signal, as given or found by name; the time stamps of the angle where the file has them."""
+    given = chosen.columns
+    found: dict[str, Column | None] = {}
+    for signal in ALIASES:
+        if signal in given:
+            found[signal] = given[signal]
+        elif signal == "t" and table.clocks:
+            found[signal] = None
+        else:
+            found[signal] = find(table, signal, linear=chosen.linear)
+        if found[signal] is None and signal in NEEDED:
+            raise missing(table, signal)
+    angle = found["phi_m"]
+    clock = None if angle is None else table.clock(angle.name)
+    if "t" not in given and clock is not None:
+        found["t"] = Column(clock)
+    return {signal: column for signal, column in found.items() if column is not None}
+
+
+def _equal_lengths(table: Table, signals: Mapping[str, Signal]) -> None:
+    lengths = {name: len(signal.values) for name, signal in signals.items()}
+    if len(set(lengths.values())) > 1:
+        listed = ", ".join(f"{name} {n}" for name, n in lengths.items())
+        raise InputError(f"columns differ in length: {listed}", where=table.path, hint="name columns of one recording")
+
+
+def _kept(chosen: Selection, table: Table, n: int, t: Array | None) -> Mask:
+    """Samples between start and stop, counted in seconds from the first sample, (n,)."""
+    start, stop = chosen.start or 0.0, chosen.stop
+    if chosen.start is None and stop is None:
+        return np.ones(n, dtype=np.bool_)
+    h = chosen.sampling_time or 1.0
+    clock = np.arange(n) * h if t is None else t - t[np.argmax(np.isfinite(t))]
+    slack = 1e-9 * max(1.0, start)
+    kept = np.asarray((clock >= start - slack) & (clock <= (np.inf if stop is None else stop + slack)))
+    if not kept.any():
+        what = f"no sample lies between start {start:g} s and stop" + ("" if stop is None else f" {stop:g} s")
+        last = float(np.nanmax(clock))
+        raise ConfigError(what, where=table.path, hint=f"the record is {last:.6g} s long")
+    return kept
+
+
+def _record(chosen: Selection, signals: dict[str, Array], h: float, found: Mapping[str, Signal]) -> Record:
+    late = chosen.speed_delay if "dphi_m" in signals else 0
+    n = len(signals["phi_m"])
+    if abs(late) > n // 2:
+        raise ConfigError(f"speed_delay is {late} samples, of {n}", where=chosen.name, hint="give samples, not a time")
+    first, last = max(0, -late), n - max(0, late)
+    cut = {
+        name: values[first + late : last + late] if name == "dphi_m" else values[first:last]
+        for name, values in signals.items()
+    }
+    angle = cut["phi_m"]
+    speed = cut["dphi_m"] if "dphi_m" in cut else _derived(angle, h)
+    ref = cut.get("ref")
+    return Record(
+        name=chosen.name,
+        role=chosen.role,
+        use=chosen.use,
+        sampling_time=h,
+        tau_m=cut["tau_m"],
+        phi_m=angle,
+        dphi_m=speed,
+        phi_a=cut.get("phi_a"),
+        ref=ref,
+        ref_kind=None if ref is None else _kind(found["ref"], ref, angle, speed),
+    )
+
+
+def _derived(angle: Array, h: float) -> Array:
+    return central_difference(angle, h) if len(angle) > 2 else np.zeros_like(angle)
+
+
+def _speed_remarks(table: Table, chosen: Selection, record: Record, *, derived: bool) -> list[str]:
+    """What is to be said of the speed. Raises ConfigError where it is another multiple of the angle's derivative."""
+    if derived:
+        return ["dphi_m is derived from phi_m by central differences"]
+    angle, speed, h = record.phi_m, record.dphi_m, record.sampling_time
+    remarks = [f"dphi_m is advanced by speed_delay: {chosen.speed_delay}"] if chosen.speed_delay else []
+    scale = speed_scale(angle, speed, h)
+    if scale is not None and (abs(scale) > MISTAKEN or abs(scale) < 1 / MISTAKEN):
+        hint = "check unit and scale of both, or write dphi_m: null to derive it"
+        raise ConfigError(f"dphi_m is {scale:.3g} times the derivative of phi_m", where=table.path, hint=hint)
+    if scale is not None and abs(scale - 1) > NOTABLE:
+        remarks.append(f"dphi_m is {scale:.3g} times the derivative of phi_m; is one of them scaled wrong?")
+    lag = speed_lag(angle, speed, h)
+    if lag:
+        much = f"{abs(lag):.1f} sample{'s' * (abs(lag) >= 1.05)} {'late' if lag > 0 else 'early'}"
+        shift = f"speed_delay: {chosen.speed_delay + round(lag)} or " if abs(lag) > 0.75 else ""
+        remarks.append(f"dphi_m is {much} against the derivative of phi_m; {shift}dphi_m: null mends it")
+    return remarks
+
+
+def _kind(signal: Signal, ref: Array, angle: Array, speed: Array) -> Quantity:
+    """Whether a reference is one of position or of speed: as its unit says, or else what it is nearer to."""
+    if signal.unit is not None and not signal.unit.raw:
+        return "speed" if signal.unit.quantity in ("angular speed", "speed") else "position"
+    to_angle = np.std(ref - angle) / max(float(np.std(angle)), 1e-300)
+    to_speed = np.std(ref - speed) / max(float(np.std(speed)), 1e-300)
+    return "position" if to_angle <= to_speed else "speed"
