@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -14,6 +14,7 @@ from robotid.config.tree import Step
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port, Signal
 from robotid.model.structure import RECORD_CHANGE, Structure, changed
+from robotid.model.term import Role
 from robotid.terms import TERMS
 
 PLACES = [*map(str, Port), *map(str, Signal)]
@@ -93,14 +94,25 @@ def _masses(model: Effects, gear_ratio: float | None, at: tuple[Step, ...]) -> I
         )
     needed = [Port.MOTOR] + [Port.ARM] * bool(flexible) + [Port.TOOL] * bool(model.get(Port.TOOL))
     for port in needed:
-        if "inertia" not in model.get(port, ()):
-            yield Problem(
-                at if port not in model else (*at, port), f"the {port} has no inertia", f"add inertia to {port}"
-            )
-    if flexible and "spring" not in model.get(Port.GEAR, ()):
-        yield Problem(at, "nothing carries torque from the motor to the arm", "add spring to gear")
-    if model.get(Port.TOOL) and "spring" not in model.get(Port.LINK, ()):
-        yield Problem(at, "nothing carries torque from the arm to the tool", "add spring to link")
+        if not _plays(Role.MASS, model.get(port, ())):
+            loc = at if port not in model else (*at, port)
+            yield Problem(loc, f"the {port} has no inertia", f"add {_players(Role.MASS, port)} to {port}")
+    if flexible and not _plays(Role.SPRING, model.get(Port.GEAR, ())):
+        hint = f"add {_players(Role.SPRING, Port.GEAR)} to gear"
+        yield Problem(at, "nothing carries torque from the motor to the arm", hint)
+    if model.get(Port.TOOL) and not _plays(Role.SPRING, model.get(Port.LINK, ())):
+        hint = f"add {_players(Role.SPRING, Port.LINK)} to link"
+        yield Problem(at, "nothing carries torque from the arm to the tool", hint)
+
+
+def _plays(role: Role, effects: Iterable[str]) -> bool:
+    """Whether a linear mass or spring is among the effects: a cubic spring alone carries nothing at small twist."""
+    return any(effect in TERMS and TERMS[effect].linear and TERMS[effect].role is role for effect in effects)
+
+
+def _players(role: Role, port: Port) -> str:
+    """The effects that play a role at a port, as a hint names them."""
+    return " or ".join(name for name, term in TERMS.items() if port in term.ports and _plays(role, (name,)))
 
 
 def _changes(config: Config) -> Iterator[Problem]:

@@ -1,8 +1,9 @@
-"""From the stiffness of each record to a linear and a cubic part: eq. (14) of the paper, and equivalent linearisation.
+"""From the stiffness of each record to a linear and a nonlinear part: eq. (14), and equivalent linearisation.
 
-The minimum of (14) is attenuated: a record by itself asks for k3 = 0, as its k_i came from a linear spring, and only
-the difference between records pulls k3 away. The stiffness of the linear spring nearest to k1 x + k3 x^3 is
-k1 + k3 sum(x^4) / sum(x^2) (equivalent linearisation, Caughey 1963); solving that over the records does not attenuate.
+The law is k1 x + k3 g(x), where the shape g of the nonlinear part is x^3 for a cubic spring. The minimum of (14) is
+attenuated: a record by itself asks for k3 = 0, as its k_i came from a linear spring, and only the difference between
+records pulls k3 away. The stiffness of the linear spring nearest to the law is k1 + k3 sum(x g) / sum(x^2) (equivalent
+linearisation, Caughey 1963); solving that over the records does not attenuate.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ SIGNIFICANT = 2.0  # standard deviations
 
 @dataclass(frozen=True, slots=True)
 class SpringLaw:
-    """tau = k1 x + k3 x^3 by some method. k3_std : what the stiffnesses' own errors leave."""
+    """tau = k1 x + k3 g(x) by some method. k3_std : what the stiffnesses' own errors leave."""
 
     method: str
     k1: float = field(metadata={"unit": "Nm/rad"})
@@ -46,18 +47,23 @@ def simulate_twist(dphi_m: Array, sampling_time: float, gear_ratio: float, k: fl
     return np.asarray(lsim((A, B, np.array([[1.0, 0.0]]), np.zeros((1, 1))), gear_ratio * dphi_m, t, X0=start)[1])
 
 
-def published_law(twists: Sequence[Array], k: Array, k_std: Array) -> SpringLaw:
-    """Eq. (14): minimise the sum over records i and samples of (k_i x - k1 x - k3 x^3)^2. twists : (n,) a record; k,
-    k_std : (records,)."""
-    second, fourth, sixth = (np.array([np.sum(x**p) for x in twists]) for p in (2, 4, 6))
-    normal = np.array([[second.sum(), fourth.sum()], [fourth.sum(), sixth.sum()]])
-    gain = _solve(normal, np.array([second, fourth]))
+def published_law(twists: Sequence[Array], shapes: Sequence[Array], k: Array, k_std: Array) -> SpringLaw:
+    """Eq. (14): minimise the sum over records i and samples of (k_i x - k1 x - k3 g)^2.
+
+    twists : x, (n,) a record; shapes : g(x), (n,) a record; k, k_std : (records,).
+    """
+    pairs = list(zip(twists, shapes, strict=True))
+    square, mixed, shape = np.array([[x @ x, x @ g, g @ g] for x, g in pairs]).T
+    normal = np.array([[square.sum(), mixed.sum()], [mixed.sum(), shape.sum()]])
+    gain = _solve(normal, np.array([square, mixed]))
     return _law("eq. (14)", gain, k, k_std)
 
 
-def equivalent_law(twists: Sequence[Array], k: Array, k_std: Array) -> SpringLaw:
-    """Least squares of k_i = k1 + k3 sum(x^4) / sum(x^2), weighted by k_std. Two or more records."""
-    regressor = np.array([[1.0, np.sum(x**4) / np.sum(x**2)] for x in twists]) / k_std[:, None]
+def equivalent_law(twists: Sequence[Array], shapes: Sequence[Array], k: Array, k_std: Array) -> SpringLaw:
+    """Least squares of k_i = k1 + k3 sum(x g) / sum(x^2), weighted by k_std. Arguments as of `published_law`, of two or
+    more records."""
+    pairs = zip(twists, shapes, strict=True)
+    regressor = np.array([[1.0, np.sum(x * g) / np.sum(x**2)] for x, g in pairs]) / k_std[:, None]
     gain = _solve(regressor.T @ regressor, regressor.T / k_std)
     return _law("equivalent linearisation", gain, k, k_std)
 

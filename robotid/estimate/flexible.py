@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from robotid.catalogue import assemble
 from robotid.estimate.average_stiffness import SpringLaw, equivalent_law, published_law, simulate_twist
 from robotid.estimate.flexible_start import rigid_inertia, starts
 from robotid.estimate.linear_response import FLOOR, ResponseFit, fit_response, linear_part
@@ -18,12 +17,11 @@ from robotid.estimate.rigid import RigidResult
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
-from robotid.model.units import on_axis
+from robotid.model.port import Port
+from robotid.model.term import Motion, Role, Term
 from robotid.signals.frf import Frf
 from robotid.signals.record import Record
 
-NEEDED = ("motor.inertia.J", "gear.spring.k1", "arm.inertia.J")
-STIFFNESS, CUBIC = "gear.spring.k1", "gear.cubic_spring.k3"
 LARGEST_DOUBT = 0.2  # relative standard deviation at which a response does not tell a parameter
 HOPELESS = 3.0  # relative standard deviation at which the declared guess is no worse
 
@@ -53,7 +51,7 @@ class FlexReading:
 @dataclass(frozen=True, slots=True, eq=False)
 class FlexResult:
     """Step 2. frfs, readings : one a record, or one for all realisations of an excitation. parameters : means over the
-    responses that tell the stiffness. springs : the cubic law by eq. (14) and, where several responses tell it, by
+    responses that tell the stiffness. springs : the nonlinear law by eq. (14) and, where several responses tell it, by
     equivalent linearisation. guesses : by dotted name of the model, empty where nothing was found."""
 
     frfs: tuple[Frf, ...]
@@ -64,6 +62,32 @@ class FlexResult:
     remarks: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class TwoMasses:
+    """The parameters of eq. (13) by dotted name: inertias of motor and arm, stiffness and (if any) damping between."""
+
+    motor: str
+    arm: str
+    stiffness: str
+    damping: str | None
+
+    @classmethod
+    def of(cls, linear: Joint) -> TwoMasses | None:
+        """Those of a linear joint, None where it lacks a mass or the spring."""
+        roles = ((Role.MASS, Port.MOTOR), (Role.MASS, Port.ARM), (Role.SPRING, Port.GEAR))
+        found = [_first(linear, role, port) for role, port in roles]
+        motor, arm, stiffness = found
+        if motor is None or arm is None or stiffness is None:
+            return None
+        return cls(motor, arm, stiffness, _first(linear, Role.DAMPER, Port.GEAR))
+
+
+def _first(joint: Joint, role: Role, port: Port, *, linear: bool = True) -> str | None:
+    """Of the effects with a role at a port, the first one's inertia, stiffness or damping."""
+    found = (n for n, place in joint.playing(role).items() if place.port is port and place.term.linear is linear)
+    return next(found, None)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Fitted:
     """A response with its reading and its parametric fit; twists : (n,) a record of it [rad]."""
@@ -72,13 +96,15 @@ class _Fitted:
     reading: Reading
     fit: ResponseFit
     twists: tuple[Array, ...]
+    parts: TwoMasses
 
     @property
     def tells(self) -> bool:
         """Whether inertias and stiffness are certain, and the notch where the response can have seen it."""
-        omega, values = self.response.frf.omega, self.fit.values
-        notch = np.sqrt(values[STIFFNESS] / values["arm.inertia.J"])
-        certain = all(self.fit.relative_std.get(name, 0.0) < LARGEST_DOUBT for name in NEEDED)
+        omega, values, parts = self.response.frf.omega, self.fit.values, self.parts
+        notch = np.sqrt(values[parts.stiffness] / values[parts.arm])
+        needed = (parts.motor, parts.stiffness, parts.arm)
+        certain = all(self.fit.relative_std.get(name, 0.0) < LARGEST_DOUBT for name in needed)
         return bool(certain and 0.5 * omega[0] < notch < 2 * omega[-1])
 
 
@@ -92,57 +118,63 @@ def fit_flexible(
 ) -> FlexResult:
     """Initial values of inertias, springs and dampers.
 
-    parameters : step 1's values in them; those that are not free are held. band [Hz] and window [s] : of the responses.
+    parameters : step 1's values in them; those that are not free keep theirs. band [Hz], window [s] : of the responses.
     A joint that cannot flex, or records that do not show it, give an empty result with a remark.
     Raises NumericsError where step 1 found no inertia or a record is not excited.
     """
-    linear = assemble(linear_part(joint.structure))
-    missing = [name for name in NEEDED if name not in linear.names]
-    if joint.masses == 1 or missing:
-        why = "a rigid axis has no flexibility" if joint.masses == 1 else f"the model lacks {', '.join(missing)}"
+    linear = linear_part(joint)
+    parts = TwoMasses.of(linear)
+    if joint.masses == 1 or parts is None:
+        lacking = "the model lacks the inertia of motor or arm, or a linear spring between them"
+        why = "a rigid axis has no flexibility" if joint.masses == 1 else lacking
         return FlexResult((), (), (), (), {}, (why,))
     if not records:
         return FlexResult((), (), (), (), {}, ("no record serves the flexible initialisation",))
     values = dict(zip(parameters.names, parameters.values.tolist(), strict=True))
     free = {name for name, is_free in zip(parameters.names, parameters.free, strict=True) if is_free}
-    held = {name: values[name] for name in linear.names if name not in free or name.endswith("viscous.Fv")}
+    # Friction is step 1's to find: it hardly shows in a response.
+    rubs = {name for place in linear.placed if place.term.friction for name in linear.names[place.at]}
+    fixed = {name: values[name] for name in linear.names if name not in free or name in rubs}
     total = rigid_inertia(linear, {name: values[name] for name in linear.names}, rigid)
     fitted = [
-        _fit(linear, values, held, total, response) for response in responses(joint, parameters, records, band, window)
+        _fit(linear, parts, values, fixed, total, response)
+        for response in responses(joint, parameters, records, band, window)
     ]
     return _result(linear, joint, parameters, total[0], fitted)
 
 
 def _fit(
     linear: Joint,
+    parts: TwoMasses,
     values: Mapping[str, float],
-    held: Mapping[str, float],
+    fixed: Mapping[str, float],
     total: tuple[float, float],
     response: Response,
 ) -> _Fitted:
     reading = read_off(response.frf)
     begin = starts(linear, values, reading, total[0], response.frf.omega)
-    fit = fit_response(linear, response.frf, held, begin, total)
-    far = (total[0] - fit.values["motor.inertia.J"]) / linear.ratio**2
-    k, d = fit.values[STIFFNESS], fit.values.get("gear.damper.d", 0.0)
+    fit = fit_response(linear, response.frf, fixed, begin, total)
+    far = (total[0] - fit.values[parts.motor]) / linear.ratio**2
+    k, d = fit.values[parts.stiffness], fit.values[parts.damping] if parts.damping else 0.0
     twists = tuple(
-        simulate_twist(r.dphi_m, r.sampling_time, linear.ratio, k, d, max(far, fit.values["arm.inertia.J"]))
+        simulate_twist(r.dphi_m, r.sampling_time, linear.ratio, k, d, max(far, fit.values[parts.arm]))
         for r in response.records
     )
-    return _Fitted(response, reading, fit, twists)
+    return _Fitted(response, reading, fit, twists, parts)
 
 
 def _result(linear: Joint, joint: Joint, parameters: Parameters, total: float, fitted: Sequence[_Fitted]) -> FlexResult:
     telling = [f for f in fitted if f.tells]
     estimates = _means(parameters, telling)
     guesses = {e.name: e.value for e in estimates if e.std < HOPELESS * e.value}
-    remarks = _remarks(fitted)
+    remarks = _remarks(linear, fitted)
     springs: tuple[SpringLaw, ...] = ()
-    if CUBIC in joint.names and telling:
-        springs = _spring_laws(telling, guesses)
-        law = springs[-1]
-        guesses |= {STIFFNESS: law.k1, CUBIC: law.k3} if law.stiffens else {CUBIC: 0.0}
-        remarks += [_say(law, on_axis(linear=joint.structure.linear))]
+    nonlinear = _first(joint, Role.SPRING, Port.GEAR, linear=False)
+    if nonlinear is not None and telling:
+        springs = _spring_laws(telling, guesses, joint.playing(Role.SPRING)[nonlinear].term)
+        law, stiffness = springs[-1], telling[0].parts.stiffness
+        guesses |= {stiffness: law.k1, nonlinear: law.k3} if law.stiffens else {nonlinear: 0.0}
+        remarks += [_law_in_words(law, stiffness, nonlinear, parameters)]
     return FlexResult(
         frfs=tuple(f.response.frf for f in fitted),
         readings=tuple(_as_read(linear, total, f) for f in fitted),
@@ -172,21 +204,34 @@ def _means(parameters: Parameters, fitted: Sequence[_Fitted]) -> tuple[Estimate,
     return tuple(estimates)
 
 
-def _spring_laws(fitted: Sequence[_Fitted], means: Mapping[str, float]) -> tuple[SpringLaw, ...]:
-    """Both laws of k_i = (k1 / Ja)_i Ja, by the notch of each fit and one arm inertia for all; the last one counts."""
-    arm = means.get("arm.inertia.J", fitted[0].fit.values["arm.inertia.J"])
-    k = np.array([f.fit.values[STIFFNESS] / f.fit.values["arm.inertia.J"] * arm for f in fitted])
-    k_std = k * np.hypot([f.fit.relative_std.get(STIFFNESS, 0.0) for f in fitted], FLOOR)
+def _spring_laws(fitted: Sequence[_Fitted], means: Mapping[str, float], nonlinear: Term) -> tuple[SpringLaw, ...]:
+    """Both laws of k_i = (k1 / Ja)_i Ja, by the notch of each fit and one arm inertia for all; the last one counts.
+
+    nonlinear : the spring whose torque, per unit of its stiffness, is the shape of the law's other part.
+    """
+    parts = fitted[0].parts
+    arm = means.get(parts.arm, fitted[0].fit.values[parts.arm])
+    k = np.array([f.fit.values[parts.stiffness] / f.fit.values[parts.arm] * arm for f in fitted])
+    k_std = k * np.hypot([f.fit.relative_std.get(parts.stiffness, 0.0) for f in fitted], FLOOR)
     twists = [np.concatenate(f.twists) for f in fitted]
-    published = published_law(twists, k, k_std)
-    return (published, equivalent_law(twists, k, k_std)) if len(fitted) > 1 else (published,)
+    shapes = [_torque_per_stiffness(nonlinear, x) for x in twists]
+    published = published_law(twists, shapes, k, k_std)
+    return (published, equivalent_law(twists, shapes, k, k_std)) if len(fitted) > 1 else (published,)
 
 
-def _say(law: SpringLaw, units: Callable[[str], str]) -> str:
-    k3 = f"{law.k3:.3g} +- {law.k3_std:.2g} {units('Nm/rad3')}"
+def _torque_per_stiffness(spring: Term, twist: Array) -> Array:
+    """Derivative of a spring's torque to its first parameter, with any other at its guess. twist (n,) -> (n,)."""
+    zero = np.zeros(len(twist))
+    motion = Motion(twist, zero, zero, zero, zero, np.zeros((0, len(twist))))
+    return np.asarray(spring.partials(motion, [p.guess for p in spring.parameters]).theta[0])
+
+
+def _law_in_words(law: SpringLaw, stiffness: str, nonlinear: str, parameters: Parameters) -> str:
+    k1, k3 = (name.rpartition(".")[2] for name in (stiffness, nonlinear))
+    value = f"{law.k3:.3g} +- {law.k3_std:.2g} {parameters.units[parameters.names.index(nonlinear)]}"
     if law.stiffens:
-        return f"stiffness rises with amplitude: k3 = {k3}"
-    return f"the amplitudes do not separate k1 from k3 ({k3}): k3 starts at zero"
+        return f"stiffness rises with amplitude: {k3} = {value}"
+    return f"the amplitudes do not separate {k1} from {k3} ({value}): {k3} starts at zero"
 
 
 def _as_read(linear: Joint, total: float, fitted: _Fitted) -> FlexReading:
@@ -205,7 +250,8 @@ def _as_read(linear: Joint, total: float, fitted: _Fitted) -> FlexReading:
     )
 
 
-def _remarks(fitted: Sequence[_Fitted]) -> list[str]:
+def _remarks(linear: Joint, fitted: Sequence[_Fitted]) -> list[str]:
+    beyond = {n for p in linear.placed if p.port in (Port.LINK, Port.TOOL) for n in linear.names[p.at]}
     said: list[str] = []
     for f in fitted:
         name = f.response.frf.record
@@ -214,9 +260,7 @@ def _remarks(fitted: Sequence[_Fitted]) -> list[str]:
             said.append(f"{name}: the response shows no notch")
         if not f.tells:
             said.append(f"{name}: the response does not tell the stiffness and is left out")
-        unseen = [
-            n for n, std in f.fit.relative_std.items() if n.startswith(("tool.", "link.")) and std > LARGEST_DOUBT
-        ]
+        unseen = [n for n, std in f.fit.relative_std.items() if n in beyond and std > LARGEST_DOUBT]
         if unseen:
             said.append(f"{name}: no second resonance that tells {', '.join(unseen)}")
     if not any(f.tells for f in fitted):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -11,10 +11,9 @@ from scipy.optimize import least_squares
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.linear import linearise
-from robotid.model.structure import Structure
+from robotid.model.term import Role
 from robotid.signals.frf import Complex, Frf
 
-LINEAR = ("inertia", "viscous", "spring", "damper", "third_mass")
 FLOOR = 0.01  # relative error of a response that no noise explains: what is nonlinear
 MOST_EVALUATIONS = 200
 
@@ -29,10 +28,11 @@ class ResponseFit:
     misfit: float
 
 
-def linear_part(structure: Structure) -> Structure:
-    """The joint without what is not linear."""
-    terms = tuple(name for name in structure.terms if name.split(".")[1] in LINEAR)
-    return Structure(terms, (), structure.gear_ratio, structure.linear)
+def linear_part(joint: Joint) -> Joint:
+    """The joint without what is not linear, and without channels."""
+    terms = [(port, term) for port, term in joint.terms if term.linear]
+    names = tuple(f"{port}.{term.name}" for port, term in terms)
+    return Joint(replace(joint.structure, terms=names, channels=(), changes=()), terms)
 
 
 def linear_response(joint: Joint, theta: Array, omega: Array) -> Complex:
@@ -41,25 +41,29 @@ def linear_response(joint: Joint, theta: Array, omega: Array) -> Complex:
 
 
 def total_inertia(joint: Joint, values: Mapping[str, float]) -> float:
-    """Inertia of all masses moving together, on the motor side [kg m2]."""
-    far = sum(values[n] for n in values if n in ("arm.inertia.J", "tool.inertia.J", "link.third_mass.Jb"))
-    return values["motor.inertia.J"] + joint.ratio**2 * far
+    """Inertia of all masses in `values` (by dotted name) moving together, on the motor side [kg m2]."""
+    masses = joint.playing(Role.MASS)
+    return sum(joint.rigid_speed(place.port) ** 2 * values[name] for name, place in masses.items() if name in values)
 
 
 def fit_response(
-    joint: Joint, frf: Frf, held: Mapping[str, float], starts: Iterable[Mapping[str, float]], total: tuple[float, float]
+    joint: Joint,
+    frf: Frf,
+    fixed: Mapping[str, float],
+    starts: Iterable[Mapping[str, float]],
+    total: tuple[float, float],
 ) -> ResponseFit:
     """Fit a linear joint's positive parameters to a response, from each of the starts; the best counts.
 
-    held : parameters that keep their value. total : rigid inertia on the motor side and its standard deviation. Errors
+    fixed : parameters that keep their value. total : rigid inertia on the motor side and its standard deviation. Errors
     are those of the logarithm, weighted by the response's own error, and outliers count less.
     """
-    free = [name for name in joint.names if name not in held]
+    free = [name for name in joint.names if name not in fixed]
     weight = 1.0 / np.hypot(frf.std / np.abs(frf.response), FLOOR)
     tightness = 1.0 / np.hypot(total[1] / total[0], FLOOR)
 
     def values(logarithms: Array) -> dict[str, float]:
-        return dict(held) | dict(zip(free, np.exp(logarithms).tolist(), strict=True))
+        return dict(fixed) | dict(zip(free, np.exp(logarithms).tolist(), strict=True))
 
     def residual(logarithms: Array) -> Array:
         now = values(logarithms)

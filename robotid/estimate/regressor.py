@@ -14,7 +14,7 @@ from robotid.model import term
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
-from robotid.model.port import Port
+from robotid.model.port import GROUNDED
 from robotid.model.port_motion import Placed
 from robotid.signals.differentiate import Kinematics, decimate, differentiate
 from robotid.signals.record import Record
@@ -88,11 +88,10 @@ def regress(joint: Joint, parameters: Parameters, record: Record, filtering: Fil
 def moving(joint: Joint) -> Iterator[tuple[Placed, float]]:
     """Terms that move when the joint moves rigidly and depend on that motion alone (neither on memory nor on other
     terms), with the speed of their port in motor speeds."""
-    factors = {Port.MOTOR: 1.0, Port.ARM: joint.ratio, Port.TOOL: joint.ratio}
     for place in joint.placed:
         own = not place.term.states and place.term.reads is None and not isinstance(place.term, term.MotionTransform)
-        if place.port in factors and own:
-            yield place, factors[place.port]
+        if place.port in GROUNDED and own:
+            yield place, joint.rigid_speed(place.port)
 
 
 def merge(regressions: list[Regression]) -> tuple[Merged, ...]:

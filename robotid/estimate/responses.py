@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotid.estimate.linear_response import LINEAR
 from robotid.estimate.regressor import moving
 from robotid.model.array import Array
 from robotid.model.joint import Joint
@@ -53,7 +52,7 @@ def nonlinear_torque(joint: Joint, parameters: Parameters, record: Record) -> Ar
     """Torque of the nonlinear effects that move with the rigid joint: dry friction, gravity, cogging [Nm], (n,)."""
     torque, zero = np.zeros(len(record)), np.zeros(len(record))
     for place, factor in moving(joint):
-        if place.term.name not in LINEAR:
+        if not place.term.linear:
             x, v = factor * record.phi_m, factor * record.dphi_m
             motion = Motion(x, v, zero, np.sign(v), record.t, np.zeros((0, len(record))))
             torque = torque + factor * place.term.torque(motion, list(parameters.values[place.at]))

@@ -14,6 +14,7 @@ from robotid.estimate.result import Estimate
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
+from robotid.model.term import Role
 from robotid.signals.differentiate import bandwidth
 from robotid.signals.record import Record
 
@@ -71,7 +72,7 @@ def fit_rigid(
             for record, residual, g in zip(records, solution.residuals, regressions, strict=True)
         },
         cutoff={record.name: f.cutoff for record, f in zip(records, filters, strict=True)},
-        guesses=_share_out(unknowns, solution.theta),
+        guesses=_share_out(joint, unknowns, solution.theta),
         remarks=_remarks(joint, unknowns),
     )
 
@@ -142,11 +143,12 @@ def _remark(unknown: Merged, value: float, lower: float, upper: float, std: floa
     return "; ".join(said)
 
 
-def _share_out(unknowns: Sequence[Merged], theta: Array) -> dict[str, float]:
+def _share_out(joint: Joint, unknowns: Sequence[Merged], theta: Array) -> dict[str, float]:
     """Values of the model's parameters. An inertia is shared equally; of a friction the first member takes all."""
+    masses = joint.playing(Role.MASS)
     guesses: dict[str, float] = {}
     for unknown, value in zip(unknowns, theta, strict=True):
-        equal = unknown.name == "joint.inertia.J"
+        equal = all(member in masses for member in unknown.members)
         for k, (member, ratio) in enumerate(zip(unknown.members, unknown.ratios, strict=True)):
             share = 1 / len(unknown.members) if equal else float(k == 0)
             guesses[member] = float(share * value / ratio)

@@ -13,6 +13,11 @@ def rotates(masses: int) -> set[Port]:
     return {Port.MOTOR, Port.ARM, Port.TOOL} | ({Port.LINK} if masses < 3 else set())
 
 
+def rigid_speed(port: Port, masses: int, r: float) -> float:
+    """Speed of a port in motor speeds while all masses move together, zero at the gear."""
+    return sum(c * (1.0 if j == 0 else r) for j, c in coordinates(port, masses, r))
+
+
 def coordinates(port: Port, masses: int, r: float) -> Selection:
     """S: the port's speed as a sum over dq. A rigid gear makes the arm follow the motor."""
     if masses == 1:

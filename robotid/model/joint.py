@@ -163,8 +163,8 @@ class Joint(Layout):
         parts: list[tuple[Array | float, Tangent]] = []
         for k, place in enumerate(places):
             plain = place.acts and place.term.reads is None and not place.reads_acceleration
-            named = not reading.terms or place.term.name in reading.terms
-            if plain and named and place.port is (reading.port or reader.port):
+            meant = place.term.friction or not reading.friction
+            if plain and meant and place.port is (reading.port or reader.port):
                 p, felt = place.values(theta), felts[k]
                 factor = dict(place.q).get(j, 0.0) / own
                 total = total + factor * place.term.torque(felt.m, p)

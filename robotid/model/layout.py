@@ -16,13 +16,13 @@ import numpy as np
 from robotid.errors import ConfigError
 from robotid.model.array import Array
 from robotid.model.channel import Channel
-from robotid.model.geometry import coordinates, position, rotates
+from robotid.model.geometry import coordinates, position, rigid_speed, rotates
 from robotid.model.parameters import Parameter, Parameters
 from robotid.model.port import Port, Signal
 from robotid.model.port_motion import Placed
 from robotid.model.reads import Reads, reads_of
 from robotid.model.structure import Structure, changed
-from robotid.model.term import MotionTransform, Term
+from robotid.model.term import MotionTransform, Role, Term
 from robotid.model.units import on_axis
 
 
@@ -89,6 +89,14 @@ class Layout:
     def output_row(self, quantity: Literal["speed", "position"]) -> int:
         """Row of the state that is this measured quantity of the motor."""
         return self.motor_angle if quantity == "position" else self.motor_speed
+
+    def playing(self, role: Role) -> dict[str, Placed]:
+        """Its masses, springs or dampers, linear or not, by the dotted name of their inertia, stiffness or damping."""
+        return {self.names[place.at.start]: place for place in self.placed if place.term.role is role}
+
+    def rigid_speed(self, port: Port) -> float:
+        """Speed of a port in motor speeds while all masses move together."""
+        return rigid_speed(port, self.masses, self.ratio)
 
     def _lay_out(self, terms: Sequence[tuple[Port, Term]], probes: Sequence[Reads]) -> None:
         nv, npos = self.masses, self.masses - 1 + self.keeps_angle

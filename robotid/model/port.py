@@ -15,6 +15,10 @@ class Port(StrEnum):
     TOOL = "tool"  # phi_b
 
 
+GROUNDED = (Port.MOTOR, Port.ARM, Port.TOOL)
+"""Ports whose motion is that of one coordinate: what acts there acts against ground."""
+
+
 class Signal(StrEnum):
     """What a channel acts on."""
 

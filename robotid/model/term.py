@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from enum import StrEnum
 from math import inf
 from typing import ClassVar
 
@@ -65,14 +66,45 @@ class Partials:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """Whose torque a term reads: the sum over the named terms, or over all, at a port, or at the term's own.
+    """Whose torque a term reads: the sum over all terms, or over those that are friction, at a port (None: the reader's
+    own).
 
     It is read as it acts on the reader's coordinate: the gear's torque times the gear ratio at the motor. Terms that
     read a torque themselves, or an acceleration, are left out of the sum.
     """
 
     port: Port | None = None
-    terms: tuple[str, ...] = ()
+    friction: bool = False
+
+
+class Role(StrEnum):
+    """What a term is to the linear skeleton of a joint. Its first parameter is then an inertia, a stiffness (of the
+    nonlinear part, where the term is not linear), or a damping."""
+
+    NONE = "none"
+    MASS = "mass"
+    SPRING = "spring"
+    DAMPER = "damper"
+
+
+@dataclass(frozen=True, slots=True)
+class Oscillation:
+    """A motion by which the parameters of a linear term are sized: an inertia [kg m2] that swings at the term's port
+    with a frequency [rad/s] and a damping ratio."""
+
+    inertia: float
+    frequency: float
+    damping_ratio: float
+
+    @property
+    def stiffness(self) -> float:
+        """Of the spring on which the inertia swings so [Nm/rad]."""
+        return self.frequency**2 * self.inertia
+
+    @property
+    def damping(self) -> float:
+        """Of the damper that damps it so [Nm s/rad]."""
+        return 2 * self.damping_ratio * self.frequency * self.inertia
 
 
 class Term(ABC):
@@ -85,6 +117,11 @@ class Term(ABC):
     terms that this one leans on; the joint hands it over as Motion.tau, and chains its derivatives. edges : kinks of
     the formula, where a `distance` changes sign. The formula is written with m.side and smooth in all else; the
     simulator changes sides at the very instant, and carries the derivatives across.
+
+    What others must know of a term it declares itself, so that nothing outside its file names it. friction : it opposes
+    the motion of surfaces that rub, so that what changes all friction changes it. linear : the torque (and the rates of
+    its states) is linear in x, v, a and the states, so that it is part of a frequency response. role : what it is
+    between the masses.
     """
 
     name: ClassVar[str]
@@ -97,6 +134,9 @@ class Term(ABC):
     state_limit: ClassVar[float] = inf
     edges: ClassVar[tuple[str, ...]] = ()
     reads: ClassVar[Reading | None] = None
+    friction: ClassVar[bool] = False
+    linear: ClassVar[bool] = False
+    role: ClassVar[Role] = Role.NONE
 
     @abstractmethod
     def torque(self, m: Motion, p: Sequence[float]) -> Array | float:
@@ -125,6 +165,17 @@ class Term(ABC):
     def settled(self, m: Motion, p: Sequence[float]) -> tuple[Array | float, ...]:
         """The states after long motion as in m: where a record that starts amid motion finds them."""
         return (0.0,) * len(self.states)
+
+    def sized(self, oscillation: Oscillation) -> tuple[float, ...]:
+        """Values of the first parameters of a linear term that make up an oscillation; empty where it has no part in
+        one. A fit of the linear joint starts there."""
+        size = {
+            Role.NONE: (),
+            Role.MASS: (oscillation.inertia,),
+            Role.SPRING: (oscillation.stiffness,),
+            Role.DAMPER: (oscillation.damping,),
+        }
+        return size[self.role]
 
 
 class MotionTransform(Term):

@@ -24,6 +24,7 @@ class AsymmetricCoulomb(Term):
     formula = "dFc sgn(v)^2"
     source = "Janot, Gautier & Brunot 2019, Data set and reference models of EMPS"
     signature = "a constant while moving, either way"
+    friction = True
 
     def torque(self, m: Motion, p: Sequence[float]) -> Array:
         return p[0] * m.s**2

@@ -24,6 +24,7 @@ class AsymmetricViscous(Term):
     formula = "dFv abs(v)"
     source = "Janot, Gautier & Brunot 2019, Data set and reference models of EMPS"
     signature = "a slope over speed that differs by direction"
+    friction = True
 
     def torque(self, m: Motion, p: Sequence[float]) -> Array:
         return p[0] * m.v * m.s

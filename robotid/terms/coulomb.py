@@ -22,6 +22,7 @@ class Coulomb(Term):
     formula = "Fc sgn(v)"
     source = "Wernholt & Gunnarsson 2005, eq. (7)"
     signature = "a square wave that jumps at reversals"
+    friction = True
 
     def torque(self, m: Motion, p: Sequence[float]) -> Array:
         return p[0] * m.s

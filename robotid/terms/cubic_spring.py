@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from robotid.model.array import Array
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port
-from robotid.model.term import Motion, Partials, Term
+from robotid.model.term import Motion, Partials, Role, Term
 
 
 class CubicSpring(Term):
@@ -20,6 +20,7 @@ class CubicSpring(Term):
     formula = "k3 x^3"
     source = "Wernholt & Gunnarsson 2005, eq. (6)"
     signature = "a resonance that rises with amplitude"
+    role = Role.SPRING
 
     def torque(self, m: Motion, p: Sequence[float]) -> Array:
         return p[0] * m.x * m.x * m.x

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from robotid.model.array import Array
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port
-from robotid.model.term import Motion, Partials, Term
+from robotid.model.term import Motion, Partials, Role, Term
 
 
 class Damper(Term):
@@ -19,6 +19,8 @@ class Damper(Term):
     formula = "d v"
     source = "Wernholt & Gunnarsson 2005, eq. (4)"
     signature = "the height of the resonance"
+    linear = True
+    role = Role.DAMPER
 
     def torque(self, m: Motion, p: Sequence[float]) -> Array:
         return p[0] * m.v

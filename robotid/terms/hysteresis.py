@@ -32,6 +32,7 @@ class Hysteresis(Term):
         "Wen 1976, J. Engineering Mechanics 102(2); Ruderman, Hoffmann & Bertram 2009, IEEE Trans. Ind. Electronics"
     )
     signature = "gear torque that depends on the direction of twist"
+    friction = True
     states = ("z",)
     state_limit = 1.0
 

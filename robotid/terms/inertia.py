@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from robotid.model.array import Array
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port
-from robotid.model.term import Motion, Partials, Term
+from robotid.model.term import Motion, Partials, Role, Term
 
 
 class Inertia(Term):
@@ -20,6 +20,8 @@ class Inertia(Term):
     formula = "J a"
     source = "Wernholt & Gunnarsson 2005, eq. (4), (5)"
     signature = "misfit that follows acceleration"
+    linear = True
+    role = Role.MASS
 
     def torque(self, m: Motion, p: Sequence[float]) -> Array:
         return p[0] * m.a

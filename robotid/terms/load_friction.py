@@ -24,6 +24,7 @@ class LoadFriction(Term):
     formula = "mu |r tau_gear| sgn(v)"
     source = "Hamon, Gautier & Garrec 2010, IROS (dry friction with load); Wernholt & Gunnarsson 2005, section 6.3"
     signature = "friction that grows with the transmitted torque"
+    friction = True
     reads = Reading(Port.GEAR)
 
     def torque(self, m: Motion, p: Sequence[float]) -> Array:

@@ -37,6 +37,7 @@ class PositionFriction(Term):
     formula = "(A sin(n x) + B cos(n x)) sgn(v)"
     source = "Armstrong-Helouvry 1991, Control of Machines with Friction, chapter 4 (friction against position)"
     signature = "misfit periodic in the angle that changes sign with the direction"
+    friction = True
 
     def torque(self, m: Motion, p: Sequence[float]) -> Array:
         A, B, n = p

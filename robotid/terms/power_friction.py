@@ -32,6 +32,7 @@ class PowerFriction(Term):
     formula = "Fp |v|^alpha sgn(v)"
     source = "Wernholt & Moberg 2011, Automatica 47(6)"
     signature = "friction that grows slower than the speed"
+    friction = True
 
     def torque(self, m: Motion, p: Sequence[float]) -> Array:
         Fp, alpha = p

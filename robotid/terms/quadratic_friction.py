@@ -19,6 +19,7 @@ class QuadraticFriction(Term):
     formula = "Fq v |v|"
     source = "Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30(7) (drag at high speed)"
     signature = "friction that grows faster than the speed"
+    friction = True
 
     def torque(self, m: Motion, p: Sequence[float]) -> Array:
         return p[0] * m.v * m.v * m.s

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from robotid.model.array import Array
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port
-from robotid.model.term import Motion, Partials, Term
+from robotid.model.term import Motion, Partials, Role, Term
 
 
 class Spring(Term):
@@ -19,6 +19,8 @@ class Spring(Term):
     formula = "k1 x"
     source = "Wernholt & Gunnarsson 2005, eq. (6)"
     signature = "notch and resonance frequency"
+    linear = True
+    role = Role.SPRING
 
     def torque(self, m: Motion, p: Sequence[float]) -> Array:
         return p[0] * m.x

@@ -30,6 +30,7 @@ class Stribeck(Term):
     formula = "dFs exp(-(v/vs)^2) sgn(v)"
     source = "Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30(7), Gaussian form"
     signature = "torque missing at small speed only"
+    friction = True
 
     def torque(self, m: Motion, p: Sequence[float]) -> Array:
         dFs, vs = p

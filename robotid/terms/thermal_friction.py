@@ -30,18 +30,8 @@ class ThermalFriction(Term):
         "Carvalho Bittencourt, Wernholt, Sander-Tavallaey & Brogardh 2010, IROS (friction of a robot that warms up)"
     )
     signature = "friction that fades along the record"
-    reads = Reading(
-        terms=(
-            "coulomb",
-            "viscous",
-            "stribeck",
-            "asymmetric_coulomb",
-            "asymmetric_viscous",
-            "quadratic_friction",
-            "power_friction",
-            "position_friction",
-        )
-    )
+    reads = Reading(friction=True)
+    friction = True
 
     def torque(self, m: Motion, p: Sequence[float]) -> Array:
         return np.asarray(p[0] * np.exp(-m.t / p[1]) * m.tau)

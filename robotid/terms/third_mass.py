@@ -9,7 +9,7 @@ import numpy as np
 from robotid.model.array import Array
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port
-from robotid.model.term import Motion, Partials, Term
+from robotid.model.term import Motion, Oscillation, Partials, Role, Term
 
 
 class ThirdMass(Term):
@@ -40,6 +40,8 @@ class ThirdMass(Term):
     formula = "Jb dz1/dt with dz0/dt = v - z1, dz1/dt = wb^2 z0 + 2 zeta wb (v - z1)"
     source = "Wernholt & Gunnarsson 2005, section 6.3"
     signature = "a second resonance"
+    linear = True
+    role = Role.MASS
 
     def torque(self, m: Motion, p: Sequence[float]) -> Array:
         return np.asarray(p[0] * self.rate(m, p)[1])
@@ -67,3 +69,6 @@ class ThirdMass(Term):
 
     def settled(self, m: Motion, p: Sequence[float]) -> tuple[Array | float, ...]:
         return (0.0, m.v)
+
+    def sized(self, oscillation: Oscillation) -> tuple[float, float, float]:
+        return oscillation.inertia, oscillation.frequency, oscillation.damping_ratio

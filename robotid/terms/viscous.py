@@ -19,6 +19,8 @@ class Viscous(Term):
     formula = "Fv v"
     source = "Wernholt & Gunnarsson 2005, eq. (7)"
     signature = "misfit that follows speed"
+    friction = True
+    linear = True
 
     def torque(self, m: Motion, p: Sequence[float]) -> Array:
         return p[0] * m.v
