@@ -101,7 +101,7 @@ def _played(trial: RefittedModel, reference: Reference, controller: Controller) 
 
 def _error(trial: RefittedModel, record: Record) -> float:
     old = trial.problem
-    problem = OutputError(old.joint, trial.parameters.held, (record,), old.output, np.ones(1), patience=PATIENCE)
+    problem = OutputError(old.joint, trial.parameters.all_fixed, (record,), old.output, np.ones(1), patience=PATIENCE)
     found = solve(problem, problem.start(), most=MOST_ITERATIONS_HELD, tolerance=TOLERANCE_HELD)
     residual: Array = found.evaluation.residuals[0]
     return float(np.sqrt(np.mean(residual**2)))

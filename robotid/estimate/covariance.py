@@ -40,7 +40,7 @@ def autoregression(residual: Array) -> tuple[Array, float]:
     return best
 
 
-def held_response(joint: Joint, theta: Array, sampling_time: float) -> tuple[Array, Array]:
+def zero_order_hold_response(joint: Joint, theta: Array, sampling_time: float) -> tuple[Array, Array]:
     """x[n + 1] = A x[n] + b u[n] with the torque held, while slipping with the spring at rest: A (nx, nx), b (nx,)."""
     x = np.zeros((joint.nx, 1))
     s = np.ones((joint.masses, 1))
@@ -55,7 +55,7 @@ def held_response(joint: Joint, theta: Array, sampling_time: float) -> tuple[Arr
 
 def impulse_response(joint: Joint, theta: Array, row: int, sampling_time: float, n: int) -> Array:
     """State `row` after a torque of 1 Nm held for one interval, while slipping with the spring at rest, (n,)."""
-    A, b = held_response(joint, theta, sampling_time)
+    A, b = zero_order_hold_response(joint, theta, sampling_time)
     d = joint.nx
     band = np.zeros((2 * d, d * n))
     for i in range(d):

@@ -140,6 +140,8 @@ def measured(record: Record, quantity: Quantity) -> Array:
 
 
 def _simulate(model: FittedModel, piece: Record, first_state: Array | None) -> Trajectory:
-    problem = OutputError(model.joint, model.parameters.held, (piece,), model.output, np.ones(1), model.estimate_states)
+    problem = OutputError(
+        model.joint, model.parameters.all_fixed, (piece,), model.output, np.ones(1), model.estimate_states
+    )
     start = problem.start() if first_state is None else first_state[list(problem.free_states)]
     return solve(problem, start, most=MOST_ITERATIONS, tolerance=TOLERANCE).evaluation.trajectories[0]

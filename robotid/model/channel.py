@@ -14,7 +14,8 @@ from robotid.model.port import Signal
 class Channel(ABC):
     """An effect between a signal as recorded and as it acts (torque), or as it is and as recorded (angle, speed).
 
-    A torque signal is held between samples: `apply` takes and returns, for each sampling interval, its mean.
+    A torque signal is constant between samples (zero-order hold): `apply` takes and returns its mean over each
+    sampling interval.
     """
 
     name: ClassVar[str]

@@ -11,7 +11,7 @@ from robotid.model.array import Array, Mask
 from robotid.model.channel import Channel
 from robotid.model.geometry import Selection
 from robotid.model.layout import Layout
-from robotid.model.linear_algebra import hold, inverse, product, stacked, with_held
+from robotid.model.linear_algebra import clear_sticking, inverse, product, stacked, with_sticking
 from robotid.model.port import Port, Signal
 from robotid.model.port_motion import Lever, Placed, PortMotion, Tangent, absent, bent, combine, own_tangent
 from robotid.model.reads import Reads
@@ -80,12 +80,12 @@ class Joint(Layout):
         places = self.placed if places is None else places
         ports = {port: self._raw(place, x, s, t) for port, place in {p.port: p for p in places}.items()}
         felts: dict[int, PortMotion] = {}
-        bends = [(k, place.bend) for k, place in enumerate(places) if place.bend is not None]
+        transforms = [(k, place.transform) for k, place in enumerate(places) if place.transform is not None]
         # Errors of the teeth come before play between them, whatever the order of the list.
-        for k, bend in sorted(bends, key=lambda one: one[1].watches is None):
+        for k, transform in sorted(transforms, key=lambda one: one[1].watches is None):
             place = places[k]
             felts[k] = self._at(place, ports[place.port], x, s, theta)
-            watched = self._watched(bend, x, s, t)
+            watched = self._watched(transform, x, s, t)
             ports[place.port] = bent(place, ports[place.port], felts[k].m, watched, place.values(theta), self.nx)
         for k, place in enumerate(places):
             if k not in felts:
@@ -146,10 +146,10 @@ class Joint(Layout):
                         matrix[row, k] += value
         return self.distances(x, s, t, theta), slopes, response
 
-    def _watched(self, bend: MotionTransform, x: Array, s: Array, t: Array) -> PortMotion | None:
-        if bend.watches is None:
+    def _watched(self, transform: MotionTransform, x: Array, s: Array, t: Array) -> PortMotion | None:
+        if transform.watches is None:
             return None
-        port = self._place(bend.watches, bend, 0, 0, 0, Reads(x=True, a=False, s=False), acts=True)
+        port = self._place(transform.watches, transform, 0, 0, 0, Reads(x=True, a=False, s=False), acts=True)
         return self._raw(port, x, s, t)
 
     def _read(
@@ -201,21 +201,21 @@ class Joint(Layout):
         s: Array,
         t: Array,
         theta: Array,
-        locked: Mask | None = None,
+        sticking: Mask | None = None,
         columns: Sequence[int] | None = None,
     ) -> Dynamics:
         """Right-hand side and its derivatives.
 
         x : (nx, n); u : (n,) motor torque; s : (nv, n) directions of motion, with the sides of all edges below them
-        (nv + edges, n) where these are not to be those of the distances; t : (n,); theta : (p,). locked : (nv, n)
-        coordinates held at rest by friction. columns : indices into theta of the derivatives wanted; -1 - j asks for
-        that to a force on coordinate j.
+        (nv + edges, n) where these are not to be those of the distances; t : (n,); theta : (p,). sticking : (nv, n)
+        coordinates that stick. columns : indices into theta of the derivatives wanted; -1 - j asks for that to a force
+        on coordinate j.
         """
         n, nv = x.shape[1], self.masses
         felts = self._feel(x, s, t, theta)
         force, mass = self._force(felts, u, theta), self._mass_matrix(felts, theta)
-        if locked is not None:
-            force, mass = np.where(locked, 0.0, force), with_held(mass, locked)
+        if sticking is not None:
+            force, mass = np.where(sticking, 0.0, force), with_sticking(mass, sticking)
         gain = inverse(mass)
         ddq = product(gain, force)
         jacobian = np.zeros((nv, self.nx, n))
@@ -236,10 +236,10 @@ class Joint(Layout):
             for k, c in enumerate(columns):
                 if c < 0:
                     response[-1 - c, k] = 1.0
-        if locked is not None:
-            hold(jacobian, locked)
+        if sticking is not None:
+            clear_sticking(jacobian, sticking)
             if response is not None:
-                hold(response, locked)
+                clear_sticking(response, sticking)
         product(gain, jacobian, out=A[self.speeds])
         if response is not None and B is not None:
             product(gain, response, out=B[self.speeds])
@@ -255,7 +255,7 @@ class Joint(Layout):
         where: dict[int, int],
     ) -> None:
         """What a term's torque adds to the derivatives of the force; at the null of a candidate the rest vanishes."""
-        if place.bend is not None:
+        if place.transform is not None:
             return
         p = place.values(theta)
         d = place.term.partials(felt.m, p)

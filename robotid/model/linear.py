@@ -24,7 +24,7 @@ FADED = 4096  # samples after which the response of a channel has faded
 class LinearJoint:
     """M ddq + D dq + K q = B u at an operating point, and the same with all states, dx/dt = A x + b u.
 
-    K, D, M : (nv, nv) over the angles (phi_m, phi_a, phi_b), memory of the terms held; A (nx, nx), b (nx,) over the
+    K, D, M : (nv, nv) over the angles (phi_m, phi_a, phi_b), memory of the terms fixed; A (nx, nx), b (nx,) over the
     joint's states; motor : row of the motor speed.
     """
 

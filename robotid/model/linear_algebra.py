@@ -41,20 +41,20 @@ def product(a: Array, b: Array, out: Array | None = None) -> Array:
     return np.einsum("ijn,j...n->i...n", a, b, out=out)
 
 
-def with_held(mass: Array, locked: Mask) -> Array:
-    """The mass matrix with rows and columns of locked coordinates those of the identity, (nv, nv, n)."""
-    held = np.broadcast_to(mass, (*mass.shape[:2], locked.shape[1])).copy()
-    hold(held, locked)
-    hold(held.swapaxes(0, 1), locked)
-    for j, at in enumerate(locked):
-        held[j, j, at] = 1.0
-    return held
+def with_sticking(mass: Array, sticking: Mask) -> Array:
+    """The mass matrix with rows and columns of sticking coordinates those of the identity, (nv, nv, n)."""
+    fixed = np.broadcast_to(mass, (*mass.shape[:2], sticking.shape[1])).copy()
+    clear_sticking(fixed, sticking)
+    clear_sticking(fixed.swapaxes(0, 1), sticking)
+    for j, at in enumerate(sticking):
+        fixed[j, j, at] = 1.0
+    return fixed
 
 
-def hold(columns: Array, locked: Mask) -> None:
-    """Set the rows of locked coordinates (nv, n) to zero in columns (nv, k, n)."""
-    for rows, held in zip(columns, locked, strict=True):
-        rows[:, np.flatnonzero(held)] = 0.0
+def clear_sticking(columns: Array, sticking: Mask) -> None:
+    """Set the rows of sticking coordinates (nv, n) to zero in columns (nv, k, n)."""
+    for rows, still in zip(columns, sticking, strict=True):
+        rows[:, np.flatnonzero(still)] = 0.0
 
 
 def stacked(values: Sequence[Array | float], x: Array) -> Array:

@@ -67,7 +67,7 @@ class Parameters:
         return float(self.values[self.names.index(name)])
 
     @property
-    def held(self) -> Parameters:
+    def all_fixed(self) -> Parameters:
         """The same parameters, none of them free."""
         return replace(self, free=np.zeros(len(self.names), dtype=bool))
 

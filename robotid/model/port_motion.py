@@ -23,8 +23,8 @@ Tangent = dict[int, "Array | float"]
 class Placed:
     """A term at its port. at : slice of theta; x, v : the port's position and speed as sums over the state; q : its
     selection S of the coordinates; z : slice of its memory in the state; side : slice of its edges in the
-    directions. bend : the term where it bends the motion rather than absorb a torque; acts : False for a candidate, an
-    effect at its null that feels the motion but adds nothing to it."""
+    directions. transform : the term where it transforms the motion rather than absorbs a torque; acts : False for a
+    candidate, an effect at its null that takes part in the motion but adds nothing to it."""
 
     port: Port
     term: Term
@@ -35,7 +35,7 @@ class Placed:
     z: slice
     side: slice
     reads_acceleration: bool
-    bend: MotionTransform | None
+    transform: MotionTransform | None
     acts: bool
 
     def values(self, theta: Array) -> list[float]:
@@ -111,13 +111,13 @@ def bent(
     """What is felt at a port behind one more bend.
 
     felt : before it; m : the same motion with the bend's own memory and sides; watched : the raw motion of the port
-    that the bend watches.
+    that the transform watches.
     """
-    bend = place.bend
-    assert bend is not None
+    transform = place.transform
+    assert transform is not None
     if watched is not None:
         m = replace(m, xw=watched.m.x, vw=watched.m.v)
-    dx, dv, ds = bend.transform_partials(m, p)
+    dx, dv, ds = transform.transform_partials(m, p)
 
     def tangent(d: Partials) -> Tangent:
         watching = [] if watched is None else [(d.xw, watched.x), (d.vw, watched.v)]
@@ -126,7 +126,7 @@ def bent(
     levers = felt.levers
     if watched is not None:
         # The bent speed is linear in the watched one: at v = 0, vw = 1 its value is the lever, its slope the lever's.
-        unit = bend.transform_partials(replace(m, v=np.zeros_like(m.v), vw=np.ones_like(m.v)), p)[1]
+        unit = transform.transform_partials(replace(m, v=np.zeros_like(m.v), vw=np.ones_like(m.v)), p)[1]
         turns = combine([(unit.xw, watched.x), (1.0, own_tangent(place, unit, nx))])
         levers += tuple(
             Lever(lever.j, lever.c * dv.vw, {key: lever.c * value for key, value in turns.items()})
@@ -134,7 +134,7 @@ def bent(
         )
     if not place.acts:
         return _glimpsed(felt, (tangent(dx), tangent(dv), tangent(ds)), levers, nx + place.at.start)
-    x, v, s = bend.bend(m, p)
+    x, v, s = transform.transform(m, p)
     return PortMotion(replace(felt.m, x=x, v=v, s=s), tangent(dx), tangent(dv), tangent(ds), felt.tau, levers)
 
 

@@ -191,7 +191,7 @@ class MotionTransform(Term):
     follows: ClassVar[bool] = False
 
     @abstractmethod
-    def bend(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array, Array]:
+    def transform(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array, Array]:
         """The position, speed and direction (x, v, s) that the other terms feel, (n,) each."""
 
     @abstractmethod

@@ -54,7 +54,9 @@ class Trajectory:
             motive = problem.motive(first, min(n, first + BLOCK))
             x = self.x[:, first : first + BLOCK]
             mode = modes(motive, x)
-            blocks.append(joint.evaluate(x, motive.u, mode.s, motive.t, self.theta, mode.locked).f[joint.speeds.start])
+            blocks.append(
+                joint.evaluate(x, motive.u, mode.s, motive.t, self.theta, mode.sticking).f[joint.speeds.start]
+            )
         return np.concatenate(blocks)
 
 

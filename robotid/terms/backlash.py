@@ -34,7 +34,7 @@ class Backlash(MotionTransform):
     def distance_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, Partials]:
         return Partials(x=1.0, theta=(-1.0,)), Partials(x=1.0, theta=(1.0,))
 
-    def bend(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array, Array]:
+    def transform(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array, Array]:
         above, below = _outside(m)
         return np.asarray((m.x - p[0]) * above + (m.x + p[0]) * below), m.v * (above + below), m.s
 

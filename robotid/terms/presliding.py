@@ -40,7 +40,7 @@ class Presliding(MotionTransform):
     states = ("z",)
     state_limit = 1.0
 
-    def bend(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array, Array]:
+    def transform(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array, Array]:
         w, _, s1 = p
         return m.x, m.v, np.asarray(m.s + w * (m.z[0] + s1 * self.rate(m, p)[0] - m.s))
 

@@ -43,7 +43,7 @@ class SoftSpring(MotionTransform):
     def distance_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, Partials]:
         return Partials(x=1.0, theta=(0.0, -1.0)), Partials(x=1.0, theta=(0.0, 1.0))
 
-    def bend(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array, Array]:
+    def transform(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array, Array]:
         inside, way = _region(m)
         return np.asarray(m.x - p[0] * (inside * m.x + way * p[1])), m.v, m.s
 

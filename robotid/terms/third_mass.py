@@ -15,7 +15,7 @@ from robotid.model.term import Motion, Oscillation, Partials, Role, Term
 class ThirdMass(Term):
     """Inertia of a tool that hangs on the arm by a spring and damper of its own.
 
-    Spring and damper are told by the frequency and damping ratio of the tool with the arm held, k = Jb wb^2 and
+    Spring and damper are given by the frequency and damping ratio of the tool with the arm locked, k = Jb wb^2 and
     d = 2 zeta wb Jb: so the effect vanishes with Jb, yet the tool's motion, and with it the score of Jb, exists.
     Shows itself as a second resonance.
     """
@@ -28,7 +28,7 @@ class ThirdMass(Term):
         Parameter(
             "wb",
             "rad/s",
-            "frequency of the tool with the arm held",
+            "frequency of the tool with the arm locked",
             guess=70.0,
             bounds=(0.1, 1e5),
             grid=(20.0, 28.0, 40.0, 57.0, 80.0, 113.0, 160.0, 226.0, 320.0),

@@ -41,7 +41,7 @@ class TransmissionError(MotionTransform):
     watches = Port.MOTOR
     follows = True
 
-    def bend(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array, Array]:
+    def transform(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array, Array]:
         offset, slope, _ = _error(m, p)
         return m.x + offset, m.v + slope * m.vw, m.s
 

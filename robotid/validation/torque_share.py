@@ -53,7 +53,7 @@ def torque_shares(runs: Iterable[tuple[str, Trajectory]]) -> dict[str, TorqueSha
     totals: dict[Port, float] = {}
     places: list[Placed] = []
     for record, trajectory in runs:
-        places = [place for place in trajectory.joint.placed if place.bend is None]
+        places = [place for place in trajectory.joint.placed if place.transform is None]
         for motions, torques in _blocks(trajectory, places):
             for port in {place.port for place in places}:
                 here = [k for k, place in enumerate(places) if place.port is port]
@@ -104,7 +104,7 @@ def _blocks(trajectory: Trajectory, places: Sequence[Placed]) -> Iterator[tuple[
         motive = problem.motive(first, min(n, first + BLOCK))
         x = trajectory.x[:, first : first + BLOCK]
         mode = modes(motive, x)
-        ddq = joint.evaluate(x, motive.u, mode.s, motive.t, theta, mode.locked).f[joint.speeds]
+        ddq = joint.evaluate(x, motive.u, mode.s, motive.t, theta, mode.sticking).f[joint.speeds]
         felt = zip(joint.placed, joint.motions(x, ddq, mode.s, motive.t, theta), strict=True)
         motions = [m for place, m in felt if place in places]
         yield (

@@ -85,7 +85,7 @@ def quantities(term: Term) -> list[tuple[Callable[[Motion, Any], Any], Callable[
         (term.distance, term.distance_partials, len(term.edges)),
     ]
     if isinstance(term, MotionTransform):
-        several.append((term.bend, term.transform_partials, 3))
+        several.append((term.transform, term.transform_partials, 3))
     one_by_one: list[Any] = [
         (lambda m, p, f=f, i=i: f(m, p)[i], lambda m, p, d=d, i=i: d(m, p)[i])
         for f, d, count in several
@@ -166,7 +166,7 @@ def test_effect_vanishes_at_its_null(term: Term, seed: int) -> None:
     assert np.all(np.asarray(term.torque(m, p)) == 0.0)
     assert not any(np.any(getattr(term.partials(m, p), name)) for name in ARGUMENTS)
     if isinstance(term, MotionTransform):
-        for name, bent, d in zip(("x", "v", "s"), term.bend(m, p), term.transform_partials(m, p), strict=True):
+        for name, bent, d in zip(("x", "v", "s"), term.transform(m, p), term.transform_partials(m, p), strict=True):
             np.testing.assert_array_equal(bent, getattr(m, name))
             for argument in ARGUMENTS:
                 assert np.all(getattr(d, argument) == float(argument == name)), argument
@@ -207,7 +207,7 @@ def test_a_fit_can_start_from_the_guess(term: Term) -> None:
 def test_speed_felt_behind_a_bend_is_linear_in_both_speeds(term: MotionTransform) -> None:
     m, p = moving(term, 0), values(term, 0)
     slower = replace(m, v=0.25 * m.v, vw=0.25 * m.vw)
-    np.testing.assert_allclose(term.bend(slower, p)[1], 0.25 * np.asarray(term.bend(m, p)[1]), rtol=1e-12)
+    np.testing.assert_allclose(term.transform(slower, p)[1], 0.25 * np.asarray(term.transform(m, p)[1]), rtol=1e-12)
 
 
 @pytest.mark.parametrize("term", [t for t in TERMS.values() if t.edges], ids=lambda t: t.name)
@@ -220,7 +220,7 @@ def test_nothing_jumps_at_an_edge_but_what_follows_the_speed(term: Term) -> None
         one, other = (
             replace(at, side=np.where(np.arange(len(at.side))[:, None] == k, s, at.side)) for s in (-1.0, 1.0)
         )
-        quantity = (lambda m, p: term.bend(m, p)[0]) if isinstance(term, MotionTransform) else term.torque
+        quantity = (lambda m, p: term.transform(m, p)[0]) if isinstance(term, MotionTransform) else term.torque
         np.testing.assert_allclose(quantity(one, p), quantity(other, p), atol=1e-14)
 
 

@@ -16,7 +16,7 @@ from scipy.optimize import nnls
 from scipy.signal import welch
 from scipy.signal.windows import hann
 
-from robotid.estimate.covariance import ABSORBED, held_response, impulse_response
+from robotid.estimate.covariance import ABSORBED, impulse_response, zero_order_hold_response
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array
 from robotid.signals.record import Quantity
@@ -129,7 +129,7 @@ def spectrum(trajectory: Trajectory, residual: Array, output: Quantity) -> Spect
 def _squared_response(trajectory: Trajectory, row: int, n: int) -> Array:
     """Of state `row` to a torque that is held, at the frequencies of n samples; without end, that of a position does
     not fade, as a speed's does. Where a steady torque drives it away, the lowest frequency stands for none."""
-    A, b = held_response(trajectory.joint, trajectory.theta, trajectory.sampling_time)
+    A, b = zero_order_hold_response(trajectory.joint, trajectory.theta, trajectory.sampling_time)
     z = np.exp(2j * np.pi * np.arange(1, n // 2 + 1) / n)
     found = [
         np.linalg.solve(part[:, None, None] * np.eye(len(b)) - A, b[:, None])[:, row, 0]

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, solve_discrete_are
 from scipy.signal import lfilter
 
-from robotid.estimate.covariance import held_response
+from robotid.estimate.covariance import zero_order_hold_response
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 
@@ -47,7 +47,7 @@ def whitening(joint: Joint, theta: Array, row: int, sampling_time: float, levels
     identity = Whitening(np.array([1.0 / np.sqrt(output)]), np.ones(1), output, 0.0)
     if torque <= 0.0:
         return identity
-    A, b = held_response(joint, theta, sampling_time)
+    A, b = zero_order_hold_response(joint, theta, sampling_time)
     kept = [k for k in range(joint.speeds.stop) if k == row or not (joint.keeps_angle and k == joint.motor_angle)]
     A, b, C = A[np.ix_(kept, kept)], b[kept], np.zeros((1, len(kept)))
     C[0, kept.index(row)] = 1.0

@@ -77,7 +77,7 @@ class FreeCurve(Term):
 
 def can_act(variable: Variable, joint: Joint) -> bool:
     """Whether a curve along a variable can be a term; at a gear whose motion is bent it would feel another twist."""
-    bent = any(place.bend is not None and place.port is Port.GEAR for place in joint.placed)
+    bent = any(place.transform is not None and place.port is Port.GEAR for place in joint.placed)
     return variable.along in ARGUMENT and not (variable.gear and bent)
 
 

@@ -210,7 +210,7 @@ def _hold_out(
     problem: OutputError, parameters: Parameters, bench: EvaluationData, near: Sequence[Trajectory]
 ) -> tuple[Evaluation, ...]:
     """Each held-out record with the parameters held and its own first states."""
-    alone = replace(problem, parameters=parameters.held, weights=np.ones(1))
+    alone = replace(problem, parameters=parameters.all_fixed, weights=np.ones(1))
     held = enumerate(zip(bench.held, bench.whiten_held, strict=True))
     return tuple(
         _with_first_states(replace(alone, records=(record,), whiten=(whiten,)), near[k : k + 1])

@@ -29,7 +29,7 @@ class Steps:
     """Linearised steps x[n+1] = x1[n] + c + G (x[n] - x0[n]) + S dtheta.
 
     G (nx, nx, n), c (nx, n), S (nx, k + 1, n) or None, end : (nx, n) rate of the states where each step ends.
-    The last column of S is the derivative to the torque held over the interval.
+    The last column of S is the derivative to the torque, constant over the interval.
     """
 
     G: Array
@@ -70,10 +70,10 @@ class Mode:
     None where none is."""
 
     s: Array
-    locked: Mask | None
+    sticking: Mask | None
 
     def part(self, where: Index) -> Mode:
-        return Mode(self.s[:, where], None if self.locked is None else self.locked[:, where])
+        return Mode(self.s[:, where], None if self.sticking is None else self.sticking[:, where])
 
 
 def modes(motive: StepInputs, x: Array, sides: Array | None = None) -> Mode:
@@ -82,12 +82,12 @@ def modes(motive: StepInputs, x: Array, sides: Array | None = None) -> Mode:
     joint = motive.joint
     s = np.sign(x[joint.speeds])
     s = joint.directions(x, s, motive.t, motive.theta) if sides is None else np.concatenate([s, sides])
-    locked = np.zeros((joint.masses, s.shape[1]), dtype=bool)
+    sticking = np.zeros((joint.masses, s.shape[1]), dtype=bool)
     for j in joint.dry:
         still = np.flatnonzero(s[j] == 0.0)
         if still.size:
-            s[j, still], locked[j, still] = _break_away(motive, x, s, j, still)
-    return Mode(s, locked if locked.any() else None)
+            s[j, still], sticking[j, still] = _break_away(motive, x, s, j, still)
+    return Mode(s, sticking if sticking.any() else None)
 
 
 def _break_away(motive: StepInputs, x: Array, s: Array, j: int, still: Index) -> tuple[Array, Mask]:
@@ -137,7 +137,7 @@ def regular(motive: StepInputs, x0: Array, x1: Array, mode: Mode) -> Steps:
     """Hermite-Simpson steps in a given mode."""
     joint, h, n = motive.joint, motive.h, x0.shape[1]
     theta, u, t, columns = motive.theta, motive.u, motive.t, motive.columns
-    twice = None if mode.locked is None else np.concatenate([mode.locked, mode.locked], axis=1)
+    twice = None if mode.sticking is None else np.concatenate([mode.sticking, mode.sticking], axis=1)
     ends = joint.evaluate(
         np.concatenate([x0, x1], axis=1),
         np.concatenate([u, u]),
@@ -148,7 +148,7 @@ def regular(motive: StepInputs, x0: Array, x1: Array, mode: Mode) -> Steps:
         columns,
     )
     f0, f1, a0, a1 = ends.f[:, :n], ends.f[:, n:], ends.A[:, :, :n], ends.A[:, :, n:]
-    middle = joint.evaluate((x0 + x1) / 2 + h / 8 * (f0 - f1), u, mode.s, t + h / 2, theta, mode.locked, columns)
+    middle = joint.evaluate((x0 + x1) / 2 + h / 8 * (f0 - f1), u, mode.s, t + h / 2, theta, mode.sticking, columns)
     sixth = h / 6
     defect = x1 - x0 - sixth * (f0 + 4 * middle.f + f1)
     columns_of = [_side(sixth, a0, middle.A), -defect[:, None]]
