@@ -20,7 +20,7 @@ from support.paths import ROOT
 from study.trials.plan import Spec
 from study.trials.trial import Result, run
 
-PARTS = ("model", "terms", "channels", "signals", "simulate", "estimate", "judge", "stages")
+PARTS = ("model", "terms", "channels", "signals", "simulate", "estimate", "diagnosis", "extension", "stages")
 TRIAL = ("trial.py", "case.py", "sizing.py", "tool.py", "shape.py", "plan.py")
 
 
@@ -59,9 +59,9 @@ def finished(folder: Path) -> Iterator[Result]:
 
 def digest() -> str:
     """Of everything that a trial depends on: the plant, the trial, and the tool but for what it shows to people."""
-    here = ROOT / "tests" / "hidden"
-    tool = [file for part in PARTS for file in (ROOT / "robotid" / part).glob("*.py")]
-    sources = sorted([*(here / "plant").glob("*.py"), *(here / "study" / name for name in TRIAL), *tool])
+    here = ROOT / "tests" / "study"
+    tool = [file for part in PARTS for file in (ROOT / "robotid" / part).rglob("*.py")]
+    sources = sorted([*(here / "plant").glob("*.py"), *(here / "trials" / name for name in TRIAL), *tool])
     return hashlib.sha256(b"".join(file.read_bytes() for file in sources)).hexdigest()[:16]
 
 
