@@ -37,7 +37,7 @@ class Provenance:
 
     sections : of the configuration that count, as canonical text, and inputs : what was read, by name, as SHA-256; with
     the version these decide what is fresh. configuration : the whole of it, resolved. interrupted : it holds what was
-    reached, and does not count as done.
+    reached, and does not count as done. failed : demands of the configuration that the content misses, as sentences.
     """
 
     stage: str
@@ -47,6 +47,7 @@ class Provenance:
     configuration: str
     seed: int | None = None
     interrupted: bool = False
+    failed: tuple[str, ...] = ()
     version: str = __version__
     created: str = field(default_factory=now)
     environment: dict[str, str] = field(default_factory=environment)

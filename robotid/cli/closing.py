@@ -14,9 +14,9 @@ from robotid.artifacts.store import load
 from robotid.pipeline.execute import Outcome, status
 from robotid.pipeline.freshness import StageStatus, State
 from robotid.pipeline.report_page import is_current
-from robotid.pipeline.stage import Run, Stage
-from robotid.pipeline.table import DIAGNOSE, EXTEND, VALIDATE
-from robotid.report.tables import view
+from robotid.pipeline.run import Run
+from robotid.pipeline.stage import Stage
+from robotid.pipeline.table import DIAGNOSE, EXTEND, PRODUCTS, REPORT, VALIDATE
 
 EXTENDED = Path("extended.yaml")
 
@@ -36,7 +36,7 @@ def _folded(sentence: str) -> str:
 
 def _reached(done: Sequence[Outcome]) -> Iterator[str]:
     for outcome in done:
-        sentence = getattr(view(outcome.stage), "sentence", None)
+        sentence = getattr(PRODUCTS[outcome.stage].view(), "sentence", None)
         if sentence is not None and outcome.content is not None:
             yield sentence(outcome.content)
 
@@ -48,7 +48,7 @@ def next_command(run: Run, found: Sequence[StageStatus], stage: str | None = Non
     if due is not None and not (due == EXTEND.name and stage is not None and _is_clean(run)):
         return run.command(due if stage else "run")
     if not is_current(run, found):
-        return run.command("report")
+        return run.command(REPORT.name)
     if due is None and _content(run, EXTEND).added:
         again = f"{run.out}-{EXTENDED.stem}"
         return shlex.join(["robotid", "run", str(run.out / EXTENDED), "--out", again])

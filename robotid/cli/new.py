@@ -8,16 +8,15 @@ from pathlib import Path
 
 import yaml
 
-from robotid.artifacts.store import write_text
 from robotid.cli.console import print_tables, say
 from robotid.config.template import measured, virtual
 from robotid.errors import ConfigError, InputError
+from robotid.files import atomic_write
 from robotid.report.tables.table import Table, number
 from robotid.signals.columns import Column
 from robotid.signals.proposal import Proposal, propose
 from robotid.signals.units import UNITS
 
-ELSEWHERE = "check its folder and the space left"
 SLIDING = ("length", "speed", "force")
 
 
@@ -29,13 +28,13 @@ def write_configuration(name: str, data: Path | None, *, force: bool) -> None:
     if path.exists() and not force:
         raise ConfigError("this file exists", where=str(path), hint="choose another NAME, or --force to overwrite it")
     if data is None:
-        write_text(path, virtual(path.stem, str(path)), ELSEWHERE)
+        atomic_write(path, virtual(path.stem, str(path)))
         say(f"{path} written: it runs as it is, on a virtual robot; put your own in its place")
         return
     if not data.is_file():
         raise InputError("there is no such file", where=str(data), hint="give --from-data a recording")
     found = propose(data)
-    write_text(path, _configuration(path, found), ELSEWHERE)
+    atomic_write(path, _configuration(path, found))
     print_tables([_guessed(found)])
     say(f"{path} written: look at its columns, then `robotid run {path}`")
 

@@ -8,24 +8,18 @@ from pathlib import Path
 
 import typer
 
-from robotid.artifacts.store import load as load_artifact
 from robotid.cli.closing import closing
 from robotid.cli.console import print_json, print_tables, say
 from robotid.cli.progress import watching
 from robotid.config.load import load
 from robotid.errors import INTERRUPTED, ThresholdError
-from robotid.pipeline.execute import FRESH, Outcome, execute, execute_all
-from robotid.pipeline.report_page import PAGE
-from robotid.pipeline.stage import Run
-from robotid.pipeline.table import STAGES
+from robotid.pipeline.execute import AFTER_ANOTHER, FRESH, Outcome, execute, execute_all, reader
+from robotid.pipeline.run import Run
+from robotid.pipeline.table import PRODUCTS, REPORT, STAGES, VALIDATE
 from robotid.progress import Log
-from robotid.report.tables import view
-from robotid.report.tables.sliding import slid
+from robotid.report.tables.sliding import in_units_of_axis
 from robotid.report.tables.table import Json, Table, fixed
 
-ONE_OF = ("fit", "validate")  # of a whole run the last that was reached is printed,
-AS_WELL = ("diagnose", "extend")  # and these in brief
-REPORT = "report"
 STATES = {"made": "green", "fresh": "dim", "yes": "yellow", "no": "dim"}
 
 
@@ -57,7 +51,7 @@ def perform(stage: str | None, run: Run, manner: Manner) -> None:
                 say(_told(outcome), quiet=manner.quiet or manner.dry_run)
         except ThresholdError as error:
             failure = error
-            done.append(_kept(stage or "validate", run))
+            done.append(_kept(stage or VALIDATE.name, run))
             if stage is None:
                 done.append(_reported(run, manner, log))
     if manner.dry_run:
@@ -81,7 +75,7 @@ def _outcomes(stage: str | None, run: Run, manner: Manner, log: Log | None) -> I
             yield outcome
         if outcome is not None and not outcome.interrupted:
             yield _reported(run, manner, log, would_change=manner.dry_run and outcome.why != FRESH)
-    elif stage == REPORT:
+    elif stage == REPORT.name:
         yield _reported(run, manner, log)
     else:
         yield execute(run, stage, force=manner.force, dry_run=manner.dry_run, log=log)
@@ -89,7 +83,7 @@ def _outcomes(stage: str | None, run: Run, manner: Manner, log: Log | None) -> I
 
 def _reported(run: Run, manner: Manner, log: Log | None, *, would_change: bool = False) -> Outcome:
     if would_change:
-        return Outcome(REPORT, run.out / PAGE, False, "an earlier stage would run")
+        return Outcome(REPORT.name, run.file(REPORT), False, AFTER_ANOTHER)
     from robotid.cli.report import make_report
 
     return make_report(
@@ -99,8 +93,7 @@ def _reported(run: Run, manner: Manner, log: Log | None, *, would_change: bool =
 
 def _kept(stage: str, run: Run) -> Outcome:
     """What a stage saved before it missed its threshold."""
-    file = run.file(STAGES[stage])
-    return Outcome(stage, file, True, "", content=load_artifact(file, STAGES[stage].type()).content)
+    return Outcome(stage, run.file(STAGES[stage]), True, "", read=reader(run, STAGES[stage]))
 
 
 def _told(outcome: Outcome) -> str:
@@ -113,29 +106,31 @@ def _print_plan(run: Run, plan: Sequence[Outcome], manner: Manner) -> None:
     if manner.as_json:
         print_json({"out": str(run.out), "stages": [_entry(o) for o in plan]})
         return
-    rows = tuple((o.stage, "no" if o.why == "fresh" else "yes", o.why, str(o.file)) for o in plan)
+    rows = tuple((o.stage, "no" if o.why == FRESH else "yes", o.why, str(o.file)) for o in plan)
     print_tables([Table("", ("stage", "would run", "why", "file"), rows, styles=STATES)])
 
 
 def _print_results(stage: str | None, run: Run, done: Sequence[Outcome], manner: Manner) -> None:
     shown = done[-1:] if stage is not None else _of_a_run(done)
     if manner.as_json and stage is not None:
-        print_json(view(stage).document(shown[-1].content))
+        print_json(PRODUCTS[stage].view().document(shown[-1].content))
     elif manner.as_json:
-        results: dict[str, Json] = {o.stage: view(o.stage).document(o.content) for o in shown}
+        results: dict[str, Json] = {o.stage: PRODUCTS[o.stage].view().document(o.content) for o in shown}
         print_json({"out": str(run.out), "stages": [_entry(o) for o in done], **results})
     elif not manner.quiet:
         linear = run.loaded.config.robot.linear
-        tables = [slid(table, linear=linear) for o in shown for table in _tables(o, brief=stage is None)]
+        tables = [in_units_of_axis(table, linear=linear) for o in shown for table in _tables(o, brief=stage is None)]
         print_tables(tables if stage is not None else [_summary(done), *tables])
 
 
 def _of_a_run(done: Sequence[Outcome]) -> list[Outcome]:
-    return [*[o for o in done if o.stage in ONE_OF][-1:], *[o for o in done if o.stage in AS_WELL]]
+    """The outcomes that a whole run prints: the latest of those marked so, and those that it always does."""
+    after = [(o, STAGES[o.stage].after_run) for o in done if o.stage in STAGES]
+    return [*[o for o, when in after if when == "latest"][-1:], *[o for o, when in after if when == "always"]]
 
 
 def _tables(outcome: Outcome, *, brief: bool) -> tuple[Table, ...]:
-    module = view(outcome.stage)
+    module = PRODUCTS[outcome.stage].view()
     tables: tuple[Table, ...] = getattr(module, "brief" if brief else "tables", module.tables)(outcome.content)
     return tables
 

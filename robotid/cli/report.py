@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 from pathlib import Path
 
-from robotid.artifacts.store import Label, write_text
+from robotid.artifacts.store import ELSEWHERE, ArtifactHeader
+from robotid.files import atomic_write
 from robotid.pipeline.execute import FORCED, FRESH, Outcome
-from robotid.pipeline.report_page import Material, gather, page_file, why_made
-from robotid.pipeline.stage import Run
-from robotid.pipeline.table import STAGES
+from robotid.pipeline.report_page import Material, gather, page_file, page_stamp, why_made
+from robotid.pipeline.run import Run
+from robotid.pipeline.table import REPORT, STAGES
 from robotid.progress import Begun, Log, Progress
-from robotid.report.figure_specs import figure_specs
-from robotid.report.page import Origin, Source, page
+from robotid.report.origin import Origin, Source
 from robotid.report.save import check_format, save_figure
-from robotid.report.summary import summary
-from robotid.report.tables import view
-from robotid.report.tables.sliding import slid
 from robotid.report.written import Report
-
-STAGE = "report"
 
 
 def make_report(
@@ -39,40 +35,44 @@ def make_report(
     material, file, begin = gather(run), page_file(run), time.perf_counter()
     why = why_made(material) or (FORCED if force else "")
     if dry_run:
-        return Outcome(STAGE, file, False, why or FRESH)
+        return Outcome(REPORT.name, file, False, why or FRESH)
     if log is not None:
-        log(Begun(STAGE))
+        log(Begun(REPORT.name))
     if why:
-        write_text(file, _page(material))
+        atomic_write(file, _page(material), hint=ELSEWHERE)
     else:
-        file.touch()  # make asks by time
+        file.touch()  # make compares times
     written = () if figures is None else _write_figures(material, figures, form, log)
-    told = summary(material.findings())
-    content = Report(file, told, tuple(material.fresh), dict(material.left_out), written)
-    return Outcome(STAGE, file, bool(why), why or FRESH, time.perf_counter() - begin, content)
+    stamp = page_stamp(run)
+    assert stamp is not None
+    content = Report(file, stamp.summary, tuple(material.fresh), dict(material.left_out), written)
+    return Outcome(REPORT.name, file, bool(why), why or FRESH, time.perf_counter() - begin, lambda: content)
 
 
 def _page(material: Material) -> str:
+    from robotid.report.page import StageTables, page
+    from robotid.report.tables.sliding import in_units_of_axis
+
     loaded = material.run.loaded
-    linear = loaded.config.robot.linear
-    tables = {
-        stage: [slid(table, linear=linear) for table in view(stage).tables(content)]
-        for stage, content in material.contents.items()
-    }
-    sources = tuple(_source(stage, label) for stage, label in material.fresh.items())
-    origin = Origin(material.stamp, loaded.resolved_text(), sources, material.left_out)
-    return page(material.findings(), tables, origin, loaded.config.report.title)
+    in_units = partial(in_units_of_axis, linear=loaded.config.robot.linear)
+    tables = tuple(
+        StageTables(STAGES[name].heading, tuple(map(in_units, STAGES[name].view().tables(content))))
+        for name, content in material.contents.items()
+    )
+    sources = tuple(_source(stage, header) for stage, header in material.fresh.items())
+    origin = Origin(material.digest, loaded.resolved_text(), sources, material.left_out)
+    return page(material.findings, tables, origin, loaded.config.report.title)
 
 
-def _source(stage: str, label: Label) -> Source:
-    made = label.provenance
+def _source(stage: str, header: ArtifactHeader) -> Source:
+    made = header.provenance
     return Source(
         stage=stage,
         file=STAGES[stage].output,
         command=made.command,
         version=made.version,
         created=made.created,
-        digest=label.digest,
+        digest=header.digest,
         inputs=made.inputs,
         seed=made.seed,
         environment=made.environment,
@@ -80,11 +80,12 @@ def _source(stage: str, label: Label) -> Source:
 
 
 def _write_figures(material: Material, folder: Path, form: str, log: Log | None) -> tuple[Path, ...]:
-    folder.mkdir(parents=True, exist_ok=True)
-    every = figure_specs(material.findings())
-    files = tuple(folder / f"{plate.name}.{form}" for plate in every)
-    for k, (plate, file) in enumerate(zip(every, files, strict=True)):
+    from robotid.report.figure_specs import figure_specs
+
+    every = figure_specs(material.findings)
+    files = tuple(folder / f"{spec.name}.{form}" for spec in every)
+    for k, (spec, file) in enumerate(zip(every, files, strict=True)):
         if log is not None:
-            log(Progress(plate.name, k, len(every)))
-        save_figure(plate.draw(), file)
+            log(Progress(spec.name, k, len(every)))
+        save_figure(spec.draw(), file)
     return files

@@ -12,26 +12,15 @@ import typer
 from robotid.cli.console import say
 from robotid.cli.options import AsJson, ConfigPath, Debug, DryRun, Force, Jobs, Out, Quiet, Set
 from robotid.errors import INTERRUPTED
-
-STAGES: dict[str, str] = {
-    "excite": "Reference signals for the records of the virtual robot.",
-    "collect": "Records from the virtual robot or from files, with their flaws.",
-    "init-rigid": "Inertia and friction of the rigid joint, by least squares.",
-    "init-flex": "Arm inertia and stiffness, from frequency responses.",
-    "fit": "Every model over its records by simulation.",
-    "validate": "What the fitted models are worth, on every record.",
-    "diagnose": "What the simulation gets wrong, and the physical cause.",
-    "extend": "The model with its causes, fitted anew, and the gain on records it did not see.",
-}
-"""Names as in `robotid.pipeline.table`, and what --help says of them without importing a stage."""
+from robotid.pipeline.table import REPORT, STAGES
 
 
 def add_stages(app: typer.Typer) -> None:
     """One command a stage, and `run` for all of them."""
     app.command("run", help="Every stage that is not up to date, in order.")(_command(None))
-    for name, summary in STAGES.items():
-        app.command(name, help=summary)(_command(name))
-    app.command("report", help="One page of what the stages have found so far, and its figures.")(_report)
+    for stage in STAGES.values():
+        app.command(stage.name, help=stage.summary)(_command(stage.name))
+    app.command(REPORT.name, help=REPORT.summary)(_report)
 
 
 def _command(stage: str | None) -> Callable[..., None]:
@@ -67,7 +56,7 @@ def _report(
     debug: Debug = False,
 ) -> None:
     manner = {"as_json": as_json, "quiet": quiet, "force": force, "dry_run": dry_run, "figures": figures, "form": form}
-    _perform("report", config, out, overrides, jobs, **manner)
+    _perform(REPORT.name, config, out, overrides, jobs, **manner)
 
 
 def _perform(

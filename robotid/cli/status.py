@@ -9,7 +9,7 @@ from robotid.cli.console import print_json, print_tables
 from robotid.cli.progress import duration
 from robotid.pipeline.execute import status
 from robotid.pipeline.freshness import StageStatus
-from robotid.pipeline.stage import Run
+from robotid.pipeline.run import Run
 from robotid.report.tables.table import Table
 
 STATES = {"fresh": "green", "stale": "yellow", "absent": "dim"}
@@ -27,12 +27,12 @@ def show_status(run: Run, *, as_json: bool = False) -> None:
 
 
 def _entry(s: StageStatus) -> dict[str, str | None]:
-    made = s.label.provenance.created if s.label is not None else None
+    made = s.header.provenance.created if s.header is not None else None
     return {"state": s.state.value, "why": s.why, "file": str(s.file), "made": made}
 
 
 def _age(s: StageStatus) -> str:
-    if s.label is None:
+    if s.header is None:
         return ""
-    seconds = (datetime.now(UTC) - datetime.fromisoformat(s.label.provenance.created)).total_seconds()
-    return f"{duration(max(0.0, seconds))} ago" if seconds < 86400 else s.label.provenance.created[:10]
+    seconds = (datetime.now(UTC) - datetime.fromisoformat(s.header.provenance.created)).total_seconds()
+    return f"{duration(max(0.0, seconds))} ago" if seconds < 86400 else s.header.provenance.created[:10]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import json
 import math
-import os
 import re
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
@@ -16,7 +15,8 @@ from typing import Any
 import numpy as np
 from scipy.io import savemat
 
-from robotid.errors import ConfigError, InputError
+from robotid.errors import ConfigError
+from robotid.files import atomic_write
 from robotid.model.array import Array
 
 FORMATS = (".mat", ".json", ".csv")
@@ -38,7 +38,7 @@ def check_format(path: Path) -> None:
 
 def write_tree(path: Path, tree: Tree) -> None:
     """A tree as MATLAB structs or as JSON. Raises InputError where the file cannot be written."""
-    _replace(path, _matlab(tree) if path.suffix.lower() == ".mat" else _json(tree))
+    atomic_write(path, _matlab(tree) if path.suffix.lower() == ".mat" else _json(tree))
 
 
 def write_columns(path: Path, columns: Columns) -> None:
@@ -48,7 +48,7 @@ def write_columns(path: Path, columns: Columns) -> None:
     writer.writerow(columns)
     plain = (values.tolist() if isinstance(values, np.ndarray) else values for values in columns.values())
     writer.writerows(zip(*plain, strict=True))
-    _replace(path, text.getvalue().encode())
+    atomic_write(path, text.getvalue().encode())
 
 
 def _matlab(tree: Tree) -> bytes:
@@ -86,15 +86,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Sequence) and not isinstance(value, str):
         return [_plain(inner) for inner in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _replace(path: Path, image: bytes) -> None:
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        part.write_bytes(image)
-        os.replace(part, path)
-    except OSError as error:
-        hint = "check its folder and the space left"
-        raise InputError(f"cannot be written: {error.strerror or error}", where=str(path), hint=hint) from error
-    finally:
-        part.unlink(missing_ok=True)

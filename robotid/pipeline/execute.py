@@ -4,29 +4,34 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
+from robotid.artifacts.layout import layout_digest
 from robotid.artifacts.provenance import Provenance
-from robotid.artifacts.store import Label, load, save, write_text
+from robotid.artifacts.store import ELSEWHERE, ArtifactHeader, load, save
 from robotid.errors import InputError, ThresholdError
+from robotid.files import atomic_write
 from robotid.model.units import on_axis
 from robotid.pipeline.freshness import StageStatus, State, judge
-from robotid.pipeline.stage import Run, Stage, find
+from robotid.pipeline.run import Run
+from robotid.pipeline.stage import Stage, find
 from robotid.pipeline.table import STAGES
 from robotid.progress import Begun, Log
 
 FRESH, FORCED = "fresh", "forced"  # reasons
+AFTER_ANOTHER = "an earlier stage would run"
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
     """What became of one stage.
 
-    ran : False where it was fresh, or only asked about (dry). content : None when dry. interrupted : the content is
-    what was reached, and does not count as done.
+    ran : False where it was fresh, or only asked about (dry). read : gives the content, None when dry. interrupted :
+    the content is what was reached, and does not count as done.
     """
 
     stage: str
@@ -34,29 +39,38 @@ class Outcome:
     ran: bool
     why: str
     seconds: float = 0.0
-    content: Any = None
+    read: Callable[[], Any] | None = None
     interrupted: bool = False
 
+    @property
+    def content(self) -> Any:
+        """The content, read from the file at the first call where the stage did not run; None when dry."""
+        return None if self.read is None else self.read()
 
-def status(run: Run, *, checked: bool = True) -> tuple[StageStatus, ...]:
-    """State of every stage's artifact, in order. checked : a damaged one is not fresh; without, much faster."""
+
+def reader(run: Run, stage: Stage) -> Callable[[], Any]:
+    """A function that loads a stage's content when it is first called."""
+    return cache(lambda: load(run.file(stage), stage.type()).content)
+
+
+def status(run: Run) -> tuple[StageStatus, ...]:
+    """State of every stage's artifact, in order."""
     found: dict[str, StageStatus] = {}
     for stage in STAGES.values():
-        found[stage.name] = judge(run, stage, found, checked=checked)
+        found[stage.name] = judge(run, stage, found)
     return tuple(found.values())
 
 
 def execute(run: Run, name: str, *, force: bool = False, dry_run: bool = False, log: Log | None = None) -> Outcome:
-    """Run one stage unless it is fresh. log : told of what goes on.
+    """Run one stage unless it is fresh. log : gets the events of the run.
 
     Raises InputError where an input is missing or stale, ThresholdError where the result is worse than demanded (it is
     saved all the same), and what the stage raises.
     """
-    before = {s.stage: s for s in status(run, checked=False)}  # what is read is checked as it is loaded
+    before = {s.stage: s for s in status(run)}
     for needed in STAGES[name].inputs:
         _require_fresh(run, before[needed])
-    before[name] = judge(run, STAGES[name], before)
-    return _settle(run, STAGES[name], before, force=force, dry_run=dry_run, log=log)
+    return _make_fresh(run, STAGES[name], before, force=force, dry_run=dry_run, log=log)
 
 
 def execute_all(run: Run, *, force: bool = False, dry_run: bool = False, log: Log | None = None) -> Iterator[Outcome]:
@@ -65,10 +79,10 @@ def execute_all(run: Run, *, force: bool = False, dry_run: bool = False, log: Lo
     would_run = False
     for stage in STAGES.values():
         if would_run:
-            yield Outcome(stage.name, run.file(stage), False, "an earlier stage would run")
+            yield Outcome(stage.name, run.file(stage), False, AFTER_ANOTHER)
             continue
         before[stage.name] = judge(run, stage, before)
-        outcome = _settle(run, stage, before, force=force, dry_run=dry_run, log=log)
+        outcome = _make_fresh(run, stage, before, force=force, dry_run=dry_run, log=log)
         yield outcome
         if outcome.interrupted:
             return
@@ -84,7 +98,7 @@ def _require_fresh(run: Run, needed: StageStatus) -> None:
         raise InputError(what, where=str(needed.file), hint=hint)
 
 
-def _settle(
+def _make_fresh(
     run: Run, stage: Stage, before: Mapping[str, StageStatus], *, force: bool, dry_run: bool, log: Log | None
 ) -> Outcome:
     """Make a stage's artifact fresh. before : the state of this stage and of those before it."""
@@ -92,69 +106,69 @@ def _settle(
     why = now.why or (FORCED if force else "")
     if dry_run:
         return Outcome(stage.name, now.file, False, why or FRESH)
-    content = None
-    if not why:
-        try:
-            content = load(now.file, stage.type()).content
-        except InputError as error:  # this version wrote it when its layout was another
-            why = error.what
+    if not why and now.header is not None and now.header.layout != layout_digest(stage.type()):
+        why = "of another version"  # the same version number, while a version is being written
     if why:
-        labels = {name: label for name in stage.inputs if (label := before[name].label) is not None}
-        outcome = _perform(run, stage, labels, why, log)
+        headers = {name: header for name in stage.inputs if (header := before[name].header) is not None}
+        outcome, failed = _run(run, stage, headers, why, log)
     else:
-        outcome = Outcome(stage.name, now.file, False, FRESH, content=content)
-        _put_beside(run, stage, content)
-    return _judged(run, stage, outcome)
+        outcome = Outcome(stage.name, now.file, False, FRESH, read=reader(run, stage))
+        failed = () if now.header is None else now.header.provenance.failed
+        _write_companion(run, stage, outcome)
+    return _judged(run, stage, outcome, failed)
 
 
-def _perform(run: Run, stage: Stage, labels: Mapping[str, Label], why: str, log: Log | None) -> Outcome:
+def _run(
+    run: Run, stage: Stage, headers: Mapping[str, ArtifactHeader], why: str, log: Log | None
+) -> tuple[Outcome, tuple[str, ...]]:
+    """The outcome of running a stage, and the demands that it fails."""
     begin = time.perf_counter()
     if log is not None:
         log(Begun(stage.name))
     config = run.loaded.config
     contents: list[Any] = [load(run.file(STAGES[name]), STAGES[name].type()).content for name in stage.inputs]
-    if stage.files:
-        contents.append(_tables(run))
+    if stage.reads_files:
+        contents.append(_measured_tables(run))
     content = stage(config, *contents, **({"log": log} if stage.logs else {}))
     made = Provenance(
         stage.name,
         run.public_command(stage.name),
         run.sections(stage),
-        run.inputs(stage, labels),
+        run.inputs(stage, headers),
         run.loaded.resolved_text(),
         seed=config.plant.seed if config.plant is not None else None,
         interrupted=bool(getattr(content, "interrupted", False)),
+        failed=tuple(getattr(content, "failed", ())),
     )
-    _put_beside(run, stage, content)
+    outcome = Outcome(stage.name, run.file(stage), True, why, 0.0, lambda: content, made.interrupted)
+    _write_companion(run, stage, outcome)
     save(run.file(stage), content, made, on_axis(linear=config.robot.linear))
-    seconds = time.perf_counter() - begin
-    return Outcome(stage.name, run.file(stage), True, why, seconds, content, made.interrupted)
+    return replace(outcome, seconds=time.perf_counter() - begin), made.failed
 
 
-def _put_beside(run: Run, stage: Stage, content: Any) -> None:
-    """Write the text that goes beside an artifact, unless it is there as it is to be: it may hold more of the
+def _write_companion(run: Run, stage: Stage, outcome: Outcome) -> None:
+    """Write the text that goes with an artifact, unless it is there as it is to be: it may hold more of the
     configuration than the stage depends on."""
-    if stage.beside is None:
+    if stage.companion is None:
         return
-    name, function = stage.beside
-    file, text = run.out / name, find(function)(run.loaded, content, run.out)
+    file = run.out / stage.companion.output
+    text = find(stage.companion.function)(run.loaded, outcome.content, run.out)
     if not file.exists() or file.read_bytes() != text.encode():
-        write_text(file, text)
+        atomic_write(file, text, hint=ELSEWHERE)
 
 
-def _tables(run: Run) -> dict[str, Any]:
+def _measured_tables(run: Run) -> dict[str, Any]:
     """The measured files as tables, by record."""
     read = find("robotid.signals.readers:read")
     tables = {path: read(path) for path in dict.fromkeys(run.measured().values())}
     return {record: tables[path] for record, path in run.measured().items()}
 
 
-def _judged(run: Run, stage: Stage, outcome: Outcome) -> Outcome:
+def _judged(run: Run, stage: Stage, outcome: Outcome, failed: tuple[str, ...]) -> Outcome:
     """The outcome, unless it is worse than the configuration demands.
 
-    make asks by time: what is done is new from here on, and what is not is older than its inputs.
+    make compares times of files: what is done is new from here on, and what is not is older than its inputs.
     """
-    failed = getattr(outcome.content, "failed", ())
     if failed or outcome.interrupted:
         before = min((run.file(STAGES[name]).stat().st_mtime for name in stage.inputs), default=1.0) - 1.0
         os.utime(outcome.file, (before, before))

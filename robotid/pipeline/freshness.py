@@ -11,9 +11,10 @@ from enum import StrEnum
 from pathlib import Path
 
 from robotid import __version__
-from robotid.artifacts.store import Label, read_header
+from robotid.artifacts.store import ArtifactHeader, read_header
 from robotid.errors import InputError
-from robotid.pipeline.stage import Run, Stage
+from robotid.pipeline.run import Run
+from robotid.pipeline.stage import Stage
 
 
 class State(StrEnum):
@@ -32,48 +33,48 @@ class StageStatus:
     file: Path
     state: State
     why: str = ""
-    label: Label | None = None
+    header: ArtifactHeader | None = None
 
 
-def judge(run: Run, stage: Stage, before: Mapping[str, StageStatus], *, checked: bool = True) -> StageStatus:
-    """State of one stage's artifact. before : states of the stages that it reads; checked : damage counts."""
+def judge(run: Run, stage: Stage, before: Mapping[str, StageStatus]) -> StageStatus:
+    """State of one stage's artifact; a damaged one is stale. before : states of the stages that it reads."""
     file = run.file(stage)
     if not file.exists():
         return StageStatus(stage.name, file, State.ABSENT, "not made yet")
     try:
-        label = read_header(file, checked=checked)
+        header = read_header(file)
     except InputError as error:
         return StageStatus(stage.name, file, State.STALE, error.what)
-    why = _why_stale(run, stage, label, before)
-    return StageStatus(stage.name, file, State.STALE if why else State.FRESH, why, label)
+    why = _why_stale(run, stage, header, before)
+    return StageStatus(stage.name, file, State.STALE if why else State.FRESH, why, header)
 
 
-def _why_stale(run: Run, stage: Stage, label: Label, before: Mapping[str, StageStatus]) -> str:
-    made = label.provenance
-    if made.stage != stage.name or label.kind != stage.kind:
+def _why_stale(run: Run, stage: Stage, header: ArtifactHeader, before: Mapping[str, StageStatus]) -> str:
+    made = header.provenance
+    if made.stage != stage.name or header.kind != stage.kind:
         return f"it holds what {made.stage} makes"
     if made.version != __version__:
         return f"made by version {made.version}"
     if made.interrupted:
         return "its run was interrupted"
-    if stage.beside is not None and not (run.out / stage.beside[0]).exists():
-        return f"{stage.beside[0]} is missing"
+    if stage.companion is not None and not (run.out / stage.companion.output).exists():
+        return f"{stage.companion.output} is missing"
     changed = _differing(made.sections, run.sections(stage))
     if changed:
         return f"configuration changed: {', '.join(changed)}"
-    return _why_inputs_differ(run, stage, label, before)
+    return _why_inputs_differ(run, stage, header, before)
 
 
-def _why_inputs_differ(run: Run, stage: Stage, label: Label, before: Mapping[str, StageStatus]) -> str:
+def _why_inputs_differ(run: Run, stage: Stage, header: ArtifactHeader, before: Mapping[str, StageStatus]) -> str:
     for name in stage.inputs:
         if before[name].state is not State.FRESH:
             return f"{before[name].file.name} is {before[name].state}"
-    labels = {name: found for name in stage.inputs if (found := before[name].label) is not None}
+    headers = {name: found for name in stage.inputs if (found := before[name].header) is not None}
     try:
-        now = run.inputs(stage, labels)
+        now = run.inputs(stage, headers)
     except InputError as error:
         return f"{error.where} {error.what}"
-    changed = _differing(label.provenance.inputs, now)
+    changed = _differing(header.provenance.inputs, now)
     return f"{', '.join(before[n].file.name if n in before else n for n in changed)} changed" if changed else ""
 
 

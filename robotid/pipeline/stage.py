@@ -1,39 +1,63 @@
-"""What a stage is, and what it reads: the run of a configuration in its directory."""
+"""What a row of the table of stages states. Imports of a row are texts, "package.module:name", resolved when needed."""
 
 from __future__ import annotations
 
 import importlib
-import shlex
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
-
-from robotid.artifacts.provenance import digest
-from robotid.artifacts.store import Label
-from robotid.config.load import Loaded
-from robotid.errors import InputError
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any, Literal
 
 
 @dataclass(frozen=True, slots=True)
-class Stage:
-    """One row of the table of stages.
+class Companion:
+    """A text file that goes with an artifact. function : makes the text of the loaded configuration, the content and
+    the run directory."""
 
-    inputs : stages whose content the function takes, after the configuration; sections : of the configuration that it
-    reads; function, content : where it and the class of its content are, imported when needed; files : it takes the
-    tables of the measured files too; logs : it takes a `progress.Log`; beside : a text file that goes with the
-    artifact, and the function that makes it of the configuration, the content and the folder.
+    output: str
+    function: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Product:
+    """What a command of the pipeline makes, and how people see it.
+
+    name : of the command; summary : its help, one sentence; heading : over its tables on the page of a report; output :
+    file in the run directory; tables : module with `tables(content)`, `document(content)` and, where there is something
+    to state, `sentence(content)`, the last line of the command, and `brief(content)`, for the end of a whole run.
     """
 
     name: str
+    summary: str
+    heading: str
     output: str
+    tables: str
+
+    def view(self) -> ModuleType:
+        """The module of tables."""
+        return importlib.import_module(self.tables)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stage(Product):
+    """A product that is an artifact, made by a pure function of the configuration and of earlier artifacts.
+
+    function, content : the function and the class of what it returns; inputs : stages whose content the function takes,
+    after the configuration; sections : of the configuration that it reads; reads_files : it takes the tables of the
+    measured files too; logs : it takes a `progress.Log`. finding : field of `report.findings.Findings` for the content.
+    export : function of `pipeline.exports` that offers the content to other programs, empty where there is none.
+    after_run : whether a whole run prints the content: never, always, or as the latest of those marked so.
+    """
+
     function: str
     content: str
+    finding: str
     inputs: tuple[str, ...] = ()
     sections: tuple[str, ...] = ()
-    files: bool = False
+    reads_files: bool = False
     logs: bool = False
-    beside: tuple[str, str] | None = None
+    export: str = ""
+    after_run: Literal["never", "latest", "always"] = "never"
+    companion: Companion | None = None
 
     @property
     def kind(self) -> str:
@@ -48,60 +72,6 @@ class Stage:
     def __call__(self, *arguments: Any, **options: Any) -> Any:
         """Content made of the configuration and the inputs' contents. Raises what the stage raises."""
         return find(self.function)(*arguments, **options)
-
-
-@dataclass(frozen=True, slots=True)
-class Run:
-    """A configuration and its run directory."""
-
-    loaded: Loaded
-    out: Path
-    _digests: dict[Path, str] = field(default_factory=dict)
-
-    def file(self, stage: Stage) -> Path:
-        """Where a stage's artifact is."""
-        return self.out / stage.output
-
-    def command(self, stage: str) -> str:
-        """What a person types to run a stage again."""
-        elsewhere = [] if self.out == Path("runs") / self.loaded.path.stem else ["--out", str(self.out)]
-        return shlex.join(["robotid", stage, str(self.loaded.path), *elsewhere, *self._overrides()])
-
-    def public_command(self, stage: str) -> str:
-        """The same without folders, whose names may be a person's."""
-        return shlex.join(["robotid", stage, self.loaded.path.name, *self._overrides()])
-
-    def _overrides(self) -> list[str]:
-        return [word for override in self.loaded.overrides for word in ("--set", override)]
-
-    def sections(self, stage: Stage) -> dict[str, str]:
-        """The configuration that a stage depends on, as canonical text."""
-        return {name: self.loaded.section_text(name) for name in stage.sections}
-
-    def measured(self) -> dict[str, Path]:
-        """Measured files by record name."""
-        return {r.name: self.loaded.directory / r.file for r in self.loaded.config.records if r.file is not None}
-
-    def inputs(self, stage: Stage, labels: Mapping[str, Label]) -> dict[str, str]:
-        """Digests of all that a stage reads, by stage or file. labels : of the stages before it.
-
-        Raises InputError where a measured file cannot be read.
-        """
-        found = {name: labels[name].digest for name in stage.inputs}
-        if stage.files:
-            written = {r.name: f"file {r.file}" for r in self.loaded.config.records}
-            found |= {written[record]: self._digest(path) for record, path in self.measured().items()}
-        return found
-
-    def _digest(self, path: Path) -> str:
-        """Digest of a measured file, worked out once a run."""
-        if path not in self._digests:
-            try:
-                self._digests[path] = digest(path.read_bytes())
-            except OSError as error:
-                what = f"cannot be read: {error.strerror}"
-                raise InputError(what, where=str(path), hint="check `file` of the record") from error
-        return self._digests[path]
 
 
 def find(path: str) -> Any:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import base64
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
 from itertools import groupby
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
@@ -21,70 +21,31 @@ from robotid.report.axes import envelope
 from robotid.report.figure_specs import PLACES, FigureSpec, figure_specs
 from robotid.report.findings import Findings
 from robotid.report.layout import time_figure
+from robotid.report.origin import Origin
 from robotid.report.summary import summary
 from robotid.report.svg import COLOURS, inline
+from robotid.report.tables.table import Table
 from robotid.report.time import Series, TimePlot
 
 MOST_SAMPLES = 100_000  # of all signals that can be zoomed, together
 FEWEST_SAMPLES = 2000  # of one of them
 LONG = 30  # characters of a cell that may be folded
 STATIC = 1200  # points of a curve where the page cannot draw: without JavaScript
-HEADINGS = {
-    "excite": "Excitation",
-    "collect": "Records",
-    "init-rigid": "First step: the rigid joint",
-    "init-flex": "Second step: what flexes",
-    "fit": "Fit",
-    "validate": "Validation",
-    "diagnose": "Diagnosis",
-    "extend": "Extension",
-}
 MINUS = re.compile(r"-(?=\d)")
 NUMBERS = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?(%|\*| / [-+]?[\d.]+)?")
 NUMBER = re.compile(r"[-+–−]?[\d.]+(e[-+]?\d+)?\s*[%*]?|-|–|")
 
 
-class Sheet(Protocol):
-    """A table of text: what the command line prints of a stage."""
-
-    @property
-    def title(self) -> str: ...
-    @property
-    def columns(self) -> tuple[str, ...]: ...
-    @property
-    def rows(self) -> tuple[tuple[str, ...], ...]: ...
-    @property
-    def note(self) -> str: ...
-
-
 @dataclass(frozen=True, slots=True)
-class Source:
-    """Where an artifact comes from, for the last section of the page."""
+class StageTables:
+    """What the command line prints of a stage, under a heading."""
 
-    stage: str
-    file: str
-    command: str
-    version: str
-    created: str
-    digest: str
-    inputs: Mapping[str, str]
-    seed: int | None
-    environment: Mapping[str, str]
+    heading: str
+    tables: tuple[Table, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Origin:
-    """Provenance of a page. stamp : digest of all that it shows; left_out : artifacts that it does not show, and why.
-    configuration : the whole of it, resolved."""
-
-    stamp: str
-    configuration: str
-    sources: tuple[Source, ...]
-    left_out: Mapping[str, str]
-
-
-def page(findings: Findings, tables: Mapping[str, Sequence[Sheet]], origin: Origin, title: str | None = None) -> str:
-    """The HTML. tables : of each stage that has run, by name. title : the heading, absent: the robot's name."""
+def page(findings: Findings, stages: Sequence[StageTables], origin: Origin, title: str | None = None) -> str:
+    """The HTML. stages : tables of each stage that has run, in order. title : the heading, absent: the robot's name."""
     every = figure_specs(findings)
     most = max(FEWEST_SAMPLES, MOST_SAMPLES // max(1, sum(p.plot is not None for p in every)))
     sections = [(name, [_shown(p, most) for p in group]) for name, group in groupby(every, lambda p: p.section)]
@@ -93,8 +54,7 @@ def page(findings: Findings, tables: Mapping[str, Sequence[Sheet]], origin: Orig
         summary=summary(findings),
         sections=sections,
         notes=_notes(findings),
-        tables={stage: [_grid(sheet) for sheet in tables[stage] if sheet.rows] for stage in reversed(list(tables))},
-        headings=HEADINGS,
+        tables=[(stage.heading, [_grid(table) for table in stage.tables if table.rows]) for stage in reversed(stages)],
         origin=origin,
         style=Markup(_own("page.css")),
         script=Markup(_own("page.js")),
@@ -188,12 +148,12 @@ class _Grid:
     note: str
 
 
-def _grid(sheet: Sheet) -> _Grid:
-    kept = [k for k in range(len(sheet.columns)) if not k or any(row[k] for row in sheet.rows)]
-    rows = tuple(tuple(row[k] for k in kept) for row in sheet.rows)
+def _grid(table: Table) -> _Grid:
+    kept = [k for k in range(len(table.columns)) if not k or any(row[k] for row in table.rows)]
+    rows = tuple(tuple(row[k] for k in kept) for row in table.rows)
     kinds = tuple(_kind([row[k] for row in rows]) for k in range(len(kept)))
     rows = tuple(tuple(_signed(cell) for cell in row) for row in rows)
-    return _Grid(sheet.title, tuple(sheet.columns[k] for k in kept), rows, kinds, sheet.note)
+    return _Grid(table.title, tuple(table.columns[k] for k in kept), rows, kinds, table.note)
 
 
 def _signed(cell: str) -> str:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING
 
 from robotid.errors import ConfigError
+from robotid.files import atomic_write
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FORMATS = ("png", "svg", "pdf")
 DENSITY = 150  # [dots/inch] of pixels
@@ -20,10 +24,7 @@ def check_format(form: str, where: str) -> None:
 
 
 def save_figure(figure: Figure, path: Path) -> None:
-    """Write a figure, whole or not at all, in the format that the file's ending names. Raises OSError."""
-    part = path.with_name(f".{path.stem}.part{path.suffix}")
-    try:
-        figure.savefig(part, dpi=DENSITY)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    """Write a figure in the format that the file's ending names. Raises InputError where that fails."""
+    image = BytesIO()
+    figure.savefig(image, format=path.suffix.removeprefix("."), dpi=DENSITY)
+    atomic_write(path, image.getvalue())

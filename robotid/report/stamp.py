@@ -1,13 +1,24 @@
-"""The stamp of a page: the digest of what it shows, by which it is known to be up to date."""
+"""What a page states about itself in its head: the digest of all that it shows, by which it is known to be up to date,
+and its answer."""
 
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
+from html import unescape
 
-STAMP = re.compile(r'<meta name="robotid-stamp" content="([0-9a-f]+)">')
+STAMP = re.compile(r'<meta name="robotid-stamp" content="([0-9a-f]+)">\n<meta name="description" content="([^"]*)">')
 
 
-def stamp_of(text: str) -> str | None:
+@dataclass(frozen=True, slots=True)
+class Stamp:
+    """digest : of what a page shows. summary : its answer, a paragraph."""
+
+    digest: str
+    summary: str
+
+
+def stamp_of(text: str) -> Stamp | None:
     """The stamp of a page, None of any other text."""
     found = STAMP.search(text)
-    return found.group(1) if found else None
+    return Stamp(found[1], unescape(found[2])) if found else None

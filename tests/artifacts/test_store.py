@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import getpass
+import hashlib
 import os
 import platform
 import stat
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 from support.alike import alike
 
+from robotid import files
 from robotid.artifacts import store
 from robotid.artifacts.provenance import Provenance
 from robotid.artifacts.store import load, read_header, save
@@ -49,7 +51,7 @@ def test_content_and_provenance_come_back(file: Path) -> None:
     back = load(file, Result)
     assert alike(back.content, RESULT)
     assert back.provenance == MADE
-    assert read_header(file) == back.label
+    assert read_header(file) == back.header
 
 
 def test_the_digest_is_of_the_content_alone(tmp_path: Path) -> None:
@@ -89,7 +91,7 @@ def test_a_write_that_fails_leaves_the_old_one(
     def fail(*arguments: object) -> NoReturn:
         raise error
 
-    monkeypatch.setattr(store, "os", os_with(failing.removeprefix("os."), fail))
+    monkeypatch.setattr(files, "os", os_with(failing.removeprefix("os."), fail))
     with pytest.raises((InputError, KeyboardInterrupt)) as caught:
         save(file, Result(np.zeros(5)), MADE)
     if isinstance(error, OSError):
@@ -146,23 +148,38 @@ def test_another_kind(file: Path) -> None:
 
 
 def test_newer(file: Path) -> None:
-    with h5py.File(file, "r+") as opened:
-        opened.attrs["schema"] = 99
+    file.write_bytes(file.read_bytes().replace(b"format 2", b"format 99", 1))
     assert complaint(file) == (
-        "written in format 99, this version reads 1; install that version of robotid, or run its stage again"
+        "written in format 99, this version reads 2; install that version of robotid, or run its stage again"
     )
+
+
+def test_of_the_first_format(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "model.h5", "w") as opened:
+        opened.attrs.update({"format": "robotid artifact", "schema": 1})
+    expected = "written in format 1, this version reads 2; run its stage again"
+    assert complaint(tmp_path / "model.h5") == expected
+
+
+def test_hdf5_finds_the_content_behind_the_user_block(file: Path) -> None:
+    with h5py.File(file) as opened:
+        assert opened.userblock_size == 512
+        assert np.array_equal(opened["content/torque"][()], RESULT.torque)
+    first, second = file.read_bytes()[:512].decode().split("\n")[:2]
+    assert first == "robotid artifact, format 2"
+    assert second == f"sha256 {hashlib.sha256(file.read_bytes()[512:]).hexdigest()}"
 
 
 def test_a_changed_number(file: Path) -> None:
     with h5py.File(file, "r+") as opened:
         opened["content/torque"][7] += 1e-9
-    assert complaint(file) == "damaged: the content does not match its checksum; run its stage again"
+    assert complaint(file) == "damaged: the file does not match its checksum; run its stage again"
 
 
 def test_a_changed_unit(file: Path) -> None:
     with h5py.File(file, "r+") as opened:
         opened["content/torque"].attrs["unit"] = "N"
-    assert complaint(file) == "damaged: the content does not match its checksum; run its stage again"
+    assert complaint(file) == "damaged: the file does not match its checksum; run its stage again"
 
 
 def test_a_class_that_has_changed_since(file: Path) -> None:
@@ -176,7 +193,7 @@ def test_a_class_that_has_changed_since(file: Path) -> None:
 def test_a_changed_provenance(file: Path) -> None:
     with h5py.File(file, "r+") as opened:
         opened["provenance/stage"][()] = "validate"
-    assert complaint(file) == "damaged: the provenance does not match its checksum; run its stage again"
+    assert complaint(file) == "damaged: the file does not match its checksum; run its stage again"
 
 
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.5, 0.99])

@@ -32,7 +32,7 @@ from robotid.estimate.least_squares import linearise, solve
 from robotid.estimate.residual import OutputError
 from robotid.model.array import Array
 from robotid.pipeline.execute import execute
-from robotid.pipeline.stage import Run
+from robotid.pipeline.run import Run
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
 from robotid.signals.stretches import stretches

@@ -11,10 +11,9 @@ from typing import NoReturn
 import pytest
 
 from robotid import __version__
-from robotid.cli import stages
 from robotid.cli.app import main
 from robotid.errors import ConfigError, InputError, NumericsError, RobotidError, ThresholdError
-from robotid.pipeline.table import STAGES
+from robotid.pipeline.table import PRODUCTS
 
 
 def raising(error: BaseException) -> Callable[..., NoReturn]:
@@ -35,8 +34,12 @@ def broken(monkeypatch: pytest.MonkeyPatch) -> Callable[[BaseException], int]:
     return run
 
 
-def test_the_commands_are_the_stages_of_the_pipeline() -> None:
-    assert list(stages.STAGES) == list(STAGES)
+def test_the_commands_are_the_products_of_the_pipeline(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--help"]) == 0
+    listed = [line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines() if line.startswith("  ")]
+    summaries = {words[0]: words[1] for words in listed if len(words) == 2}
+    for name, product in PRODUCTS.items():
+        assert product.summary.startswith(summaries[name].removesuffix("...").strip())
 
 
 @pytest.mark.parametrize("kind", [ConfigError, InputError, NumericsError, ThresholdError])

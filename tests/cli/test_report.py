@@ -77,7 +77,7 @@ def test_a_page_is_made_when_what_it_shows_has_changed(config: str, capsys: pyte
     PAGE.write_text("mine")
     capsys.readouterr()
     assert main(["report", config]) == 0
-    assert "(it is no report of ours)" in capsys.readouterr().err
+    assert "(it is not a report of this program)" in capsys.readouterr().err
 
 
 def test_what_is_stale_is_left_out_and_said(config: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,7 +15,6 @@ from robotid.artifacts.store import save
 from robotid.cli.app import main
 from robotid.config.load import load
 from robotid.pipeline.table import STAGES
-from robotid.report.tables import view
 
 
 @pytest.fixture
@@ -118,7 +117,7 @@ def test_status_names_the_stage_that_is_damaged(config: str, capsys: pytest.Capt
     capsys.readouterr()
     assert main(["status", config]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert "damaged: the content does not match its checksum" in next(line for line in lines if "extend" in line)
+    assert "damaged: the file does not match its checksum" in next(line for line in lines if "extend" in line)
     assert lines[-1] == f"next: robotid run {config}"
 
 
@@ -189,7 +188,7 @@ def test_every_stage_has_a_view_of_its_own(stage: str, config: str, capsys: pyte
     main(["run", config, "--quiet"])
     capsys.readouterr()
     file = str(Path("runs/axis") / STAGES[stage].output)
-    assert view(stage).__name__.endswith(stage.replace("-", "_"))
+    assert STAGES[stage].tables.endswith(stage.replace("-", "_"))
     assert main(["show", file]) == 0
     assert "Provenance" in capsys.readouterr().out
     assert main([stage, config, "--json", "--quiet"]) == 0

@@ -17,7 +17,7 @@ from robotid.cli.report import make_report
 from robotid.config.load import load
 from robotid.errors import ThresholdError
 from robotid.pipeline.execute import execute_all
-from robotid.pipeline.stage import Run
+from robotid.pipeline.run import Run
 
 CONFIG = """
 robot: {name: axis, model: {motor: [inertia, viscous, coulomb]}}

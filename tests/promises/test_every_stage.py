@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 from collections import defaultdict
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,15 +13,19 @@ import pytest
 from support.alike import alike
 from support.paths import CONFIGS
 
+import robotid
 from robotid.artifacts.store import load as load_artifact
 from robotid.artifacts.store import read_header, save
 from robotid.config.load import load
 from robotid.config.schema import Config
 from robotid.pipeline.execute import Outcome, execute_all
-from robotid.pipeline.stage import Run, Stage, find
-from robotid.pipeline.table import STAGES
+from robotid.pipeline.run import Run
+from robotid.pipeline.stage import Stage, find
+from robotid.pipeline.table import PRODUCTS, STAGES
+from robotid.report.findings import Findings
 
 SMOKE = CONFIGS / "smoke.yaml"
+PACKAGE = Path(robotid.__file__).parent
 
 
 class Watched:
@@ -70,6 +76,40 @@ def test_inputs_come_before(outcomes: list[Outcome]) -> None:
     assert len({stage.output for stage in STAGES.values()}) == len(STAGES)
 
 
+@pytest.mark.parametrize("name", PRODUCTS)
+def test_a_row_states_everything(name: str) -> None:
+    row = PRODUCTS[name]
+    assert row.summary[0].isupper()
+    assert row.summary.endswith(".")
+    assert row.heading[0].isupper()
+    assert row.tables == f"robotid.report.tables.{name.replace('-', '_')}"
+    assert all(callable(getattr(row.view(), function)) for function in ("tables", "document"))
+    if isinstance(row, Stage):
+        assert callable(find(row.function))
+        assert row.type().__name__ == row.kind
+        assert row.finding in {field.name for field in fields(Findings)}
+        assert not row.export or callable(find(row.export))
+        assert row.companion is None or callable(find(row.companion.function))
+
+
+def test_every_field_of_the_findings_is_of_one_stage() -> None:
+    about_the_robot = {"robot", "linear", "horizon"}
+    found = [stage.finding for stage in STAGES.values()]
+    assert sorted(found) == sorted({field.name for field in fields(Findings)} - about_the_robot)
+
+
+def test_no_other_module_has_a_table_of_stages() -> None:
+    """A mapping or a sequence of several of their names, written out, stands in `pipeline.table` alone."""
+    for file in sorted(PACKAGE.rglob("*.py")):
+        if file == PACKAGE / "pipeline" / "table.py":
+            continue
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            items = node.keys if isinstance(node, ast.Dict) else getattr(node, "elts", [])
+            words = {item.value for item in items if isinstance(item, ast.Constant)}
+            named = words & STAGES.keys() - {"fit", "validate"}  # words of the configuration and of JSON as well
+            assert len(named) < 2, f"{file.name}:{node.lineno} lists {named}"  # type: ignore[attr-defined]
+
+
 @pytest.mark.parametrize("name", STAGES)
 def test_the_sections_that_a_stage_reads_count(name: str, outcomes: list[Outcome], read: dict[str, set[str]]) -> None:
     assert read[name]
@@ -87,7 +127,7 @@ def test_saving_again_gives_the_same_digest(name: str, outcomes: list[Outcome], 
     file = next(o for o in outcomes if o.stage == name).file
     artifact = load_artifact(file, STAGES[name].type())
     save(tmp_path / file.name, artifact.content, artifact.provenance)
-    assert read_header(tmp_path / file.name).digest == artifact.label.digest
+    assert read_header(tmp_path / file.name).digest == artifact.header.digest
 
 
 def test_the_same_configuration_gives_the_same_content(outcomes: list[Outcome], run: Run, tmp_path: Path) -> None:

@@ -9,7 +9,9 @@ import pytest
 from support.chromium import Page, browse, find_chromium
 from support.report_findings import findings
 
-from robotid.report.page import Origin, Source, page
+from robotid.report.origin import Origin, Source
+from robotid.report.page import StageTables, page
+from robotid.report.tables.table import Table
 
 CHROMIUM = find_chromium()
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on this system")
@@ -18,16 +20,13 @@ MADE = Source("fit", "model.h5", "robotid fit a.yaml", "1.0", "2025-01-01", "ab"
 ORIGIN = Origin("0123", "robot: {}\n", (MADE,), {})
 PLOT = "document.querySelector('#figure-time-small')"
 WIDE_TABLE = ("what", *(f"a rather long heading {k}" for k in range(12)))
-
-
-class Sheet:
-    title, columns, rows, note = "Wide", WIDE_TABLE, (WIDE_TABLE,), "x" * 300
+WIDE = Table("Wide", WIDE_TABLE, (WIDE_TABLE,), "x" * 300)
 
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     file = tmp_path_factory.mktemp("page") / "report.html"
-    file.write_text(page(findings(), {"fit": [Sheet()]}, ORIGIN), encoding="utf-8")
+    file.write_text(page(findings(), (StageTables("Fit", (WIDE,)),), ORIGIN), encoding="utf-8")
     return file
 
 

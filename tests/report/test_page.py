@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import re
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from functools import cache
 
 import numpy as np
@@ -15,21 +15,23 @@ from support.report_findings import findings
 
 from robotid.report.figure_specs import figure_specs
 from robotid.report.findings import Findings
-from robotid.report.page import MOST_SAMPLES, Origin, Source, page
-from robotid.report.stamp import stamp_of
+from robotid.report.origin import Origin, Source
+from robotid.report.page import MOST_SAMPLES, StageTables, page
+from robotid.report.stamp import Stamp, stamp_of
 from robotid.report.summary import summary
+from robotid.report.tables.table import Table
 
 STAGES = [f.name for f in fields(Findings) if f.name not in ("robot", "linear", "horizon")]
 MADE = Source("fit", "model.h5", "robotid fit a.yaml", "1.0", "2025-01-01", "ab" * 32, {"collect": "cd" * 32}, 1, {})
 ORIGIN = Origin("0123abcd", "robot:\n  name: irb\n", (MADE,), {})
 
 
-@dataclass
-class Sheet:
-    title: str = "Parameters"
-    columns: tuple[str, ...] = ("parameter", "value", "remark", "none")
-    rows: tuple[tuple[str, ...], ...] = (("motor.inertia.J", "0.0121", "a <b> & so on", ""),)
-    note: str = "sd: standard deviation"
+TABLE = Table(
+    "Parameters",
+    ("parameter", "value", "remark", "none"),
+    (("motor.inertia.J", "0.0121", "a <b> & so on", ""),),
+    "sd: standard deviation",
+)
 
 
 def up_to(stage: str) -> Findings:
@@ -40,7 +42,7 @@ def up_to(stage: str) -> Findings:
 
 @cache
 def html(stage: str) -> str:
-    return page(up_to(stage), {"fit": [Sheet()]}, ORIGIN)
+    return page(up_to(stage), (StageTables("Fit", (TABLE,)),), ORIGIN)
 
 
 @pytest.mark.parametrize("stage", STAGES)
@@ -102,7 +104,7 @@ def test_a_long_record_is_thinned_without_losing_its_peaks() -> None:
     tau_m = np.zeros(400_000)
     tau_m[[123_457, 300_001]] = 7.5, -9.25
     long = replace(recordings.records[0], tau_m=tau_m, phi_m=tau_m, dphi_m=tau_m, ref=None)
-    source = page(Findings("irb", recordings=replace(recordings, records=(long,))), {}, ORIGIN)
+    source = page(Findings("irb", recordings=replace(recordings, records=(long,))), (), ORIGIN)
     plot = json.loads(re.findall(r'<script type="application/json">(.*?)</script>', source)[0])
     drawn, at = plot["strips"][0]["series"][0], plot["times"][0]
     values, samples = unpacked(drawn["values"]), unpacked(at["samples"])
@@ -117,7 +119,7 @@ def test_a_long_record_is_thinned_without_losing_its_peaks() -> None:
 
 def test_provenance_and_what_is_left_out() -> None:
     stale = replace(ORIGIN, left_out={"diagnosis.h5": "model.h5 is stale"})
-    text = Document(page(up_to("fits"), {}, stale)).text
+    text = Document(page(up_to("fits"), (), stale)).text
     assert "robotid fit a.yaml" in text
     assert "abababababab" in text
     assert "Not shown here: diagnosis.h5 (model.h5 is stale)." in text
@@ -129,27 +131,27 @@ def test_a_clean_verdict_is_said_where_the_misfit_would_be() -> None:
     f = findings()
     clean = Findings("irb", diagnosis=replace(f.diagnosis, verdict="clean", causes=()))
     said = "The verdict is clean: what these figures show lies within the noise."
-    source = page(clean, {}, ORIGIN)
+    source = page(clean, (), ORIGIN)
     assert said in Document(source).text
     assert "supplied by the causes" not in source
     assert said not in Document(html("extension")).text
 
 
 def test_numbers_in_tables_have_signs_of_their_own() -> None:
-    sheet = Sheet("", ("what", "value", "both"), (("set-1", "-3.2e-05", "-5.57 / +6.10"),), "")
-    text = Document(page(up_to("fits"), {"fit": [sheet]}, ORIGIN)).text
+    table = Table("", ("what", "value", "both"), (("set-1", "-3.2e-05", "-5.57 / +6.10"),), "")
+    text = Document(page(up_to("fits"), (StageTables("Fit", (table,)),), ORIGIN)).text
     assert "set-1" in text
     assert "−3.2e−05" in text
     assert "−5.57 / +6.10" in text
 
 
 def test_the_stamp_of_a_page() -> None:
-    assert stamp_of(html("excitation")) == "0123abcd"
+    assert stamp_of(html("excitation")) == Stamp("0123abcd", summary(up_to("excitation")))
     assert stamp_of("<html></html>") is None
 
 
 def test_a_title_of_ones_own_and_names_that_look_like_html() -> None:
-    document = Document(page(replace(up_to("rigid"), robot="<script>x"), {}, ORIGIN, title="A & <B>"))
+    document = Document(page(replace(up_to("rigid"), robot="<script>x"), (), ORIGIN, title="A & <B>"))
     assert document.text.count("A & <B>") == 2
     assert "As a rigid joint <script>x has" in document.text
 

@@ -17,7 +17,7 @@ from robotid.diagnosis.results import Diagnosis
 from robotid.estimate.fitted_model import fitted_model, simulate_record
 from robotid.estimate.result import Fits
 from robotid.pipeline.execute import execute
-from robotid.pipeline.stage import Run
+from robotid.pipeline.run import Run
 from robotid.pipeline.table import STAGES
 from robotid.progress import Progress
 from robotid.signals.quality import Recordings

@@ -16,7 +16,7 @@ from robotid.estimate.result import FitResult, Fits
 from robotid.extension.results import Extension
 from robotid.model.structure import change
 from robotid.pipeline.execute import execute
-from robotid.pipeline.stage import Run
+from robotid.pipeline.run import Run
 from robotid.pipeline.table import STAGES
 from robotid.signals.quality import Recordings
 from robotid.stages.extend import extend, extended_configuration

@@ -46,9 +46,25 @@ def _called(name: str) -> None:
         raise FAILURES[name]
 
 
-HERE, SUM = "support.fake_stages", "support.fake_stages:Sum"
+HERE = "support.fake_stages"
+
+
+def _row(name: str, output: str, **what: Any) -> Stage:
+    return Stage(
+        name=name,
+        summary=f"The {name} of three.",
+        heading=name,
+        output=output,
+        tables="robotid.report.tables.generic",
+        function=f"{HERE}:{name}",
+        content=f"{HERE}:Sum",
+        finding="",
+        **what,
+    )
+
+
 STAGES = {
-    "first": Stage("first", "one.h5", f"{HERE}:first", SUM, sections=("fit",)),
-    "second": Stage("second", "two.h5", f"{HERE}:second", SUM, ("first",), ("init_rigid",), files=True),
-    "third": Stage("third", "three.h5", f"{HERE}:third", SUM, ("first", "second"), ("validate",), logs=True),
+    "first": _row("first", "one.h5", sections=("fit",)),
+    "second": _row("second", "two.h5", inputs=("first",), sections=("init_rigid",), reads_files=True),
+    "third": _row("third", "three.h5", inputs=("first", "second"), sections=("validate",), logs=True),
 }

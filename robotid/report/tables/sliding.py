@@ -1,4 +1,4 @@
-"""What a view says of an axis that slides: metres and newtons where views say radians and newton metres."""
+"""Tables of an axis that slides: metres and newtons where tables have radians and newton metres."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ IN_BRACKETS = re.compile(r"\[([^\]]+)\]")
 UNIT = "unit"  # heading of a column of units
 
 
-def slid(table: Table, *, linear: bool) -> Table:
+def in_units_of_axis(table: Table, *, linear: bool) -> Table:
     """A table with the units of the axis: in brackets, and those in a column of their own."""
     if not linear:
         return table

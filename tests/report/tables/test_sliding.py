@@ -8,7 +8,7 @@ import pytest
 
 from robotid.channels import CHANNELS
 from robotid.model.units import sliding
-from robotid.report.tables.sliding import slid
+from robotid.report.tables.sliding import in_units_of_axis
 from robotid.report.tables.table import Table
 from robotid.terms import TERMS
 
@@ -19,15 +19,15 @@ TABLE = Table(
 
 @pytest.mark.parametrize("linear", [True, False])
 def test_units_are_those_of_the_axis(linear: bool) -> None:
-    found = slid(TABLE, linear=linear)
+    found = in_units_of_axis(TABLE, linear=linear)
     said = ("what", "RMSE [m/s]", "gain [% points]", "unit"), (("floor [m]", "1", "2", "N s/m"),)
     assert ((found.columns, found.rows) == said) is linear
     assert (found == TABLE) is not linear
 
 
 def test_a_slid_table_stays_as_it_is() -> None:
-    once = slid(TABLE, linear=True)
-    assert slid(once, linear=True) == once
+    once = in_units_of_axis(TABLE, linear=True)
+    assert in_units_of_axis(once, linear=True) == once
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from robotid.config.load import load
 from robotid.diagnosis.results import Diagnosis
 from robotid.extension.results import Extension
 from robotid.estimate.fitted_model import fitted_model, simulate_record
-from robotid.pipeline.stage import Run
+from robotid.pipeline.run import Run
 from robotid.pipeline.execute import execute
 
 TO_FIT = ("excite", "collect", "init-rigid", "init-flex", "fit")

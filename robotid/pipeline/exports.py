@@ -1,0 +1,147 @@
+"""What the stages offer to other programs: a function a content, named by the stage's row in the table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from robotid.artifacts.store import ArtifactHeader, load, read_header
+from robotid.config.load import parse
+from robotid.config.schema import Config
+from robotid.config.suggest import suggest
+from robotid.errors import ConfigError, NumericsError
+from robotid.estimate.fitted_model import fitted_model
+from robotid.estimate.result import FitResult, Fits
+from robotid.export.linear_model import model_tree, parameter_columns
+from robotid.export.responses import response_columns
+from robotid.export.signals import signal_columns
+from robotid.export.write import Columns, Tree
+from robotid.pipeline.stage import find
+from robotid.pipeline.table import COLLECT, FIT, STAGES
+from robotid.signals.quality import Recordings
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What is to be exported. model, record : one of several, absent: the best model, all records. speed [rad/s] : of
+    the motor, about which a model is linearised. remark : gets a sentence on what is left out."""
+
+    model: str | None
+    record: str | None
+    speed: float
+    remark: Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Export:
+    """What is offered. summary : of all of it; tree : for MATLAB and JSON; columns : for CSV, a file each."""
+
+    summary: str
+    tree: Callable[[], Tree]
+    columns: Mapping[str, Columns]
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """An artifact, and what is wanted of it."""
+
+    file: Path
+    header: ArtifactHeader
+    content: Any
+    config: Config
+    wanted: Wanted
+
+
+def export_of(file: Path, wanted: Wanted) -> Export:
+    """What an artifact offers. Raises ConfigError where that is nothing, or a name is not in it."""
+    header = read_header(file)
+    stage = STAGES.get(header.provenance.stage)
+    if stage is None or not stage.export:
+        known = ", ".join(s.output for s in sorted(STAGES.values(), key=lambda s: s is not FIT) if s.export)
+        what = f"nothing is exported of what {header.provenance.stage} makes"
+        raise ConfigError(what, where=str(file), hint=f"give {known}")
+    content = load(file, stage.type()).content
+    found: Export = find(stage.export)(Source(file, header, content, parse(header.provenance.configuration), wanted))
+    return found
+
+
+def model(source: Source) -> Export:
+    """A fitted model: its linearisation and parameters, as columns the parameters alone."""
+    fit = _fit(source.content, source.wanted.model, source.file)
+    return Export(
+        f"model {fit.name}",
+        lambda: model_tree(fit, source.wanted.speed, _sampling_times(source, fit)),
+        {fit.name: parameter_columns(fit)},
+    )
+
+
+def signals(source: Source) -> Export:
+    """Signals of each record, with those of the model beside it where that was fitted to these records."""
+    records = {r.name: r for r in source.content.records}
+    fit = _fit_beside(source)
+    free, linear = source.config.fit.initial_states == "free", source.config.robot.linear
+    fitted = None if fit is None else fitted_model(fit, estimate_states=free)
+    tables: dict[str, Columns] = {}
+    for name in _chosen(source, records):
+        try:
+            tables[name] = signal_columns(records[name], fitted, linear=linear)
+        except NumericsError as error:
+            source.wanted.remark(f"{name}: {error.what}; its measured signals alone are written")
+            tables[name] = signal_columns(records[name], None, linear=linear)
+    return _by_record(tables)
+
+
+def responses(source: Source) -> Export:
+    """Measured frequency responses."""
+    frfs = {frf.record: frf for frf in source.content.frfs}
+    if not frfs:
+        raise ConfigError("it holds no frequency response", where=str(source.file), hint="a rigid axis has none")
+    linear = source.config.robot.linear
+    return _by_record({name: response_columns(frfs[name], linear=linear) for name in _chosen(source, frfs)})
+
+
+def _by_record(tables: Mapping[str, Columns]) -> Export:
+    return Export(", ".join(tables), lambda: {name: _fields(columns) for name, columns in tables.items()}, tables)
+
+
+def _fields(columns: Columns) -> dict[str, Any]:
+    """Columns as fields without their units, and the units beside them."""
+    units = {head.partition(" [")[0]: head.partition(" [")[2].rstrip("]") for head in columns}
+    return {**dict(zip(units, columns.values(), strict=True)), "units": units}
+
+
+def _sampling_times(source: Source, fit: FitResult) -> dict[str, float]:
+    """Of the records of a fit, where they still lie beside it."""
+    file = source.file.with_name(COLLECT.output)
+    if not file.exists() or read_header(file).digest != source.header.provenance.inputs.get(COLLECT.name):
+        return {}
+    return {r.name: r.sampling_time for r in load(file, Recordings).content.records if r.name in fit.records}
+
+
+def _fit(fits: Fits, name: str | None, file: Path) -> FitResult:
+    return fits.models[_known(name or fits.best, fits.models, "model", file)]
+
+
+def _fit_beside(source: Source) -> FitResult | None:
+    file = source.file.with_name(FIT.output)
+    if not file.exists() and source.wanted.model is None:
+        source.wanted.remark(f"there is no {file.name} beside it: measured signals alone are written")
+        return None
+    made = load(file, Fits)
+    if made.provenance.inputs.get(COLLECT.name) != source.header.digest:
+        what = f"its models were fitted to other records than {source.file.name} holds"
+        raise ConfigError(what, where=str(file), hint="run its stage again")
+    return _fit(made.content, source.wanted.model, file)
+
+
+def _chosen(source: Source, found: Mapping[str, Any]) -> list[str]:
+    record = source.wanted.record
+    return list(found) if record is None else [_known(record, found, "record", source.file)]
+
+
+def _known(name: str, found: Mapping[str, Any], what: str, file: Path) -> str:
+    if name not in found:
+        raise ConfigError(f'there is no {what} "{name}"', where=str(file), hint=suggest(name, found))
+    return name
