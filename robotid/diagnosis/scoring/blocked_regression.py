@@ -1,0 +1,166 @@
+"""Least squares whose errors are known only to be alike within blocks of time: what an amplitude is worth, honestly.
+
+A recorded torque carries errors of unknown colour, and so does every residual. Its whitening is an estimate, and a test
+that believes it takes a slow error for a cause. Here the samples are cut into blocks longer than the memory of the
+errors, and every block is left out once: the scatter of the estimates so found (the jackknife; Efron & Stein 1981; as a
+cluster-robust covariance: Bell & McCaffrey 2002, CR3) is their uncertainty whatever the colour, the errors that they
+make on the block left out are those on data that they have not seen, and an amplitude that drifts from block to block
+belongs to an imitator (Nyblom 1989; Hansen 1992).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.stats import f as fisher
+from scipy.stats import t as student
+
+from robotid.model.array import Array
+
+DEPENDENT = 1e-12  # relative eigenvalue of the scaled information from which a direction is not determined
+CONSTANCY = np.array([[0.34730, 0.10], [0.46136, 0.05], [0.58061, 0.025], [0.74346, 0.01], [1.16786, 0.001]])
+"""Statistic and p-value of the constancy of one parameter, the integral of a squared Brownian bridge (Anderson & Darling
+1952, table 1)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Gain:
+    """What regressors explain of blocks that did not serve to fit them.
+
+    blocks : (B,) decrease of the squared error on each; total : their sum; p_value : one-sided, of no decrease.
+    """
+
+    blocks: Array
+    p_value: float
+
+    @property
+    def total(self) -> float:
+        """Decrease of the squared error over all blocks."""
+        return float(self.blocks.sum())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BlockedRegression:
+    """A linear regression y = X' theta + e, kept block by block.
+
+    information : (B, m, m) X X' of each block; moment : (B, m) X y; energy : (B,) y' y.
+    """
+
+    information: Array
+    moment: Array
+    energy: Array
+
+    @property
+    def count(self) -> int:
+        """Number of blocks."""
+        return len(self.energy)
+
+    def take(self, columns: Sequence[int]) -> BlockedRegression:
+        """The regression on some of the regressors only."""
+        at = list(columns)
+        return BlockedRegression(self.information[:, at][:, :, at], self.moment[:, at], self.energy)
+
+    def estimate(self) -> Array:
+        """Least-squares estimate of all blocks together, (m,)."""
+        return _solve(self.information.sum(axis=0), self.moment.sum(axis=0))
+
+    def left_out(self) -> Array:
+        """The estimate from all blocks but one, for each block, (B, m)."""
+        information, moment = self.information.sum(axis=0), self.moment.sum(axis=0)
+        pairs = zip(self.information, self.moment, strict=True)
+        return np.stack([_solve(information - own, moment - part) for own, part in pairs])
+
+    def covariance(self) -> Array:
+        """Jackknife covariance of the estimate, (m, m), robust to any correlation within a block."""
+        apart = self.left_out() - self.estimate()
+        return np.asarray((self.count - 1) / self.count * apart.T @ apart)
+
+    def significance(self, at: Sequence[int]) -> float:
+        """p-value of the regressors `at` being absent, by the jackknife's covariance (an F-test).
+
+        One where there are not more blocks than regressors to test.
+        """
+        k = len(at)
+        if self.count <= k + 1:
+            return 1.0
+        amplitude, covariance = self.estimate()[list(at)], self.covariance()[np.ix_(at, at)]
+        scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+        scaled = covariance / np.outer(scale, scale)
+        wald = float(amplitude / scale @ np.linalg.pinv(scaled, hermitian=True) @ (amplitude / scale))
+        return float(fisher.sf(wald * (self.count - k) / (k * (self.count - 1)), k, self.count - k))
+
+    def gain(self, at: Sequence[int]) -> Gain:
+        """What the regressors `at` explain of each block by the estimate from all the others.
+
+        The decrease counts by its own spread from block to block (Diebold & Mariano 1995).
+        """
+        others = [k for k in range(self.moment.shape[1]) if k not in set(at)]
+        decrease = self.take(others)._errors_left_out() - self._errors_left_out()
+        spread = float(np.std(decrease, ddof=1)) if self.count > 1 else 0.0
+        mean = float(np.mean(decrease))
+        if spread == 0.0:
+            return Gain(decrease, 0.0 if mean > 0.0 else 1.0)
+        return Gain(decrease, float(student.sf(mean / spread * np.sqrt(self.count), self.count - 1)))
+
+    def constancy(self, k: int) -> float:
+        """p-value of regressor k having the same amplitude in all blocks, in their order (Hansen 1992).
+
+        Between the rows of the table the logarithm of p is interpolated, beyond them it is extrapolated.
+        """
+        theta, m = self.estimate(), self.moment.shape[1]
+        scores = self.moment - np.einsum("bij,j->bi", self.information, theta)
+        others = [j for j in range(m) if j != k]
+        total = self.information.sum(axis=0)
+        own = scores[:, k]
+        if others:
+            own = own - scores[:, others] @ _solve(total[np.ix_(others, others)], total[others, k])
+        variance = float(own @ own)
+        if variance == 0.0:
+            return 1.0
+        statistic = float(np.sum(np.cumsum(own) ** 2) / (self.count * variance))
+        logs = np.log(CONSTANCY[:, 1])
+        slope = (logs[-1] - logs[-2]) / (CONSTANCY[-1, 0] - CONSTANCY[-2, 0])
+        if statistic > CONSTANCY[-1, 0]:
+            return float(np.exp(logs[-1] + slope * (statistic - CONSTANCY[-1, 0])))
+        return float(np.exp(np.interp(statistic, np.append(0.0, CONSTANCY[:, 0]), np.append(0.0, logs))))
+
+    def _errors_left_out(self) -> Array:
+        """Squared error of each block with the estimate from all the others, (B,)."""
+        if not self.moment.shape[1]:
+            return self.energy
+        theta = self.left_out()
+        quadratic = np.einsum("bi,bij,bj->b", theta, self.information, theta)
+        return np.asarray(self.energy - 2.0 * np.einsum("bi,bi->b", theta, self.moment) + quadratic)
+
+
+def blocked(columns: Array, signal: Array, length: int) -> BlockedRegression:
+    """A regression cut into blocks of about `length` samples. columns (m, n), signal (n,)."""
+    n = len(signal)
+    count = max(1, round(n / length))
+    edges = np.linspace(0, n, count + 1).round().astype(int)
+    parts = [slice(a, b) for a, b in pairwise(edges.tolist())]
+    return BlockedRegression(
+        np.stack([columns[:, at] @ columns[:, at].T for at in parts]),
+        np.stack([columns[:, at] @ signal[at] for at in parts]),
+        np.array([float(signal[at] @ signal[at]) for at in parts]),
+    )
+
+
+def together(parts: Sequence[BlockedRegression]) -> BlockedRegression:
+    """Several records' blocks, one after the other, with the same regressors."""
+    return BlockedRegression(
+        np.concatenate([one.information for one in parts]),
+        np.concatenate([one.moment for one in parts]),
+        np.concatenate([one.energy for one in parts]),
+    )
+
+
+def _solve(information: Array, moment: Array) -> Array:
+    """The solution of least norm of normal equations whose unknowns are of unlike size."""
+    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    scaled = information / np.outer(scale, scale)
+    inverse = np.linalg.pinv(scaled, rcond=DEPENDENT, hermitian=True)
+    return np.asarray(inverse @ (moment / scale) / scale)
