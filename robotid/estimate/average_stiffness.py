@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.signal import lsim
+import scipy
 
 from robotid.model.array import Array
 
@@ -44,7 +44,9 @@ def simulate_twist(dphi_m: Array, sampling_time: float, gear_ratio: float, k: fl
     B = np.array([[1.0], [d / Ja]])
     t = np.arange(len(dphi_m)) * sampling_time
     start = np.array([0.0, gear_ratio * dphi_m[0]])
-    return np.asarray(lsim((A, B, np.array([[1.0, 0.0]]), np.zeros((1, 1))), gear_ratio * dphi_m, t, X0=start)[1])
+    return np.asarray(
+        scipy.signal.lsim((A, B, np.array([[1.0, 0.0]]), np.zeros((1, 1))), gear_ratio * dphi_m, t, X0=start)[1]
+    )
 
 
 def published_law(twists: Sequence[Array], shapes: Sequence[Array], k: Array, k_std: Array) -> SpringLaw:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.signal import find_peaks
+import scipy
 
 from robotid.model.array import Array
 from robotid.signals.frf import Frf
@@ -45,7 +45,7 @@ def _extremes(level: Array, doubt: Array, omega: Array) -> list[float]:
 
     doubt (n,) [dB] : what noise alone may raise.
     """
-    where, about = find_peaks(level, prominence=np.maximum(PROMINENCE, doubt))
+    where, about = scipy.signal.find_peaks(level, prominence=np.maximum(PROMINENCE, doubt))
     order = np.argsort(-about["prominences"])
     return [_vertex(level[k - 1 : k + 2], omega[k - 1 : k + 2]) for k in where[order]]
 

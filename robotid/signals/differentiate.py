@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
+import scipy
 
 from robotid.model.array import Array
 
@@ -32,9 +32,9 @@ def low_pass(signal: Array, sampling_time: float, cutoff: float, order: int = 4)
     nyquist = 0.5 / sampling_time
     if cutoff >= NYQUIST_SHARE * nyquist:
         return signal
-    sections = butter(order, cutoff / nyquist, output="sos")
+    sections = scipy.signal.butter(order, cutoff / nyquist, output="sos")
     pad = min(signal.shape[-1] - 1, int(3 / (cutoff * sampling_time)))
-    return np.asarray(sosfiltfilt(sections, signal, axis=-1, padlen=pad))
+    return np.asarray(scipy.signal.sosfiltfilt(sections, signal, axis=-1, padlen=pad))
 
 
 def central_difference(signal: Array, sampling_time: float) -> Array:

@@ -12,9 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from scipy.optimize import nnls
-from scipy.signal import welch
-from scipy.signal.windows import hann
 
 from robotid.estimate.covariance import ABSORBED, impulse_response, zero_order_hold_response
 from robotid.estimate.fitted_model import SimulatedSegment
@@ -117,7 +116,7 @@ def _room(seen: Spectrum, level: float, torque: float) -> float:
 def spectrum(trajectory: Trajectory, residual: Array, output: Quantity) -> Spectrum:
     """Under a Hann taper, lest a slow drift leaks into all frequencies."""
     n, row = len(residual), trajectory.joint.output_row(output)
-    taper = hann(n + 2)[1:-1]
+    taper = scipy.signal.windows.hann(n + 2)[1:-1]
     if output == "position":
         response = _squared_response(trajectory, row, n)
     else:
@@ -141,7 +140,7 @@ def _squared_response(trajectory: Trajectory, row: int, n: int) -> Array:
 
 def steady(seen: Spectrum, residual: Array) -> Spectrum:
     """The spectrum that half the time stays below (Welch 1967, with medians): bursts, as at reversals, do not show."""
-    frequency, power = welch(residual, nperseg=len(residual) // PARTS, detrend=False, average="median")
+    frequency, power = scipy.signal.welch(residual, nperseg=len(residual) // PARTS, detrend=False, average="median")
     return Spectrum(power / 2, np.interp(frequency, np.linspace(0, 0.5, len(seen.response)), seen.response))
 
 

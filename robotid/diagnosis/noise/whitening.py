@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from scipy.linalg import LinAlgError, solve_discrete_are
-from scipy.signal import lfilter
 
 from robotid.estimate.covariance import zero_order_hold_response
 from robotid.model.array import Array
@@ -29,7 +29,7 @@ class Whitening:
 
     def __call__(self, signals: Array) -> Array:
         """Signals (..., n), whitened."""
-        return np.asarray(lfilter(self.numerator, self.denominator, signals, axis=-1))
+        return np.asarray(scipy.signal.lfilter(self.numerator, self.denominator, signals, axis=-1))
 
     def transposed(self, signals: Array) -> Array:
         """The adjoint of the filter: from the last sample to the first."""

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+import scipy
 from scipy.ndimage import median_filter
-from scipy.signal import find_peaks
 
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.candidates import Candidate
@@ -90,7 +90,7 @@ def _peaks(angle: Array, weight: Array, grid: Sequence[float]) -> Iterator[float
     n = 2 * np.pi * np.arange(len(power)) / (PADDED * span)
     inside = (n >= max(min(grid), np.pi / span)) & (n <= max(grid))
     standing = power / np.maximum(median_filter(power, SURROUNDINGS), 1e-300)
-    found, _ = find_peaks(np.where(inside, power, 0.0))
+    found, _ = scipy.signal.find_peaks(np.where(inside, power, 0.0))
     highest, prominent = (sorted(found, key=lambda i: -value[i])[:PEAKS] for value in (power, standing))
     chosen = {int(i) + shift for i in highest for shift in (-SHIFT, 0, SHIFT)} | {int(i) for i in prominent}
     yield from (float(n[i]) for i in sorted(chosen) if 0 < i < len(n))

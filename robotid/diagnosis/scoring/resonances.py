@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scipy.signal import find_peaks
+import scipy
 
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.candidates import Candidate
@@ -45,7 +45,7 @@ def _at_peaks(candidate: Candidate, k: int, trial: RefittedModel, gradients: Seq
     points = [candidate.at(k, float(w)) for w in np.geomspace(min(grid), max(grid), POINTS)]
     gain = np.array([np.real(_response(one, omega) @ cross) for one in points])
     height = gain if size.bounds[0] == size.null else np.abs(gain)
-    found, _ = find_peaks(np.maximum(height, 0.0))
+    found, _ = scipy.signal.find_peaks(np.maximum(height, 0.0))
     yield from (points[i] for i in sorted(found, key=lambda i: -height[i])[:PEAKS])
 
 

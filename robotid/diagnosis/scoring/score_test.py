@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import repeat
 
 import numpy as np
-from scipy.stats import f as fisher
+import scipy
 
 from robotid.diagnosis.noise.whitening import Whitening
 from robotid.diagnosis.scoring.candidates import Candidate
@@ -202,4 +202,4 @@ def _possible(candidate: Candidate, amplitude: Array) -> bool:
 def significance(energy: float, parameters: int, total: float, samples: int, tries: int) -> float:
     """p-value of an explained energy by the F-test, for the best of so many tries."""
     rest = max(total - energy, 1e-300) / max(1, samples - parameters)
-    return float(min(1.0, tries * fisher.sf(energy / parameters / rest, parameters, samples)))
+    return float(min(1.0, tries * scipy.stats.f.sf(energy / parameters / rest, parameters, samples)))
