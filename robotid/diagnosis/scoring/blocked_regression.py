@@ -22,8 +22,8 @@ from robotid.model.array import Array
 
 DEPENDENT = 1e-12  # relative eigenvalue of the scaled information from which a direction is not determined
 CONSTANCY = np.array([[0.34730, 0.10], [0.46136, 0.05], [0.58061, 0.025], [0.74346, 0.01], [1.16786, 0.001]])
-"""Statistic and p-value of the constancy of one parameter, the integral of a squared Brownian bridge (Anderson & Darling
-1952, table 1)."""
+"""Statistic and p-value of the constancy of one parameter: the integral of a squared Brownian bridge (Anderson and
+Darling 1952, table 1)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
