@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -73,6 +73,12 @@ def parse(text: str, name: str = "configuration", overrides: Sequence[str] = ())
         where, path, _ = follow(root, problem.loc)
         raise ConfigError(problem.what, where=f"{where}  {path}", hint=problem.hint)
     return config.completed()
+
+
+def from_plain(sections: Mapping[str, object]) -> Config:
+    """Check a configuration that is given as plain mappings, lists, words and numbers, and complete it. Raises
+    ConfigError."""
+    return parse(yaml.safe_dump(dict(sections), sort_keys=False))
 
 
 def _written(root: MappingNode) -> dict[str, Plain]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from robotid.diagnosis.misfit.location import Curve
+from robotid.display import Displayed
 from robotid.estimate.result import Estimate
 from robotid.signals.record import Quantity, Role
 from robotid.signals.trace import Trace
@@ -69,8 +70,8 @@ class Rejected:
     why: str
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Diagnosis:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Diagnosis(Displayed):
     """The verdict on one fitted model.
 
     noise_floor, misfit, remaining : RMS over the records of the fit, in the unit of the output; remaining is the misfit

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from robotid.display import Displayed
 from robotid.estimate.average_stiffness import SpringLaw, equivalent_law, published_law, simulate_twist
 from robotid.estimate.flexible_start import rigid_inertia, starts
 from robotid.estimate.linear_response import FLOOR, ResponseFit, fit_response, linear_part
@@ -48,8 +49,8 @@ class FlexReading:
     twist: float = field(metadata={"unit": "rad"})
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FlexResult:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class FlexResult(Displayed):
     """Step 2. frfs, readings : one a record, or one for all realisations of an excitation. parameters : means over the
     responses that tell the stiffness. springs : the nonlinear law by eq. (14) and, where several responses tell it, by
     equivalent linearisation. guesses : by dotted name of the model, empty where nothing was found."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from robotid.display import Displayed
 from robotid.model.array import Array
 from robotid.model.structure import Structure
 from robotid.signals.record import Quantity
@@ -39,8 +40,8 @@ class Estimate:
     remark: str = ""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FitResult:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class FitResult(Displayed):
     """A model fitted to a combination of records.
 
     covariance, covariance_robust : (p, p) over all parameters in order, zero where fixed. initial_states : record

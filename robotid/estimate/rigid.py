@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from robotid.display import Displayed
 from robotid.errors import NumericsError
 from robotid.estimate.linear_regression import Block, Solution, relative_error, solve, too_few
 from robotid.estimate.regressor import Filtering, Merged, Regression, merge, regress
@@ -22,8 +23,8 @@ CANDIDATES = 8  # cut-offs tried for a flexible joint
 FEWEST_PERIODS = 10.0  # of the lowest of them, in a record
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RigidResult:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class RigidResult(Displayed):
     """Step 1. parameters : a sum of parameters that only act together is called joint.effect.symbol, on the motor side.
 
     covariance : (p, p), for white residuals. torque_error_percent : 100 ||tau - tau_hat|| / ||tau|| a record, both

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from robotid.diagnosis.results import Rejected
+from robotid.display import Displayed
 from robotid.estimate.result import FitResult
 from robotid.signals.record import Quantity, Role
 from robotid.signals.trace import Trace
@@ -21,8 +22,8 @@ class Score:
     trace: Trace
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Extension:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Extension(Displayed):
     """The model before and after: scores by record, Bayesian information criteria on the records of the fit, and the
     fit that came after. added : the effects by which it was extended. dropped : causes that lost their worth in the
     final refit.

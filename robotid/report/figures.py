@@ -3,7 +3,7 @@ writes them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import singledispatch
 
 from matplotlib.axes import Axes
@@ -30,10 +30,13 @@ from robotid.report.time import (
     name_curves,
     record_plot,
     reference_plot,
+    simulated_plot,
     trace_plot,
 )
 from robotid.signals.quality import Recordings
+from robotid.signals.record import Quantity
 from robotid.signals.reference import Excitation
+from robotid.signals.trace import Trace
 from robotid.validation.results import ModelValidation, Validation
 
 PANEL = (4.4, 3.4)  # width and height [inch] of a pair of axes
@@ -135,6 +138,11 @@ def draw_extension(content: Extension, units: Units = str) -> Figure:
     draw_gain(list(above.subplots(1, len(groups), squeeze=False)[0]) if groups else [], content)
     _time_plots(below, plots)
     return figure
+
+
+def draw_traces(traces: Mapping[str, Trace], output: Quantity, units: Units = str) -> Figure:
+    """Measured and simulated output of some records, each under its title."""
+    return _sheet([simulated_plot(title, trace, output, units) for title, trace in traces.items()])
 
 
 def _bode(figure: FigureBase, content: Validation, units: Units) -> None:

@@ -84,7 +84,12 @@ def trace_plot(name: str, validation: RecordValidation, output: Quantity, units:
     """Measured and simulated output above, their difference below."""
     kind = "fitted" if validation.used else "held out"
     title = f"{name} ({kind}): fit {validation.fit_percent:.2f} %"
-    return _compared(title, {"simulated": (validation.trace, BLUE)}, output, units)
+    return simulated_plot(title, validation.trace, output, units)
+
+
+def simulated_plot(title: str, trace: Trace, output: Quantity, units: Units = str) -> TimePlot:
+    """Measured and simulated output above, their difference below, under a title."""
+    return _compared(title, {"simulated": (trace, BLUE)}, output, units)
 
 
 def extended_plot(name: str, before: Score, after: Score, output: Quantity, units: Units = str) -> TimePlot:

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from robotid.display import Displayed
 from robotid.errors import ConfigError
 from robotid.model.array import Array
 
@@ -18,8 +19,8 @@ Use = Literal["rigid", "flex", "both"]
 Quantity = Literal["speed", "position"]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Record:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Record(Displayed):
     """One experiment. All signals are on the motor side unless they end in _a, and (n,).
 
     tau_m is held from its sample to the next. ref is the controller's reference, of the quantity ref_kind names.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from robotid.display import Displayed
 from robotid.model.array import Array
 from robotid.model.structure import Structure
 from robotid.signals.frf import Frf
@@ -60,8 +61,8 @@ class ModelValidation:
     remarks: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Validation:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Validation(Displayed):
     """Every model, the initial one first. frfs : the measured responses that `bode` is to be seen beside. failed : what
     stays below the thresholds of the configuration, in sentences."""
 

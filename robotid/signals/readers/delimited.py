@@ -141,20 +141,25 @@ def _head(
     return _named(path, rows[-1], [""] * len(units))
 
 
+def without_unit(name: str) -> tuple[str, str]:
+    """A name without the unit that it carries in brackets or after a slash, and that unit, empty where there is none:
+    "angle [deg]" is "angle", "deg"."""
+    match = UNIT.match(name)
+    unit = next((g for g in match.groups()[1:] if g), "") if match else ""
+    return (match[1], unit) if match and match[1] and (match[2] or parse(unit)) else (name, "")
+
+
 def _named(path: Path, names: Sequence[str], units: Sequence[str]) -> tuple[list[str], list[str]]:
     """Names without the units that they carry. A name that would come twice without its unit keeps it."""
     names = _trimmed(list(names))
-    matches = [UNIT.match(name) for name in names]
-    carried = [next((g for g in match.groups()[1:] if g), "") if match else "" for match in matches]
-    unit_like = [bool(m and m[1] and (m[2] or parse(unit))) for m, unit in zip(matches, carried, strict=True)]
-    plain = [m[1] if m and like else name for m, like, name in zip(matches, unit_like, names, strict=True)]
+    plain, carried = zip(*map(without_unit, names), strict=True) if names else ((), ())
     count = Counter(plain)
     kept = [name if count[short] > 1 else short for name, short in zip(names, plain, strict=True)]
     twice = next((name for name, times in Counter(kept).items() if times > 1 and name), None)
     if twice is not None:
         raise InputError(f'two columns are called "{twice}"', where=str(path), hint="rename one")
     below = [*units, *[""] * (len(names) - len(units))]
-    found = [unit if like else own for unit, like, own in zip(carried, unit_like, below, strict=False)]
+    found = [unit or own for unit, own in zip(carried, below, strict=False)]
     return kept, found
 
 

@@ -1,0 +1,9 @@
+"""The front door: what `import robotid as rid` offers.
+
+Order of reading: `model` (which effects act where, and what is known of them), `dataset` (records and their roles),
+`reading` (a log becomes a record), `identification` (fit), `simulation`, `evaluation` (validate), `improvement`
+(diagnose and extend), `files` (load and save), `explanation`. Every function takes and returns frozen objects that show
+themselves: `print(result)`, `result.table()`, `result.to_frame()`, `result.plot()`.
+
+The names are imported when they are first used, by `robotid.__getattr__`.
+"""

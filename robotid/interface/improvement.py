@@ -1,0 +1,104 @@
+"""What a fitted model lacks, and the model that has it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from robotid.diagnosis import Criteria, Diagnosis, DiagnosisOptions
+from robotid.diagnosis import diagnose as diagnose_model
+from robotid.diagnosis.experiment import Experiments
+from robotid.errors import ConfigError
+from robotid.extension import Extension, effects_to_add, extension_task, with_gains
+from robotid.extension import extend as extend_model
+from robotid.interface.dataset import Dataset, as_dataset
+from robotid.interface.identification import Fit, extended_fit, fields_of
+from robotid.signals.record import Record
+from robotid.stages.experiments import references
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class DiagnosedFit(Diagnosis):
+    """A diagnosis with the fit and the records that it is of. dataset : those of the fit, and those held out."""
+
+    fit: Fit = field(kw_only=True)
+    dataset: Dataset = field(kw_only=True)
+
+    @property
+    def result(self) -> Diagnosis:
+        """The diagnosis itself, as an artifact keeps it."""
+        return Diagnosis(**fields_of(self, Diagnosis))
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ExtendedFit(Extension):
+    """An extension whose fit can be validated, diagnosed and extended in its turn: `better.fit`."""
+
+    fit: Fit
+
+    @property
+    def result(self) -> Extension:
+        """The extension itself, as an artifact keeps it."""
+        return Extension(**(fields_of(self, Extension) | {"fit": self.fit.result}))
+
+
+def diagnose(
+    fit: Fit,
+    records: Record | Iterable[Record] = (),
+    *,
+    held_out: Record | Iterable[Record] = (),
+    criteria: Criteria | None = None,
+) -> DiagnosedFit:
+    """Find what a fitted model gets wrong, and the effect that it lacks, as `robotid diagnose` does.
+
+    Causes are fitted on the records of the fit, and what they gain is measured on records that it has not seen.
+
+    held_out, records : such records, besides those of role "validate" that the fit was given. criteria : what is asked
+    of a cause. Without any record that is held out no gain can be measured.
+
+    Raises ConfigError for two records of one name, NumericsError where the model cannot be simulated.
+
+    >>> import robotid as rid
+    >>> from support.logs import motor_log
+    >>> fit = rid.fit(rid.Model(motor=["inertia", "viscous", "coulomb"]), rid.read(motor_log(), name="log"))
+    >>> found = rid.diagnose(fit, held_out=rid.read(motor_log(seed=2), name="day2"))
+    >>> found.verdict, [cause.effect for cause in found.causes]
+    ('clean', [])
+    """
+    more = as_dataset(held_out) + as_dataset(records)
+    data = fit.dataset + more.as_role("validate")
+    options = DiagnosisOptions(horizon=fit.options.horizon, experiments=Experiments(references, None))
+    found = diagnose_model(fit.fitted_model, data.records, criteria or Criteria(), options)
+    task = extension_task(found, fit, data.records, fit.options.fit, horizon=fit.options.horizon)
+    return DiagnosedFit(**fields_of(with_gains(found, task), Diagnosis), fit=fit, dataset=data)
+
+
+def extend(fit: Fit, found: DiagnosedFit, *, effects: Sequence[str] | None = None) -> ExtendedFit:
+    """Extend a fitted model by the causes of its diagnosis, fit it anew, and measure the gain on every record.
+
+    effects : by dotted name, such as "motor.stribeck", instead of the causes that were found. An effect without which
+    the records held out are simulated as well is dropped again.
+
+    Raises ConfigError for a diagnosis of another fit or an effect that the model cannot have, NumericsError where the
+    extended model does not converge.
+
+    >>> import robotid as rid
+    >>> from support.logs import motor_log
+    >>> fit = rid.fit(rid.Model(motor=["inertia", "viscous", "coulomb"]), rid.read(motor_log(), name="log"))
+    >>> found = rid.diagnose(fit, held_out=rid.read(motor_log(seed=2), name="day2"))
+    >>> rid.extend(fit, found).added                     # there is nothing that it lacks
+    ()
+    """
+    if not isinstance(found, DiagnosedFit) or found.fit is not fit:
+        raise ConfigError(
+            "this is no diagnosis of this fit", where="extend", hint="give what rid.diagnose(fit) returns"
+        )
+    wanted = effects_to_add(found, fit) if effects is None else tuple(effects)
+    if effects is not None:
+        for effect in wanted:
+            if effect in fit.structure.effects:
+                raise ConfigError(f"{effect} is in the model already", where="extend", hint="leave it out")
+        fit.model.with_effects(*wanted)
+    task = extension_task(found, fit, found.dataset.records, fit.options.fit, horizon=fit.options.horizon)
+    result = extend_model(task, wanted)
+    return ExtendedFit(**(fields_of(result, Extension) | {"fit": extended_fit(fit, result.fit, found.dataset)}))
