@@ -84,6 +84,17 @@ def read_header(path: Path) -> ArtifactHeader:
         return _header(path, file)
 
 
+def count_entries(path: Path, field: str) -> int:
+    """How many entries a tuple of the content has, read without the class of the content. Raises InputError as `load`
+    does, and where the content has no such tuple."""
+    with _open(path) as file:
+        try:
+            node = file["content"][field]
+            return int(node.attrs["length"] if isinstance(node, h5py.Group) else node.shape[0])
+        except UNREADABLE as error:
+            raise InputError(f"of another version ({_first_line(error)})", where=str(path), hint=AGAIN) from error
+
+
 def _user_block(body: bytes) -> bytes:
     text = f"robotid artifact, format {FORMAT}\nsha256 {hashlib.sha256(body).hexdigest()}\n"
     return text.encode().ljust(BLOCK, b"\n")

@@ -8,14 +8,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from shutil import get_terminal_size
 from textwrap import fill
-from typing import Any
 
-from robotid.artifacts.store import load
+from robotid.artifacts.store import count_entries
 from robotid.pipeline.execute import Outcome, status
 from robotid.pipeline.freshness import StageStatus, State
 from robotid.pipeline.report_page import is_current
 from robotid.pipeline.run import Run
-from robotid.pipeline.stage import Stage
 from robotid.pipeline.table import DIAGNOSE, EXTEND, PRODUCTS, REPORT, VALIDATE
 
 EXTENDED = Path("extended.yaml")
@@ -49,7 +47,7 @@ def next_command(run: Run, found: Sequence[StageStatus], stage: str | None = Non
         return run.command(due if stage else "run")
     if not is_current(run, found):
         return run.command(REPORT.name)
-    if due is None and _content(run, EXTEND).added:
+    if due is None and count_entries(run.file(EXTEND), "added"):
         again = f"{run.out}-{EXTENDED.stem}"
         return shlex.join(["robotid", "run", str(run.out / EXTENDED), "--out", again])
     return shlex.join(["robotid", "show", str(run.file(VALIDATE if due is None else DIAGNOSE))])
@@ -57,8 +55,4 @@ def next_command(run: Run, found: Sequence[StageStatus], stage: str | None = Non
 
 def _is_clean(run: Run) -> bool:
     """Whether the diagnosis names nothing to extend by."""
-    return not _content(run, DIAGNOSE).causes
-
-
-def _content(run: Run, stage: Stage) -> Any:
-    return load(run.file(stage), stage.type()).content
+    return not count_entries(run.file(DIAGNOSE), "causes")

@@ -70,19 +70,22 @@ def execute(run: Run, name: str, *, force: bool = False, dry_run: bool = False, 
     before = {s.stage: s for s in status(run)}
     for needed in STAGES[name].inputs:
         _require_fresh(run, before[needed])
-    return _make_fresh(run, STAGES[name], before, force=force, dry_run=dry_run, log=log)
+    why = _why_run(STAGES[name], before[name], force=force)
+    return _make_fresh(run, STAGES[name], before, why, dry_run=dry_run, log=log)
 
 
 def execute_all(run: Run, *, force: bool = False, dry_run: bool = False, log: Log | None = None) -> Iterator[Outcome]:
     """Run every stage that is not fresh, in order, up to one that is interrupted. Raises as `execute` does."""
     before: dict[str, StageStatus] = {}
-    would_run = False
+    would_run, something_runs = False, any(s.state is not State.FRESH for s in status(run))
     for stage in STAGES.values():
         if would_run:
             yield Outcome(stage.name, run.file(stage), False, AFTER_ANOTHER)
             continue
         before[stage.name] = judge(run, stage, before)
-        outcome = _make_fresh(run, stage, before, force=force, dry_run=dry_run, log=log)
+        is_read = something_runs or stage.after_run != "never"
+        why = _why_run(stage, before[stage.name], force=force, is_read=is_read)
+        outcome = _make_fresh(run, stage, before, why, dry_run=dry_run, log=log)
         yield outcome
         if outcome.interrupted:
             return
@@ -98,16 +101,23 @@ def _require_fresh(run: Run, needed: StageStatus) -> None:
         raise InputError(what, where=str(needed.file), hint=hint)
 
 
+def _why_run(stage: Stage, now: StageStatus, *, force: bool, is_read: bool = True) -> str:
+    """Why a stage has to run, empty where its artifact is fresh. is_read : somebody will read the content, so that it
+    must have the layout of its class: while a version is being written its number stays, but not its classes."""
+    if now.why or force:
+        return now.why or FORCED
+    if is_read and now.header is not None and now.header.layout != layout_digest(stage.type()):
+        return "of another version"
+    return ""
+
+
 def _make_fresh(
-    run: Run, stage: Stage, before: Mapping[str, StageStatus], *, force: bool, dry_run: bool, log: Log | None
+    run: Run, stage: Stage, before: Mapping[str, StageStatus], why: str, *, dry_run: bool, log: Log | None
 ) -> Outcome:
-    """Make a stage's artifact fresh. before : the state of this stage and of those before it."""
+    """Make a stage's artifact fresh. before : the state of this stage and of those before it. why : it has to run."""
     now = before[stage.name]
-    why = now.why or (FORCED if force else "")
     if dry_run:
         return Outcome(stage.name, now.file, False, why or FRESH)
-    if not why and now.header is not None and now.header.layout != layout_digest(stage.type()):
-        why = "of another version"  # the same version number, while a version is being written
     if why:
         headers = {name: header for name in stage.inputs if (header := before[name].header) is not None}
         outcome, failed = _run(run, stage, headers, why, log)

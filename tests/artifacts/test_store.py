@@ -19,7 +19,7 @@ from support.alike import alike
 from robotid import files
 from robotid.artifacts import store
 from robotid.artifacts.provenance import Provenance
-from robotid.artifacts.store import load, read_header, save
+from robotid.artifacts.store import count_entries, load, read_header, save
 from robotid.errors import InputError
 from robotid.model.array import Array
 from robotid.model.units import sliding
@@ -168,6 +168,13 @@ def test_hdf5_finds_the_content_behind_the_user_block(file: Path) -> None:
     first, second = file.read_bytes()[:512].decode().split("\n")[:2]
     assert first == "robotid artifact, format 2"
     assert second == f"sha256 {hashlib.sha256(file.read_bytes()[512:]).hexdigest()}"
+
+
+def test_entries_are_counted_without_the_class(file: Path) -> None:
+    assert count_entries(file, "names") == 1
+    assert count_entries(file, "torque") == 2000
+    with pytest.raises(InputError, match="of another version"):
+        count_entries(file, "causes")
 
 
 def test_a_changed_number(file: Path) -> None:

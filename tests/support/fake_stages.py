@@ -65,6 +65,8 @@ def _row(name: str, output: str, **what: Any) -> Stage:
 
 STAGES = {
     "first": _row("first", "one.h5", sections=("fit",)),
-    "second": _row("second", "two.h5", inputs=("first",), sections=("init_rigid",), reads_files=True),
+    "second": _row(
+        "second", "two.h5", inputs=("first",), sections=("init_rigid",), reads_files=True, after_run="always"
+    ),
     "third": _row("third", "three.h5", inputs=("first", "second"), sections=("validate",), logs=True),
 }
