@@ -1,0 +1,214 @@
+"""How much of each noise a residual shows.
+
+The spectrum of a residual is a sum of shapes that are known up to their levels; the levels are those of Whittle's
+likelihood (Whittle 1953). A residual of an angle falls by many powers of ten from one end of its spectrum to the other,
+and leaks. It is therefore whitened by the levels found so far before its spectrum is taken, the shapes are filtered
+alike, and this is repeated until the levels stay.
+
+What a fit or a catalogue of effects has taken from a residual is missing in its spectrum. Its leverage, the share that
+it takes of white noise at each frequency, is allowed for; otherwise noise would look smaller than it is where many
+columns lie.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.optimize import nnls
+from scipy.signal.windows import hann
+
+from robotid.estimate.noise.response import TorqueResponse
+from robotid.estimate.noise.whitening import InnovationsFilter, NoiseLevels, innovations_filter
+from robotid.model.array import Array
+
+
+@dataclass(frozen=True, slots=True)
+class LevelSettings:
+    """sweeps : of whitening and fitting, at most. settled : relative change of a level at which they end. skipped :
+    lowest frequencies of a record, which first states and parameters shape. crossings : how many frequencies, below
+    which the torque's noise prevails, the first sweep tries. corner_step : factor from one corner of the red noise to
+    the next. full : leverage from which a frequency tells nothing."""
+
+    sweeps: int = 8
+    settled: float = 0.02
+    skipped: int = 4
+    crossings: int = 7
+    corner_step: float = 3.0
+    full: float = 0.8
+
+
+SETTINGS = LevelSettings()
+MEDIAN, SMALLEST = 0.455, 1e-300  # of a squared standard normal; a variance that stands for none
+KINSHIP = 35 / 18  # neighbouring frequencies per independent one under a Hann taper
+SCORING, PRECISION, TIE = 30, 1e-8, 1e-12  # steps of Fisher scoring, relative change at its end, of equal spectra
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Residual:
+    """A residual (n,) with the torque's response to it. columns : (m, n) that a fit or a catalogue has taken out of it;
+    least : smallest variance of the output's noise, as the quantum of an encoder sets it."""
+
+    signal: Array
+    response: TorqueResponse
+    columns: Array | None = None
+    least: float = 0.0
+
+
+def fit_levels(residuals: Sequence[Residual], settings: LevelSettings = SETTINGS) -> tuple[NoiseLevels, ...]:
+    """Noise levels of every residual: an output noise of its own, and the torque's in common.
+
+    The red noise, and the white one on the torque, count only where the Bayesian information criterion asks for them.
+    """
+    levels = _start(residuals, settings)
+    if not any(one.signal.any() for one in residuals):
+        return levels
+    for _ in range(settings.sweeps):
+        after = _refine(residuals, levels, settings)
+        done = all(_alike(a, b, settings.settled) for a, b in zip(levels, after, strict=True))
+        levels = after
+        if done:
+            break
+    return levels
+
+
+def _start(residuals: Sequence[Residual], settings: LevelSettings) -> tuple[NoiseLevels, ...]:
+    """The output noise by the finest differences, and the torque's white noise that makes the innovations likeliest."""
+    outputs = [
+        max(one.least, float(np.median(np.diff(one.signal, 2) ** 2)) / (0.455 * 6.0), 1e-300) for one in residuals
+    ]
+    best, cost = tuple(NoiseLevels(output) for output in outputs), np.inf
+    n = max(len(one.signal) for one in residuals)
+    for omega in 2 * np.pi * np.geomspace(1 / n, 0.5, settings.crossings):
+        ratios = [o / one.response.squared(np.array([omega]))[0] for o, one in zip(outputs, residuals, strict=True)]
+        torque = float(np.median(ratios))
+        tried = tuple(NoiseLevels(output, torque) for output in outputs)
+        value = sum(_unlikelihood(one, level) for one, level in zip(residuals, tried, strict=True))
+        if value < cost:
+            best, cost = tried, value
+    return best
+
+
+def _unlikelihood(one: Residual, levels: NoiseLevels) -> float:
+    """Minus twice the logarithm of the innovations' likelihood."""
+    whiten = innovations_filter(one.response, levels)
+    innovations = whiten(one.signal)
+    first = whiten.sections[:, 0].prod() / whiten.sections[:, 3].prod()
+    return float(innovations @ innovations) - 2.0 * len(innovations) * float(np.log(abs(first)))
+
+
+def _alike(a: NoiseLevels, b: NoiseLevels, settled: float) -> bool:
+    pairs = ((a.output, b.output), (a.torque, b.torque), (a.red, b.red))
+    return all(abs(x - y) <= settled * max(x, y) for x, y in pairs) and (a.red == 0.0 or a.corner == b.corner)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Lines:
+    """Whitened periodogram (f,) of a residual, and what each noise of unit variance would add to it, (1, f) of the
+    output, (1, f) of the torque, (corners, f) of the red noise."""
+
+    power: Array
+    output: Array
+    torque: Array
+    red: Array
+
+
+def _refine(
+    residuals: Sequence[Residual], levels: Sequence[NoiseLevels], settings: LevelSettings
+) -> tuple[NoiseLevels, ...]:
+    corners = _corners(residuals, settings)
+    filters = [innovations_filter(one.response, level) for one, level in zip(residuals, levels, strict=True)]
+    lines = [_lines(one, whiten, corners, settings) for one, whiten in zip(residuals, filters, strict=True)]
+    power = np.concatenate([one.power for one in lines])
+    own = np.zeros((len(lines), len(power)))
+    first = 0
+    for k, one in enumerate(lines):
+        own[k, first : first + len(one.power)] = one.output
+        first += len(one.power)
+    torque, red = (np.concatenate([getattr(one, name) for one in lines], axis=-1) for name in ("torque", "red"))
+    choices: list[tuple[Array, bool, int | None]] = [(own, False, None), (np.vstack([own, torque]), True, None)]
+    choices += [(np.vstack([own, torque, red[i : i + 1]]), True, i) for i in range(len(corners))]
+    best: tuple[float, Array, bool, int | None] = (np.inf, np.zeros(0), False, None)
+    for bases, white, corner in choices:
+        found, cost = whittle(power, bases)
+        criterion = cost + len(bases) * np.log(len(power))
+        if criterion < best[0]:
+            best = (criterion, found, white, corner)
+    _, found, white, at = best
+    n = len(lines)
+    return tuple(
+        NoiseLevels(
+            max(float(found[k]), one.least, TIE * float(np.mean(one.signal**2)) + SMALLEST),
+            float(found[n]) if white else 0.0,
+            float(found[n + 1]) if at is not None else 0.0,
+            float(corners[at]) if at is not None else 1.0,
+        )
+        for k, one in enumerate(residuals)
+    )
+
+
+def _corners(residuals: Sequence[Residual], settings: LevelSettings) -> Array:
+    """Corners of the red noise that are tried [rad/s]: from the slowest that a record can tell to a tenth of the
+    sampling rate."""
+    h = min(one.response.sampling_time for one in residuals)
+    longest = max(len(one.signal) * one.response.sampling_time for one in residuals)
+    low, high = 2 * np.pi / longest, 2 * np.pi * 0.1 / h
+    count = max(1, int(np.log(high / low) / np.log(settings.corner_step)) + 1) if high > low else 1
+    return np.asarray(low * settings.corner_step ** np.arange(count))
+
+
+def _lines(one: Residual, whiten: InnovationsFilter, corners: Array, settings: LevelSettings) -> _Lines:
+    n, h = len(one.signal), one.response.sampling_time
+    omega = 2 * np.pi * np.arange(1, n // 2 + 1) / n
+    innovations = whiten(one.signal)
+    left = np.ones(len(omega))
+    if one.columns is not None and len(one.columns):
+        basis = _orthonormal(whiten(one.columns))
+        innovations = innovations - (basis @ innovations) @ basis
+        left = 1.0 - np.minimum(1.0, _periodogram(basis).sum(axis=0))
+    seen = np.flatnonzero(left > 1.0 - settings.full)
+    seen = seen[seen >= settings.skipped]
+    gain = whiten.squared(omega)[seen] * left[seen]
+    torque = gain * one.response.squared(omega[seen])
+    poles = np.exp(-corners * h)
+    red = torque * (1.0 - poles**2)[:, None] / np.abs(1.0 - poles[:, None] * np.exp(-1j * omega[seen])) ** 2
+    return _Lines(_periodogram(innovations)[seen], gain, torque, red)
+
+
+def _periodogram(signals: Array) -> Array:
+    """Under a Hann taper, above frequency zero; that of white noise is its variance. (..., n) -> (..., n / 2)."""
+    n = signals.shape[-1]
+    taper = hann(n + 2)[1:-1]
+    return np.asarray(np.abs(np.fft.rfft(taper * signals)[..., 1:]) ** 2 / np.sum(taper**2))
+
+
+def _orthonormal(columns: Array) -> Array:
+    """Rows (r, n) that span the same as columns (m, n)."""
+    length = np.linalg.norm(columns, axis=1)
+    scaled = columns[length > 0] / length[length > 0, None]
+    values, vectors = np.linalg.eigh(scaled @ scaled.T)
+    kept = values > 1e-10 * values[-1] if len(values) else np.zeros(0, dtype=bool)
+    return np.asarray((vectors[:, kept] / np.sqrt(values[kept])).T @ scaled)
+
+
+def whittle(power: Array, bases: Array) -> tuple[Array, float]:
+    """Levels of spectra that explain a periodogram best, and minus twice the logarithm of their likelihood.
+
+    power (f,), bases (k, f) -> (k,), none negative. Fisher scoring, each step a least-squares problem with non-negative
+    unknowns.
+    """
+    size = bases.mean(axis=1, keepdims=True)
+    size[size <= 0.0] = 1.0
+    bases = bases / size
+    model, least, before = np.full(len(power), power.mean()), 1e-12 * power.mean() + 1e-300, np.zeros(len(bases))
+    for _ in range(SCORING):
+        weighted = bases / model
+        root = np.linalg.cholesky(weighted @ weighted.T + TIE * len(power) * np.eye(len(bases)))
+        levels, _ = nnls(root.T, solve_triangular(root, weighted @ (power / model), lower=True))
+        model = np.maximum(levels @ bases, least)
+        if np.abs(levels - before).max() <= PRECISION * levels.max():
+            break
+        before = levels
+    return levels / size[:, 0], 2 / KINSHIP * float(np.sum(np.log(model) + power / model))

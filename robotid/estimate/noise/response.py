@@ -1,0 +1,45 @@
+"""How an error of the recorded torque shows in the output of a simulated joint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotid.estimate.covariance import zero_order_hold_response
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.signals.record import Quantity
+
+LINES = 4096  # frequencies whose matrices are in memory at once
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TorqueResponse:
+    """x[n + 1] = A x[n] + b u[n], y[n] = x[row, n]: the joint about to slip, its springs at rest, a torque u held.
+
+    A (d, d), b (d,); sampling_time [s].
+    """
+
+    A: Array
+    b: Array
+    row: int
+    sampling_time: float
+
+    def squared(self, omega: Array) -> Array:
+        """Squared magnitude from the torque to the output. omega (n,) [rad per sample], none zero -> (n,)."""
+        z = np.exp(1j * np.asarray(omega))
+        eye, columns = np.eye(len(self.b)), self.b[:, None]
+        found = [
+            np.linalg.solve(part[:, None, None] * eye - self.A, columns)[:, self.row, 0]
+            for part in np.array_split(z, len(z) // LINES + 1)
+        ]
+        return np.asarray(np.abs(np.concatenate(found)) ** 2)
+
+
+def torque_response(joint: Joint, theta: Array, sampling_time: float, output: Quantity) -> TorqueResponse:
+    """The response of a joint's speed or position. theta : (p,) as the record has them."""
+    A, b = zero_order_hold_response(joint, theta, sampling_time)
+    row = joint.output_row(output)
+    kept = [k for k in range(joint.speeds.stop) if k == row or not (joint.keeps_angle and k == joint.motor_angle)]
+    return TorqueResponse(A[np.ix_(kept, kept)], b[kept], kept.index(row), sampling_time)

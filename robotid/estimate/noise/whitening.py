@@ -1,0 +1,94 @@
+"""Whitening: a filter after which a residual of pure noise is white with unit variance.
+
+Three noises make a residual: white on the measured output, white on the recorded torque, and red on the torque, a
+first-order autoregression; the joint shapes the last two. The filter is the innovations form of the Kalman predictor of
+their sum (Ljung 1999, section 4.3): what is new in each sample. White noise on a recorded torque is a random walk in a
+simulated angle, and nothing but its innovations can be tested.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy
+from scipy.linalg import LinAlgError, solve_discrete_are
+
+from robotid.estimate.noise.response import TorqueResponse
+from robotid.model.array import Array
+
+RIDGE = 1e-10  # of the torque's noise, on every state: keeps the Riccati equation's solution unique
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseLevels:
+    """Variances of the noises that make a residual.
+
+    output : of the output, in its unit squared; torque : of the torque's white noise [Nm2]; red : of the torque's red
+    noise [Nm2]; corner [rad/s] : of the latter's spectrum, which is flat below it.
+    """
+
+    output: float
+    torque: float = 0.0
+    red: float = 0.0
+    corner: float = 1.0
+
+    def pole(self, sampling_time: float) -> float:
+        """Coefficient of the autoregression of the red noise."""
+        return float(np.exp(-self.corner * sampling_time))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InnovationsFilter:
+    """A filter in second-order sections (s, 6), from a residual to its innovations over their standard deviation."""
+
+    sections: Array
+    levels: NoiseLevels
+
+    def __call__(self, signals: Array) -> Array:
+        """Signals (..., n), whitened."""
+        return np.asarray(scipy.signal.sosfilt(self.sections, signals, axis=-1))
+
+    def transposed(self, signals: Array) -> Array:
+        """The adjoint of the filter: from the last sample to the first. signals (..., n) -> the same shape."""
+        return np.asarray(self(signals[..., ::-1])[..., ::-1])
+
+    def squared(self, omega: Array) -> Array:
+        """Squared magnitude. omega (n,) [rad per sample] -> (n,)."""
+        return np.asarray(np.abs(scipy.signal.sosfreqz(self.sections, np.asarray(omega))[1]) ** 2)
+
+
+def innovations_filter(response: TorqueResponse, levels: NoiseLevels) -> InnovationsFilter:
+    """The whitening filter of a noise. levels.output must be positive.
+
+    Where the Riccati equation has no solution to working precision the torque's noise is left out.
+    """
+    white = np.array([[1.0 / np.sqrt(levels.output), 0.0, 0.0, 1.0, 0.0, 0.0]])
+    if levels.torque + levels.red <= 0.0:
+        return InnovationsFilter(white, levels)
+    F, Q, C = _state_space(response, levels)
+    try:
+        P = solve_discrete_are(F.T, C.T, Q / levels.output, np.eye(1)) * levels.output
+    except (LinAlgError, ValueError):
+        return InnovationsFilter(white, NoiseLevels(levels.output))
+    variance = float((C @ P @ C.T)[0, 0]) + levels.output
+    gain = F @ P @ C.T / variance
+    zeros, poles = (np.asarray(np.linalg.eigvals(M), dtype=np.complex128) for M in (F, F - gain @ C))
+    sections: Any = scipy.signal.zpk2sos  # its types know no complex zeros
+    return InnovationsFilter(np.asarray(sections(zeros, poles, 1.0 / np.sqrt(variance))), levels)
+
+
+def _state_space(response: TorqueResponse, levels: NoiseLevels) -> tuple[Array, Array, Array]:
+    """Transition F, covariance Q of its noise, and output C of the joint with the red noise as a further state."""
+    d, red = len(response.b), levels.red > 0.0
+    F, Q, C = np.zeros((d + red, d + red)), np.zeros((d + red, d + red)), np.zeros((1, d + red))
+    F[:d, :d], C[0, response.row] = response.A, 1.0
+    Q[:d, :d] = levels.torque * np.outer(response.b, response.b)
+    spread = levels.torque
+    if red:
+        pole = levels.pole(response.sampling_time)
+        F[:d, d], F[d, d], Q[d, d] = response.b, pole, levels.red * (1.0 - pole**2)
+        spread += levels.red * (1.0 - pole)
+    Q[:d, :d] += RIDGE * spread * np.diag(response.b**2)
+    return F, Q, C

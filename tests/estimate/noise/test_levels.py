@@ -1,0 +1,143 @@
+"""The levels of the noises that make a residual, and the filter that they ask for."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.signal import lfilter
+from scipy.stats import kstest
+
+from robotid.estimate.noise.levels import Residual, fit_levels, whittle
+from robotid.estimate.noise.response import TorqueResponse
+from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
+from robotid.model.array import Array
+
+H, SAMPLES = 1e-3, 4000
+J, FV, RATIO, JA, K1, D = 0.0121, 0.013, 1 / 224.3, 1130.0, 1.46e6, 2630.0
+NOISE = {"speed": 0.02, "position": 7e-6}
+ROW = {"speed": 2, "position": 0}
+
+
+@cache
+def joint(output: str) -> TorqueResponse:
+    """The paper's joint, states (phi_m, twist, dphi_m, dphi_a), written out."""
+    dynamics = np.array(
+        [
+            [0.0, 0.0, 1.0, 0.0],
+            [0.0, 0.0, RATIO, -1.0],
+            [0.0, -RATIO * K1 / J, -(FV + RATIO**2 * D) / J, RATIO * D / J],
+            [0.0, K1 / JA, RATIO * D / JA, -D / JA],
+        ]
+    )
+    block = np.zeros((5, 5))
+    block[:4, :4], block[2, 4] = dynamics, 1 / J
+    stepped = expm(block * H)
+    first = 0 if output == "position" else 1
+    return TorqueResponse(stepped[first:4, first:4], stepped[first:4, 4], ROW[output] - first, H)
+
+
+def residual(output: str, rng: np.random.Generator, torque: float, red: float, pole: float) -> Array:
+    """What an output shows of a noise of its own and of the torque's, (n,)."""
+    drive = torque * rng.standard_normal(SAMPLES)
+    coloured = lfilter([np.sqrt(1 - pole**2)], [1.0, -pole], rng.standard_normal(SAMPLES + 2000))[2000:]
+    response, x = joint(output), np.zeros(len(joint(output).b))
+    y = np.empty(SAMPLES)
+    for k, u in enumerate(drive + red * coloured):
+        y[k] = x[response.row]
+        x = response.A @ x + response.b * u
+    return y + NOISE[output] * rng.standard_normal(SAMPLES)
+
+
+def residuals(output: str, torque: float, red: float = 0.0, pole: float = 0.9, seed: int = 1) -> list[Residual]:
+    rng = np.random.default_rng(seed)
+    return [Residual(residual(output, rng, torque, red, pole), joint(output)) for _ in range(3)]
+
+
+@pytest.mark.parametrize(("output", "torque"), [("speed", 0.03), ("position", 0.005)])
+def test_white_noise_of_output_and_torque(output: str, torque: float) -> None:
+    for one in fit_levels(residuals(output, torque)):
+        assert np.sqrt(one.output) == pytest.approx(NOISE[output], rel=0.06)
+        assert np.sqrt(one.torque) == pytest.approx(torque, rel=0.15)
+        assert one.red == 0.0
+
+
+@pytest.mark.parametrize("output", ["speed", "position"])
+def test_nothing_is_found_on_the_torque_where_nothing_is(output: str) -> None:
+    for one in fit_levels(residuals(output, 0.0)):
+        assert np.sqrt(one.output) == pytest.approx(NOISE[output], rel=0.05)
+        assert one.torque == one.red == 0.0
+
+
+@pytest.mark.parametrize("output", ["speed", "position"])
+@pytest.mark.parametrize("pole", [0.9, 0.99])
+def test_red_noise_of_the_torque(output: str, pole: float) -> None:
+    """White and red together do what both do in truth, though one may stand in for a part of the other."""
+    drawn = residuals(output, 0.005, 0.02, pole)
+    levels = fit_levels(drawn)
+    assert np.sqrt(levels[0].torque + levels[0].red) == pytest.approx(np.hypot(0.005, 0.02), rel=0.45)
+    for one, level in zip(drawn, levels, strict=True):
+        assert np.mean(innovations_filter(one.response, level)(one.signal) ** 2) == pytest.approx(1.0, abs=0.08)
+
+
+@pytest.mark.parametrize("output", ["speed", "position"])
+def test_a_whitened_residual_is_white_at_every_frequency(output: str) -> None:
+    """The periodogram over the noise is exponentially distributed: the null of every later test."""
+    drawn = residuals(output, 0.005, 0.02, 0.99, seed=4)
+    for one, level in zip(drawn, fit_levels(drawn), strict=True):
+        white = innovations_filter(one.response, level)(one.signal)
+        power = np.abs(np.fft.rfft(white)[8:-1]) ** 2 / len(white)
+        assert kstest(power, "expon").pvalue > 1e-3
+
+
+def test_the_believed_white_noise_of_an_angle_is_far_off() -> None:
+    """Why innovations: taken as it is, the same residual has all its energy in its lowest frequencies."""
+    one = residuals("position", 0.005)[0]
+    power = np.abs(np.fft.rfft(one.signal)[8:-1]) ** 2
+    assert power[:50].sum() > 0.5 * power.sum()
+
+
+def test_what_columns_have_taken_does_not_make_the_noise_look_smaller() -> None:
+    h = np.arange(SAMPLES) * H
+    columns = np.stack([np.cos(2 * np.pi * f * h + p) for f in np.arange(0.25, 60.0, 0.5) for p in (0.0, 1.6)])
+    plain = residuals("position", 0.005, seed=6)
+    basis = np.linalg.qr(columns.T)[0].T
+    taken = [Residual(one.signal - basis.T @ (basis @ one.signal), one.response, columns) for one in plain]
+    naive = [Residual(one.signal, one.response) for one in taken]
+    wrong, right = (np.sqrt(fit_levels(one)[0].torque) for one in (naive, taken))
+    assert right == pytest.approx(0.005, rel=0.2)
+    assert abs(wrong - 0.005) > 2 * abs(right - 0.005)
+
+
+def test_the_quantum_of_an_encoder_is_the_least_noise() -> None:
+    quiet = [
+        Residual(0.01 * one.signal, one.response, least=NOISE["position"] ** 2) for one in residuals("position", 0.0)
+    ]
+    assert fit_levels(quiet)[0].output == NOISE["position"] ** 2
+
+
+def test_a_residual_of_nothing_has_no_noise() -> None:
+    (level,) = fit_levels([Residual(np.zeros(SAMPLES), joint("speed"))])
+    assert max(level.output, level.torque, level.red) < 1e-200
+
+
+def test_the_filter_of_an_output_noise_is_its_inverse() -> None:
+    signal = np.arange(5.0)
+    assert innovations_filter(joint("speed"), NoiseLevels(4.0))(signal) == pytest.approx(signal / 2.0)
+
+
+def test_the_transposed_filter_is_the_adjoint() -> None:
+    rng = np.random.default_rng(3)
+    whiten = innovations_filter(joint("position"), NoiseLevels(1e-10, 1e-5, 1e-4, 10.0))
+    a, b = rng.standard_normal((2, 200))
+    assert a @ whiten(b) == pytest.approx(whiten.transposed(a) @ b, rel=1e-6)
+
+
+def test_levels_that_explain_a_periodogram() -> None:
+    rng = np.random.default_rng(0)
+    bases = np.stack([np.ones(5000), np.linspace(100.0, 0.1, 5000)])
+    power = (np.array([2.0, 0.3]) @ bases) * rng.exponential(size=5000)
+    levels, _ = whittle(power, bases)
+    assert levels == pytest.approx([2.0, 0.3], rel=0.1)
