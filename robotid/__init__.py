@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from robotid.model.structure import Structure as Structure
     from robotid.signals.columns import Column as Column
     from robotid.signals.record import Record as Record
-    from robotid.simulate.simulate import Trajectory as Trajectory
+    from robotid.simulate.trajectory import Trajectory as Trajectory
     from robotid.validation.results import Validation as Validation
 
 __version__ = "0.1.0"
@@ -63,7 +63,7 @@ _HOMES = {
     "Structure": "model.structure",
     "Joint": "model.joint",
     "Parameters": "model.parameters",
-    "Trajectory": "simulate.simulate",
+    "Trajectory": "simulate.trajectory",
     "FitResult": "estimate.result",
     "Validation": "validation.results",
     "Diagnosis": "diagnosis.results",

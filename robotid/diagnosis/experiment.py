@@ -21,7 +21,7 @@ from robotid.model.array import Array
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
 from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import follow
+from robotid.simulate.closed_loop.loop import ControlledJoint
 
 BANDWIDTH = 2 * np.pi * 5.0  # rad/s of the speed loop where none is known
 
@@ -94,7 +94,7 @@ def _difference(
 def _played(trial: RefittedModel, reference: Reference, controller: Controller) -> Record:
     """The record that a model would make of an experiment, without noise."""
     joint = assemble(trial.structure, angle=True)
-    x, torque = follow(joint, trial.parameters.values, controller, reference)
+    x, torque = ControlledJoint(joint, trial.parameters.values, controller).follow(reference)
     phi_m, dphi_m = x[joint.motor_states]
     return Record(reference.name, "validate", "both", reference.sampling_time, torque, phi_m, dphi_m)
 

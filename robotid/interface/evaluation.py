@@ -25,7 +25,7 @@ from robotid.report.tables.table import Table, fixed, number
 from robotid.signals.metrics import fit_percent, rmse
 from robotid.signals.record import Quantity, Record
 from robotid.signals.trace import thinned
-from robotid.simulate.simulate import Trajectory
+from robotid.simulate.trajectory import Trajectory
 from robotid.validation import Validation, ValidationOptions, initial_name, validate_models
 
 if TYPE_CHECKING:

@@ -10,11 +10,10 @@ import numpy as np
 from robotid.model.array import Array
 from robotid.model.linear_algebra import solve
 from robotid.model.term import Motion, Partials, Term
-from robotid.simulate.friction.steps import Steps
-from robotid.simulate.newton.solver import solve_block_bidiagonal
+from robotid.simulate.newton.block_bidiagonal import solve_block_bidiagonal
 
-MOST_ITERATIONS = 12
-TOLERANCE = 1e-6
+MAX_ITERATIONS = 12  # a memory that is smooth settles in four
+TOLERANCE = 1e-6  # of the largest state
 
 
 def simulate_internal_states(term: Term, m: Motion, p: Sequence[float], sampling_time: float) -> Array:
@@ -25,7 +24,7 @@ def simulate_internal_states(term: Term, m: Motion, p: Sequence[float], sampling
     """
     n = len(m.v)
     z = np.stack([np.broadcast_to(np.asarray(value, dtype=np.float64), (n,)) for value in term.settled(m, p)])
-    for _ in range(MOST_ITERATIONS):
+    for _ in range(MAX_ITERATIONS):
         here = replace(m, z=z)
         rate = sampling_time * np.stack([np.broadcast_to(r, (n,)) for r in term.rate(here, p)])
         slope = sampling_time * _slopes(term.rate_partials(here, p), n)
@@ -55,4 +54,4 @@ def _newton_step(defect: Array, slope: Array, late: Array) -> Array:
     solved = solve(right, left, defect[:, None])
     columns = np.zeros((len(defect), 1, defect.shape[1] + 1))
     columns[:, 0, 1:] = solved[:, -1]
-    return np.asarray(solve_block_bidiagonal(Steps(solved[:, :-1], solved[:, -1], None, defect), columns)[:, 0])
+    return np.asarray(solve_block_bidiagonal(solved[:, :-1], columns)[:, 0])

@@ -13,7 +13,7 @@ import numpy as np
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.port import Signal
-from robotid.simulate.simulate import Trajectory
+from robotid.simulate.trajectory import Trajectory
 
 STEP = 1e-30  # of a complex step
 

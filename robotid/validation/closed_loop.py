@@ -11,8 +11,8 @@ from robotid.signals.metrics import error_percent, rmse
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
 from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import follow
-from robotid.simulate.simulate import initial_state
+from robotid.simulate.closed_loop.loop import ControlledJoint
+from robotid.simulate.first_guess import initial_state
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +37,6 @@ def loop_errors(structure: Structure, theta: Array, controller: Controller, reco
     joint = assemble(structure, angle=True)
     reference = Reference(record.name, record.sampling_time, record.ref, record.ref_kind)
     # Not the first state that suits open loop best: the controller would fight for it what it is not in truth.
-    x, torque = follow(joint, theta, controller, reference, x0=initial_state(joint, theta, record))
+    x, torque = ControlledJoint(joint, theta, controller).follow(reference, x0=initial_state(joint, theta, record))
     pairs = ((record.phi_m, x[joint.motor_angle]), (record.dphi_m, x[joint.motor_speed]), (record.tau_m, torque))
     return LoopErrors(*(error_percent(*pair) for pair in pairs), *(rmse(*pair) for pair in pairs))

@@ -14,8 +14,10 @@ from robotid.model.joint import Joint
 from robotid.signals.differentiate import Kinematics, bandwidth, decimate, differentiate
 from robotid.signals.metrics import error_percent
 from robotid.signals.record import Record
-from robotid.simulate.newton.solver import Problem
-from robotid.simulate.simulate import BLOCK, effective_torque, follow_motor, measured_guess
+from robotid.simulate.actuator import effective_torque
+from robotid.simulate.first_guess import follow_motor, measured_guess
+from robotid.simulate.newton.problem import Problem
+from robotid.simulate.trajectory import BLOCK
 
 POSITION_CUTOFF = 5.0  # cut-off of the motion's filter in those of the parallel one, as in step 1
 SWEEPS = 4  # each leaves about a tenth of the error
@@ -41,9 +43,9 @@ def torque_error(
         return None
     motion = differentiate(record.phi_m, h, POSITION_CUTOFF * cutoff, order)
     needed = required_torque(joint, theta, record, motion, first_state)
-    # A torque held from sample to sample is at each sample, on average, the mean of what was before and what comes.
-    held = effective_torque(joint, theta, record)
-    applied = (held + np.concatenate([held[:1], held[:-1]])) / 2
+    # Between samples the torque is constant: at a sample it is, on average, the mean of what was before and what comes.
+    torque = effective_torque(joint, theta, h, record.tau_m)
+    applied = (torque + np.concatenate([torque[:1], torque[:-1]])) / 2
     tau, tau_hat, speed = decimate(np.vstack([applied, needed, motion.speed]), h, cutoff, order)
     kept = np.abs(speed) >= min_speed
     return error_percent(tau[kept], tau_hat[kept]) if kept.any() else None

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotid.model.array import Array
+from robotid.model.array import Array, blocks
 from robotid.model.joint import Joint
 from robotid.model.port import Port
 from robotid.model.port_motion import Placed
 from robotid.model.term import Motion
 from robotid.model.units import on_axis
-from robotid.simulate.friction.steps import modes
-from robotid.simulate.newton.solver import Problem
-from robotid.simulate.simulate import BLOCK, Trajectory
+from robotid.simulate.friction.mode import friction_mode
+from robotid.simulate.trajectory import BLOCK, Trajectory
 
 POSITION = {Port.GEAR: "twist", Port.LINK: "link twist"}
 
@@ -98,14 +97,12 @@ def _number(signal: Array, k: int) -> str:
 
 def _blocks(trajectory: Trajectory, places: Sequence[Placed]) -> Iterator[tuple[list[Motion], list[Array]]]:
     """Motion and torque of the terms at these places, block by block of samples."""
-    joint, theta, n = trajectory.joint, trajectory.theta, len(trajectory.u)
-    problem = Problem(joint, theta, trajectory.u, trajectory.sampling_time, trajectory.x, begin=trajectory.begin)
-    for first in range(0, n, BLOCK):
-        motive = problem.motive(first, min(n, first + BLOCK))
-        x = trajectory.x[:, first : first + BLOCK]
-        mode = modes(motive, x)
-        ddq = joint.evaluate(x, motive.u, mode.s, motive.t, theta, mode.sticking).f[joint.speeds]
-        felt = zip(joint.placed, joint.motions(x, ddq, mode.s, motive.t, theta), strict=True)
+    joint, theta = trajectory.joint, trajectory.theta
+    for at in blocks(len(trajectory.u), BLOCK):
+        inputs, x = trajectory.step_inputs(at), trajectory.x[:, at]
+        mode = friction_mode(inputs, x)
+        ddq = joint.evaluate(x, inputs.u, mode.s, inputs.t, theta, mode.sticking).f[joint.speeds]
+        felt = zip(joint.placed, joint.motions(x, ddq, mode.s, inputs.t, theta), strict=True)
         motions = [m for place, m in felt if place in places]
         yield (
             motions,

@@ -37,7 +37,7 @@ from robotid.signals.record import Record
 from robotid.signals.reference import Reference
 from robotid.signals.stretches import stretches
 from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import Plant
+from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
 from robotid.simulate.simulate import simulate
 
 M0 = {
@@ -55,7 +55,7 @@ def records() -> tuple[Record, ...]:
     """The paper's three sets from the virtual robot."""
     joint = assemble(STRUCTURE, angle=True)
     theta = joint.parameters().with_values(TRUTH).values
-    plant = Plant(joint, theta, Controller("speed", kp=0.3, ki=3.0), 1e-5, 0.005, 0.02, seed=1)
+    plant = VirtualRobot(joint, theta, Controller("speed", kp=0.3, ki=3.0), 1e-5, 0.005, 0.02, seed=1)
     made = (Reference(f"set{k + 1}", SAMPLING_TIME, ref, "speed") for k, ref in enumerate(references()))
     return tuple(plant.record(reference, k) for k, reference in enumerate(made))
 

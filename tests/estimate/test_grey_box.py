@@ -21,7 +21,7 @@ from robotid.progress import Iteration
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
 from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import Plant
+from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
 from robotid.simulate.simulate import simulate
 
 JOINT = assemble(STRUCTURE)
@@ -36,7 +36,7 @@ def start(**changed: float) -> Parameters:
 def records() -> tuple[Record, ...]:
     joint = assemble(STRUCTURE, angle=True)
     truth = joint.parameters().with_values(TRUTH).values
-    plant = Plant(joint, truth, Controller("speed", kp=0.5, ki=5.0), 1e-4, 0.005, 0.02, seed=7)
+    plant = VirtualRobot(joint, truth, Controller("speed", kp=0.5, ki=5.0), 1e-4, 0.005, 0.02, seed=7)
     made = [Reference(f"set{k + 1}", SAMPLING_TIME, ref[:6000], "speed") for k, ref in enumerate(references())]
     return tuple(plant.record(reference, k) for k, reference in enumerate(made))
 

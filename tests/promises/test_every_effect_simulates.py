@@ -8,7 +8,8 @@ from support.extended_joint import TERMS_IN_PLACE, TORQUE_CHANNELS, open_loop, s
 from support.paper_joint import STRUCTURE
 
 from robotid.catalogue import assemble
-from robotid.simulate.simulate import sensitivities, simulate
+from robotid.simulate.sensitivities import sensitivities
+from robotid.simulate.simulate import simulate
 
 RECORD = open_loop(1500)
 
@@ -18,7 +19,7 @@ def test_simulates_with_exact_sensitivities(effect: str) -> None:
     joint = assemble(structure_with(effect))
     theta, start = values(joint), np.zeros(joint.nx)
     trajectory = simulate(joint, theta, RECORD, x0=start)
-    assert trajectory.rescued == ()
+    assert trajectory.fallback_windows == ()
     columns = [k for k, name in enumerate(joint.names) if name.startswith(effect)]
     exact = sensitivities(trajectory, RECORD, columns, (joint.motor_speed,))[0]
     for k, column in zip(columns, exact, strict=True):

@@ -39,7 +39,7 @@ def test_dry_friction_agrees_with_a_set_valued_reference(number: int) -> None:
     speed = fine_steps(u, SAMPLING_TIME, Hidden(), substeps=160)
     joint = assemble(STRUCTURE)
     simulated = simulate(joint, joint.parameters().with_values(TRUTH).values, record_of(u, speed), x0=np.zeros(3))
-    assert simulated.rescued == ()
+    assert simulated.fallback_windows == ()
     assert np.sqrt(np.mean((simulated.dphi_m - speed) ** 2)) <= 0.0005
 
 

@@ -8,8 +8,9 @@ from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
 
 from robotid.catalogue import assemble
 from robotid.signals.record import Record
-from robotid.simulate.adjoint import force_gradient
-from robotid.simulate.simulate import Trajectory, sensitivities, simulate
+from robotid.simulate.sensitivities import force_gradient, sensitivities
+from robotid.simulate.simulate import simulate
+from robotid.simulate.trajectory import Trajectory
 
 N = 3000
 T = np.arange(N) * SAMPLING_TIME
@@ -69,5 +70,5 @@ def test_the_gradient_to_forces_is_the_adjoint_of_the_sensitivities(row: int, tr
     rng = np.random.default_rng(1)
     weights, forces = rng.standard_normal(N), rng.standard_normal((2, 1, N))
     forward = sensitivities(trajectory, RECORD, (), (row,), (), forces)[0, 0]
-    back = force_gradient(trajectory, RECORD, row, weights)
+    back = force_gradient(trajectory, row, weights)
     assert float(np.sum(back * forces[:, 0])) == pytest.approx(float(weights @ forward), rel=1e-9)

@@ -14,9 +14,11 @@ from robotid.model.structure import Structure
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
 from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import Plant, follow
+from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
+from robotid.simulate.sensitivities import sensitivities
 from robotid.simulate.sensors import shown, shown_columns
-from robotid.simulate.simulate import Trajectory, sensitivities, simulate
+from robotid.simulate.simulate import simulate
+from robotid.simulate.trajectory import Trajectory
 
 ON_SENSORS = [f"{s}.{c.name}" for c in CHANNELS.values() for s in c.signals if s in ("angle", "speed")]
 T = np.arange(1200) * SAMPLING_TIME
@@ -97,8 +99,8 @@ def test_the_virtual_robot_shows_and_sees_what_its_sensors_show(effect: str) -> 
     joint = assemble(STRUCTURE.extended(effect), angle=True)
     theta, controller = values(joint), Controller("speed", kp=0.5, ki=5.0)
     reference = Reference("r", SAMPLING_TIME, 10.0 + 5 * np.sin(2 * np.pi * 6 * T[:600]), "speed")
-    record = Plant(joint, theta, controller).record(reference, 0)
-    x, torque = follow(joint, theta, controller, reference)
+    record = VirtualRobot(joint, theta, controller).record(reference, 0)
+    x, torque = VirtualRobot(joint, theta, controller).follow(reference)
     phi_m, dphi_m = x[joint.motor_states]
     phi, dphi = shown(joint, theta, SAMPLING_TIME, phi_m, dphi_m)
     assert np.array_equal(record.phi_m, phi)

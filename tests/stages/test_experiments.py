@@ -21,7 +21,7 @@ from robotid.diagnosis.search.state import Found, SearchResult
 from robotid.estimate.residual import observed
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
-from robotid.simulate.closed_loop.virtual_robot import Plant
+from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
 from robotid.simulate.simulate import simulate
 from robotid.stages.excite import excite
 from robotid.stages.experiments import experiments
@@ -89,7 +89,7 @@ def difference(one: RefittedModel, other: RefittedModel, reference: Reference) -
     """RMS difference of the speeds that two models make of one experiment, from rest [rad/s]: the first under the
     controller, the second under the torque that it took."""
     joint = assemble(one.structure, angle=True)
-    played: Record = Plant(joint, one.parameters.values, CONTROLLER).record(reference, 0)
+    played: Record = VirtualRobot(joint, one.parameters.values, CONTROLLER).record(reference, 0)
     rival = assemble(other.structure)
     answer = simulate(rival, other.parameters.values, played, np.zeros(rival.nx))
     return float(np.sqrt(np.mean((played.dphi_m - observed(answer, "speed")) ** 2)))

@@ -15,7 +15,7 @@ from robotid.model.term import Motion
 from robotid.signals.record import Quantity, Record
 from robotid.signals.reference import Reference
 from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import Plant
+from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
 from robotid.simulate.simulate import simulate
 from robotid.terms import TERMS
 from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH, references
@@ -55,7 +55,7 @@ def hidden(
     joint = assemble(STRUCTURE.extended(f"motor.{effect}"), angle=True)
     own = {f"motor.{effect}.{symbol}": value for symbol, value in values.items()}
     theta = joint.parameters().with_values(TRUTH | own).values
-    plant = Plant(joint, theta, Controller("speed", 0.5, 5.0), QUANTUM, torque_noise, speed_noise, seed=number)
+    plant = VirtualRobot(joint, theta, Controller("speed", 0.5, 5.0), QUANTUM, torque_noise, speed_noise, seed=number)
     reference = reference or Reference(f"set{number}", SAMPLING_TIME, references()[number - 1][:samples], "speed")
     record = plant.record(reference, number)
     known = assemble(STRUCTURE, angle=output == "position")

@@ -16,7 +16,7 @@ from robotid.signals.frf import Frf
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
 from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import Plant
+from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
 from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH, references
 
 CONTROLLER = Controller("speed", kp=0.5, ki=5.0)
@@ -27,7 +27,7 @@ SAMPLES = 3000
 def clean_records() -> tuple[Record, ...]:
     """The first 1.5 s of sets 2 and 3, without noise; the second is held out."""
     joint = assemble(STRUCTURE, angle=True)
-    plant = Plant(joint, joint.parameters().with_values(TRUTH).values, CONTROLLER)
+    plant = VirtualRobot(joint, joint.parameters().with_values(TRUTH).values, CONTROLLER)
     names = ("small", "large")
     made = [
         Reference(name, SAMPLING_TIME, ref[:SAMPLES], "speed")

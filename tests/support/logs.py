@@ -9,7 +9,7 @@ from robotid.model.array import Array
 from robotid.model.structure import Structure
 from robotid.signals.reference import Reference
 from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import Plant
+from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
 
 TRUTH = {"motor.inertia.J": 0.012, "motor.viscous.Fv": 0.013, "motor.coulomb.Fc": 0.6}
 STRIBECK = {"motor.stribeck.dFs": 0.25, "motor.stribeck.vs": 2.0}
@@ -29,6 +29,6 @@ def motor_log(*, seed: int = 1, stribeck: bool = False, duration: float = 4.0) -
     wave = np.sin(2 * np.pi * np.outer(t, lines) / duration + phase).sum(axis=1) - np.sin(phase).sum()
     reference = peak * (wave / np.abs(wave).max() + 0.5 * np.sin(2 * np.pi * 2 * t / duration))
     values = joint.parameters().with_values(truth).values
-    plant = Plant(joint, values, Controller("speed", 0.5, 5.0), 2 * np.pi / 65536, 0.005, 0.0, seed=seed)
+    plant = VirtualRobot(joint, values, Controller("speed", 0.5, 5.0), 2 * np.pi / 65536, 0.005, 0.0, seed=seed)
     record = plant.record(Reference("log", H, reference, "speed"), 0)
     return {"time": record.t, "torque": record.tau_m, "angle_deg": np.rad2deg(record.phi_m)}

@@ -22,7 +22,7 @@ from robotid.model.structure import Structure
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
 from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import Plant
+from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
 
 AXIS = Structure(("motor.inertia", "motor.viscous", "motor.coulomb"))
 TRUTH = {"motor.inertia.J": 0.012, "motor.viscous.Fv": 0.015, "motor.coulomb.Fc": 0.6}
@@ -55,14 +55,16 @@ def records(
     for number, (name, ref) in enumerate(references().items()):
         factors = dict(changed or {}) if name == "slow" else {}
         truth = {key: value * factors.get(key, 1.0) for key, value in (TRUTH | dict(hidden)).items()}
-        plant = Plant(joint, joint.parameters().with_values(truth).values, CONTROLLER, 0.0, *noise, seed)
+        plant = VirtualRobot(joint, joint.parameters().with_values(truth).values, CONTROLLER, 0.0, *noise, seed)
         made.append(plant.record(Reference(name, SAMPLING_TIME, ref, "speed"), number))
     return [*made[:2], replace(made[2], role="validate")]
 
 
 def records_of(joint: Joint, truth: Mapping[str, float], seed: int = 1) -> list[Record]:
     """The same experiments on another joint."""
-    plant = Plant(joint, joint.parameters().with_values(truth).values, CONTROLLER, 0.0, TORQUE_NOISE, SPEED_NOISE, seed)
+    plant = VirtualRobot(
+        joint, joint.parameters().with_values(truth).values, CONTROLLER, 0.0, TORQUE_NOISE, SPEED_NOISE, seed
+    )
     made = [
         plant.record(Reference(name, SAMPLING_TIME, ref, "speed"), number)
         for number, (name, ref) in enumerate(references().items())

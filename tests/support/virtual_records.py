@@ -16,7 +16,7 @@ from robotid.signals.quality import Recordings
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
 from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import Plant
+from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
 from support.paper_joint import RATIO, SAMPLING_TIME, STRUCTURE, TRUTH, references
 
 TWO_MASSES = {
@@ -30,7 +30,7 @@ def paper_records(structure: Structure, truth: Mapping[str, float]) -> tuple[Rec
     """Sets 1 (use: rigid), 2 and 3 (use: flex), with a 16-bit encoder and some noise."""
     joint = assemble(structure, angle=True)
     theta = joint.parameters().with_values(truth).values
-    plant = Plant(joint, theta, Controller("speed", 0.5, 5.0), 2 * np.pi / 2**16, 0.01, 0.01, seed=1)
+    plant = VirtualRobot(joint, theta, Controller("speed", 0.5, 5.0), 2 * np.pi / 2**16, 0.01, 0.01, seed=1)
     set1, set2, set3 = (
         plant.record(Reference(f"set{k + 1}", SAMPLING_TIME, ref, "speed", 5.0, (1.0, 40.0) if k else None), k)
         for k, ref in enumerate(references())

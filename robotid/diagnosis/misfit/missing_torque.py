@@ -7,17 +7,17 @@ model whose reversals come at the wrong time does no harm. How much it may chang
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robotid.diagnosis.misfit.smoother import Chain, Smoothed
 from robotid.errors import NumericsError
-from robotid.model.array import Array
+from robotid.model.array import Array, blocks
 from robotid.signals.record import Quantity, Record
-from robotid.simulate.friction.steps import linearise
-from robotid.simulate.newton.solver import Problem
-from robotid.simulate.simulate import BLOCK, Trajectory, follow_motor, measured_guess
+from robotid.simulate.first_guess import follow_motor, measured_guess
+from robotid.simulate.newton.problem import Problem
+from robotid.simulate.trajectory import BLOCK, Trajectory
 
 POWERS = np.arange(-8.0, 0.0, 2.0)  # of ten, of the largest torque: steps from sample to sample that are tried
 NEARBY = np.array([-0.6, 0.0, 0.6])
@@ -94,13 +94,12 @@ def _as_measured(trajectory: Trajectory, record: Record) -> Array:
 
 def _linearised(trajectory: Trajectory, x: Array, w: Array) -> tuple[Array, Array, Array]:
     """Steps about states x (nx, n) under additional torque w (n,): G (nx, nx, n - 1), g and b (nx, n - 1)."""
-    joint, h, n = trajectory.joint, trajectory.sampling_time, x.shape[1]
-    problem = Problem(joint, trajectory.theta, (trajectory.u + w)[:-1], h, x, begin=trajectory.begin)
+    joint, n = trajectory.joint, x.shape[1]
+    moved = replace(trajectory, u=trajectory.u + w, x=x)
     G, g, b = np.empty((joint.nx, joint.nx, n - 1)), np.empty((joint.nx, n - 1)), np.empty((joint.nx, n - 1))
-    for first in range(0, n - 1, BLOCK):
-        last = min(n - 1, first + BLOCK)
-        at, x0, x1 = slice(first, last), x[:, first:last], x[:, first + 1 : last + 1]
-        steps = linearise(problem.motive(first, last, ()), x0, x1)
+    for at in blocks(n - 1, BLOCK):
+        x0, x1 = x[:, at], x[:, at.start + 1 : at.stop + 1]
+        steps = moved.linearise(at, ())
         assert steps.S is not None
         G[:, :, at], b[:, at] = steps.G, steps.S[:, -1]
         g[:, at] = x1 + steps.c - np.einsum("ijn,jn->in", steps.G, x0) - b[:, at] * w[at]

@@ -9,17 +9,17 @@ import numpy as np
 
 from robotid.diagnosis.scoring.candidates import Candidate
 from robotid.estimate.residual import output_columns, output_rows
-from robotid.model.array import Array
+from robotid.model.array import Array, blocks
 from robotid.model.channel import Channel
 from robotid.model.joint_with_candidates import JointWithCandidates
 from robotid.model.port import Port, Signal
 from robotid.model.port_motion import Placed
 from robotid.model.term import Motion, Term
 from robotid.signals.record import Quantity, Record
-from robotid.simulate.friction.steps import modes
+from robotid.simulate.friction.mode import friction_mode
 from robotid.simulate.internal_states import simulate_internal_states
-from robotid.simulate.newton.solver import Problem
-from robotid.simulate.simulate import BLOCK, Trajectory, sensitivities
+from robotid.simulate.sensitivities import sensitivities
+from robotid.simulate.trajectory import BLOCK, Trajectory
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,15 +108,14 @@ def _term_forces(trajectory: Trajectory, missing: Sequence[Candidate]) -> Array:
         for place, c in zip(joint.candidates, missing, strict=True)
         for k in c.scored
     ]
-    n, h, t = len(trajectory.u), trajectory.sampling_time, trajectory.t
+    n, t = len(trajectory.u), trajectory.t
     memory = _memory(trajectory, [c for c in missing if isinstance(c.effect, Term) and c.effect.states])
     forces = np.zeros((joint.masses, len(wanted), n))
-    problem = Problem(base, trajectory.theta, trajectory.u, h, trajectory.x, begin=trajectory.begin)
-    for start in range(0, n - 1, BLOCK):
-        at = slice(start, min(n, start + BLOCK + 1))
+    for interval in blocks(n - 1, BLOCK):
+        at = slice(interval.start, interval.stop + 1)
         x = np.concatenate([trajectory.x[:, at], memory[:, at]])
-        s = modes(problem.motive(start, at.stop), trajectory.x[:, at]).s
-        forces[:, :, start : at.stop - 1] = joint.candidate_forces(x, s, t[at], theta)[:, wanted]
+        s = friction_mode(trajectory.step_inputs(at), trajectory.x[:, at]).s
+        forces[:, :, interval] = joint.candidate_forces(x, s, t[at], theta)[:, wanted]
     return forces
 
 

@@ -25,7 +25,7 @@ from robotid.diagnosis.scoring.score_test import (
 )
 from robotid.model.array import Array
 from robotid.model.structure import RECORD_CHANGE
-from robotid.simulate.adjoint import force_gradient
+from robotid.simulate.sensitivities import force_gradient
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,8 +89,8 @@ def residual_gradients(looked: CandidateScan, bench: EvaluationData) -> list[Arr
     """What the whitened residual of each record, less what the fit could still take, gains from a generalised force at
     each sample, (nv, n) each."""
     trial, residuals = looked.trial, left_over(looked.scans, bench.whiten)
-    cases = zip(trial.motions.fitted, bench.fitted, bench.whiten, residuals, strict=True)
-    return [force_gradient(t, record, trial.problem.row, w.transposed(residual)) for t, record, w, residual in cases]
+    parts = zip(trial.motions.fitted, bench.whiten, residuals, strict=True)
+    return [force_gradient(t, trial.problem.row, w.transposed(residual)) for t, w, residual in parts]
 
 
 def _with_more(one: Scan, new: Scan) -> Scan:

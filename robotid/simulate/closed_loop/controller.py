@@ -1,4 +1,4 @@
-"""The drive's controller: a sampled cascade of position and speed loop, its torque held from sample to sample."""
+"""The drive's controller: a sampled cascade of position and speed loop, its torque constant from sample to sample."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Controller:
 
     kind "speed":    e = ref - dphi_m.                    kp [Nm s/rad], ki [Nm/rad], limit [Nm]
     kind "position": e = kpos (ref - phi_m) - dphi_m.     kpos [1/s]
-    feedforward [kg m2] is applied to the reference's derivative (speed control only). The integral holds while the
+    feedforward [kg m2] is applied to the reference's derivative (speed control only). The integral stops while the
     torque saturates.
     """
 

@@ -12,15 +12,15 @@ from robotid.config.schema import Config
 from robotid.signals.record import Record
 from robotid.signals.reference import Excitation
 from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import Plant
+from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
 
 
-def virtual_robot(settings: Config) -> Plant:
+def virtual_robot(settings: Config) -> VirtualRobot:
     """The plant section as a machine that can be run."""
     plant = settings.plant
     assert plant is not None  # the configuration's own check: a record that excites needs a plant
     joint = assemble(settings.plant_structure(), angle=True)
-    return Plant(
+    return VirtualRobot(
         joint,
         joint.parameters().with_values(plant.parameters).values,
         controller_of(plant.controller),
@@ -43,8 +43,10 @@ def controller_of(settings: ControllerSettings) -> Controller:
     )
 
 
-def virtual_records(plant: Plant, record: RecordSettings, excitation: Excitation, first: int) -> tuple[Record, ...]:
+def virtual_records(
+    robot: VirtualRobot, record: RecordSettings, excitation: Excitation, first: int
+) -> tuple[Record, ...]:
     """One record for each realisation of a record's excitation. first : number of the first, for its own noise."""
     references = [r for r in excitation.references if r.block == record.name]
-    made = (plant.record(reference, first + k) for k, reference in enumerate(references))
+    made = (robot.record(reference, first + k) for k, reference in enumerate(references))
     return tuple(replace(one, role=record.role, use=record.use) for one in made)

@@ -16,7 +16,7 @@ from robotid.diagnosis.search.refits import refit_hopeful
 from robotid.estimate.fitted_model import fitted_model, simulate_record
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.signals.reference import Reference
-from robotid.simulate.closed_loop.virtual_robot import Plant
+from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
 
 TOOL = {"link.third_mass.Jb": 15.0, "link.third_mass.wb": 67.0, "link.third_mass.zeta": 0.012}
 TERMS = Criteria(skip=("record_change",))
@@ -25,7 +25,7 @@ TERMS = Criteria(skip=("record_change",))
 def test_a_narrow_resonance_is_found_between_the_points_of_the_grid() -> None:
     joint = assemble(STRUCTURE.extended("link.third_mass"), angle=True)
     theta = joint.parameters().with_values(TRUTH | TOOL).values
-    plant = Plant(joint, theta, CONTROLLER, 0.0, 0.005, 0.02, 1)
+    plant = VirtualRobot(joint, theta, CONTROLLER, 0.0, 0.005, 0.02, 1)
     made = [Reference(f"set{k}", SAMPLING_TIME, ref[: 2 * SAMPLES], "speed") for k, ref in enumerate(references()[1:])]
     records = [plant.record(reference, k) for k, reference in enumerate(made)]
     lean = assemble(STRUCTURE)

@@ -13,8 +13,8 @@ from robotid.catalogue import assemble
 from robotid.model.array import Array
 from robotid.signals.reference import Reference
 from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.loop import quantise
-from robotid.simulate.closed_loop.virtual_robot import Plant, follow
+from robotid.simulate.closed_loop.loop import ControlledJoint, quantise
+from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
 from robotid.simulate.simulate import simulate
 
 JOINT = assemble(STRUCTURE, angle=True)
@@ -57,7 +57,7 @@ def by_hand(reference: Reference, kp: float, ki: float, kpos: float, limit: floa
     ids=["speed", "saturated", "position"],
 )
 def test_agrees_with_stepping_sample_by_sample(reference: Reference, controller: Controller) -> None:
-    x, torque = follow(JOINT, THETA, controller, reference, x0=np.zeros(JOINT.nx))
+    x, torque = ControlledJoint(JOINT, THETA, controller).follow(reference, x0=np.zeros(JOINT.nx))
     speed, expected = by_hand(reference, controller.kp, controller.ki, controller.kpos, controller.limit)
     assert x[JOINT.motor_speed] == pytest.approx(speed, abs=2e-4)
     assert torque == pytest.approx(expected, abs=2e-4)
@@ -65,7 +65,7 @@ def test_agrees_with_stepping_sample_by_sample(reference: Reference, controller:
 
 
 def test_noise_is_drawn_by_seed_and_record_number() -> None:
-    plant = Plant(JOINT, THETA, Controller("speed", 0.5, 5.0), 1e-4, 0.01, 0.02, seed=3)
+    plant = VirtualRobot(JOINT, THETA, Controller("speed", 0.5, 5.0), 1e-4, 0.01, 0.02, seed=3)
     first, again, other = plant.record(SPEED, 0), plant.record(SPEED, 0), plant.record(SPEED, 1)
     assert np.array_equal(first.tau_m, again.tau_m)
     assert not np.array_equal(first.tau_m, other.tau_m)
@@ -74,14 +74,14 @@ def test_noise_is_drawn_by_seed_and_record_number() -> None:
 
 
 def test_the_controller_sees_the_noisy_speed() -> None:
-    quiet = Plant(JOINT, THETA, Controller("speed", 0.5, 5.0))
+    quiet = VirtualRobot(JOINT, THETA, Controller("speed", 0.5, 5.0))
     loud = replace(quiet, speed_noise=0.1)
     assert np.std(np.diff(loud.record(SPEED, 0).tau_m, 2)) > 3 * np.std(np.diff(quiet.record(SPEED, 0).tau_m, 2))
 
 
 def test_the_encoder_shows_multiples_of_its_quantum() -> None:
     quantum = 1e-3
-    angle = Plant(JOINT, THETA, Controller("position", kp=0.5, kpos=20.0), quantum).record(POSITION, 0).phi_m
+    angle = VirtualRobot(JOINT, THETA, Controller("position", kp=0.5, kpos=20.0), quantum).record(POSITION, 0).phi_m
     assert angle / quantum == pytest.approx(np.rint(angle / quantum), abs=1e-9)
     assert np.array_equal(quantise(angle, 0.0), angle)
 
@@ -89,10 +89,10 @@ def test_the_encoder_shows_multiples_of_its_quantum() -> None:
 def test_channels_on_the_torque_act_inside_the_loop() -> None:
     lagging = assemble(STRUCTURE.extended("torque.torque_lag"), angle=True)
     theta = lagging.parameters().with_values({**TRUTH, "torque.torque_lag.T": 0.002}).values
-    slow, command = follow(lagging, theta, Controller("speed", 0.5, 5.0), SPEED)
-    fast, _ = follow(JOINT, THETA, Controller("speed", 0.5, 5.0), SPEED)
+    slow, command = ControlledJoint(lagging, theta, Controller("speed", 0.5, 5.0)).follow(SPEED)
+    fast, _ = ControlledJoint(JOINT, THETA, Controller("speed", 0.5, 5.0)).follow(SPEED)
     assert np.abs(slow[lagging.motor_speed] - fast[JOINT.motor_speed]).max() > 0.05
-    record = Plant(lagging, theta, Controller("speed", 0.5, 5.0)).record(SPEED, 0)
+    record = VirtualRobot(lagging, theta, Controller("speed", 0.5, 5.0)).record(SPEED, 0)
     alone = simulate(lagging, theta, record, x0=np.zeros(lagging.nx))
     assert alone.dphi_m == pytest.approx(slow[lagging.motor_speed], abs=1e-4)
     assert record.tau_m == pytest.approx(command)

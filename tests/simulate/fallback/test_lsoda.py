@@ -1,10 +1,9 @@
-"""The fallback: what LSODA rescues agrees with Newton's method, and its cache is bounded, checked and disposable."""
+"""The fallback: what LSODA integrates agrees with Newton's method, and is remembered."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +16,8 @@ from robotid.model.port import Port
 from robotid.signals.record import Record
 from robotid.simulate.fallback import lsoda as fallback
 from robotid.simulate.newton import solver
-from robotid.simulate.newton.solver import Problem
+from robotid.simulate.newton.problem import WindowProblem
+from robotid.simulate.newton.solver import NewtonResult
 from robotid.simulate.simulate import simulate
 from robotid.terms import TERMS
 
@@ -38,10 +38,10 @@ def refuse(first_one: int, last_one: int, monkeypatch: pytest.MonkeyPatch) -> No
     """Newton's method refuses every window that touches these samples."""
     works = solver.newton
 
-    def stubborn(problem: Problem, first: int, start: Array, guess: Array) -> tuple[Array, int, int]:
+    def stubborn(problem: WindowProblem, first: int, start: Array, guess: Array, scale: Array) -> NewtonResult:
         if first < last_one and first + guess.shape[1] - 1 > first_one:
-            return guess, 0, 1
-        return works(problem, first, start, guess)
+            return NewtonResult(guess, 0, 1)
+        return works(problem, first, start, guess, scale)
 
     monkeypatch.setattr(solver, "newton", stubborn)
 
@@ -52,25 +52,25 @@ def newton_fails(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("newton_fails")
-def test_a_rescued_stretch_agrees_with_newton(monkeypatch: pytest.MonkeyPatch) -> None:
-    rescued = simulate(JOINT, THETA, RECORD, START)
-    assert rescued.rescued
+def test_a_stretch_by_lsoda_agrees_with_newton(monkeypatch: pytest.MonkeyPatch) -> None:
+    by_lsoda = simulate(JOINT, THETA, RECORD, START)
+    assert by_lsoda.fallback_windows
     monkeypatch.undo()
     plain = simulate(JOINT, THETA, RECORD, START)
-    assert plain.rescued == ()
-    assert rescued.dphi_m == pytest.approx(plain.dphi_m, abs=2e-5)
+    assert plain.fallback_windows == ()
+    assert by_lsoda.dphi_m == pytest.approx(plain.dphi_m, abs=2e-5)
 
 
-def test_a_rescued_reversal_agrees_with_newton(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_reversal_by_lsoda_agrees_with_newton(monkeypatch: pytest.MonkeyPatch) -> None:
     back = replace(RECORD, tau_m=-3.5 + 0 * T, dphi_m=0 * T)
     plain = simulate(JOINT, THETA, back, START)
     turn = int(np.argmax(plain.dphi_m <= 0.0))
     assert turn > 5
     assert plain.dphi_m[-1] < -1.0
     refuse(turn - 5, turn + 5, monkeypatch)
-    rescued = simulate(JOINT, THETA, back, START)
-    assert rescued.rescued
-    assert rescued.dphi_m == pytest.approx(plain.dphi_m, abs=1e-4)
+    by_lsoda = simulate(JOINT, THETA, back, START)
+    assert by_lsoda.fallback_windows
+    assert by_lsoda.dphi_m == pytest.approx(plain.dphi_m, abs=1e-4)
 
 
 @pytest.mark.usefixtures("newton_fails")
@@ -112,33 +112,13 @@ def test_another_formula_is_another_question(monkeypatch: pytest.MonkeyPatch) ->
 
 
 @pytest.mark.usefixtures("newton_fails")
-def test_a_term_that_no_name_tells_is_not_kept(cache: Path) -> None:
+def test_the_answer_for_a_term_without_a_name_is_not_kept(cache: Path) -> None:
     nameless = JOINT.with_more(terms=[(Port.MOTOR, TERMS["constant_torque"])])
     simulate(nameless, np.append(THETA, 0.1), RECORD, START)
     assert not list(cache.glob("*"))
 
 
-def test_nothing_is_left_of_what_was_not_stored(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(*_: Any, **__: Any) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(np, "save", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        fallback._store(cache / "0.npy", np.zeros(200))
-    assert not list(cache.glob("*"))
-
-
-def test_the_cache_is_bounded_and_drops_the_oldest(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fallback, "LARGEST_CACHE", 5_000)
-    for k in range(6):
-        fallback._store(cache / f"{k}.npy", np.zeros(200))
-    kept = {file.name for file in cache.glob("*.npy")}
-    assert sum(file.stat().st_size for file in cache.glob("*.npy")) <= 5_000
-    assert "5.npy" in kept
-    assert "0.npy" not in kept
-
-
-def test_divergence_is_said_in_words() -> None:
+def test_divergence_is_reported_in_words() -> None:
     unstable = JOINT.parameters().with_values({**TRUTH, "gear.spring.k1": -1e10, "gear.cubic_spring.k3": 0.0}).values
     with pytest.raises(NumericsError, match="the simulation diverges"):
         simulate(JOINT, unstable, RECORD, START)

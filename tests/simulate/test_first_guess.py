@@ -13,8 +13,9 @@ from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.structure import Structure
 from robotid.simulate.fallback.lsoda import lsoda
-from robotid.simulate.newton.solver import Problem
-from robotid.simulate.simulate import Trajectory, simulate
+from robotid.simulate.newton.problem import Problem
+from robotid.simulate.simulate import simulate
+from robotid.simulate.trajectory import Trajectory
 
 RECORD = open_loop(800)
 UNDAMPED = STRUCTURE.without("gear.cubic_spring").without("gear.damper")
