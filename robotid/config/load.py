@@ -13,6 +13,7 @@ from yaml.nodes import MappingNode
 
 from robotid.config.check import problems
 from robotid.config.config_error import complaint
+from robotid.config.former_keys import rename_former_keys
 from robotid.config.override import override
 from robotid.config.schema import Config
 from robotid.config.tree import Plain, compose, follow, plain
@@ -62,8 +63,10 @@ def parse(text: str, name: str = "configuration", overrides: Sequence[str] = ())
         raise ConfigError("this file is empty", where=name, hint="`robotid new NAME` writes one to start from")
     if not isinstance(root, MappingNode):
         raise ConfigError("expected sections such as robot: and records:", where=f"{name}:1")
+    rename_former_keys(root)
     for assignment in overrides:
         override(root, assignment)
+        rename_former_keys(root)
     try:
         # strict JSON takes a list for a tuple and a word for an enum, and coerces nothing else
         config = Config.model_validate_json(json.dumps(_written(root)), strict=True)

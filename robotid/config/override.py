@@ -7,6 +7,7 @@ from typing import NoReturn
 
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
+from robotid.config.former_keys import current_path
 from robotid.config.suggest import suggest
 from robotid.config.tree import OPTION, compose, join
 from robotid.errors import ConfigError
@@ -26,7 +27,7 @@ def override(root: MappingNode, assignment: str) -> None:
         raise ConfigError("this sets nothing", where=name, hint="write --set key.path=value")
     value = compose(text, name) or compose("null", name)
     assert value is not None
-    _set(root, "", words, value, name)
+    _set(root, "", current_path(words), value, name)
 
 
 def _set(node: Node, path: str, words: list[str], value: Node, name: str) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -93,16 +94,23 @@ class ValidateSettings(Section):
 
 
 class DiagnoseSettings(Section):
-    """How to look for what a model lacks. model : which one, absent: fit.best. level : of significance of the whole
-    search. worth : least misfit that a cause must remove on held-out records, in noise standard deviations. causes :
-    most of them. refits : effects refitted a round. skip : effects out of the question. samples : longer records are
-    sampled in pieces."""
+    """How to search for what a model lacks. model : which one, absent: fit.best. significance : level of significance
+    of the whole search. min_improvement_sigma : least misfit that a cause must remove on validation records, in
+    standard deviations of the noise. max_causes : most causes that are named. max_refits : most effects that are
+    refitted in a round. skip : effects out of the question. samples : longer records are sampled in pieces."""
+
+    former_keys: ClassVar[Mapping[str, str]] = {
+        "level": "significance",
+        "worth": "min_improvement_sigma",
+        "causes": "max_causes",
+        "refits": "max_refits",
+    }
 
     model: str | None = None
-    level: Annotated[float, Field(gt=0, lt=1)] = 1e-3
-    worth: NonNegative = 0.1
-    causes: Count = 4
-    refits: Count = 5
+    significance: Annotated[float, Field(gt=0, lt=1)] = 1e-3
+    min_improvement_sigma: NonNegative = 0.1
+    max_causes: Count = 4
+    max_refits: Count = 5
     skip: tuple[str, ...] = ()
     samples: Annotated[int, Field(ge=1000)] = 100_000
 

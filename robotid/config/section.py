@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -13,6 +14,11 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_-]*$")]
 
 
 class Section(BaseModel):
-    """A mapping of the configuration. Types are not coerced and an unknown key is an error."""
+    """A mapping of the configuration. Types are not coerced and an unknown key is an error.
+
+    former_keys : current keys by those of earlier versions, which `former_keys` renames before the section is read.
+    """
+
+    former_keys: ClassVar[Mapping[str, str]] = {}
 
     model_config = ConfigDict(strict=True, frozen=True, extra="forbid")

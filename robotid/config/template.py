@@ -120,9 +120,9 @@ _REST = Template("""
 #   thresholds:                    # fit in percent, below which validate ends with exit code 5
 #     fit_percent: {$threshold: 90.0}
 # diagnose:
-#   worth: 0.1                     # noise standard deviations that a cause must remove where it was not fitted
-#   causes: 4                      # at most
-#   refits: 5                      # effects refitted for each
+#   min_improvement_sigma: 0.1     # noise standard deviations that a cause must remove where it was not fitted
+#   max_causes: 4
+#   max_refits: 5                  # effects refitted for each
 #   skip: []                       # effects that are out of the question
 # extend:
 #   effects: null                  # such as [motor.stribeck]; the causes that diagnose named when null

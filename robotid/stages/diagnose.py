@@ -27,7 +27,9 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
         if log is not None:
             log(Progress(text))
 
-    criteria = Criteria(section.level, section.worth, section.refits, section.causes, section.skip)
+    criteria = Criteria(
+        section.significance, section.min_improvement_sigma, section.max_refits, section.max_causes, section.skip
+    )
     options = DiagnosisOptions(settings.fit.horizon, section.samples, experiments(settings))
     diagnosis = diagnose_model(model, recordings.records, criteria, options, say)
     say("measuring the gains")

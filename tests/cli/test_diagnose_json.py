@@ -162,7 +162,7 @@ def test_what_is_missing_is_told_in_one_line(
 
 @pytest.mark.parametrize(("name", "input_"), [("diagnose", "model.h5"), ("extend", "diagnosis.h5")])
 def test_what_is_stale_is_told_in_one_line(name: str, input_: str, capsys: pytest.CaptureFixture[str]) -> None:
-    changed = {"model.h5": "fit.max_iterations=7", "diagnosis.h5": "diagnose.worth=0.2"}[input_]
+    changed = {"model.h5": "fit.max_iterations=7", "diagnosis.h5": "diagnose.min_improvement_sigma=0.2"}[input_]
     arguments = command(name, "named", "--json", "--set", changed)
     capsys.readouterr()
     assert main(arguments) == 3
@@ -211,7 +211,7 @@ def test_what_is_damaged_is_told_in_one_line(
         ("diagnose.model=m7", 'diagnose.model: there is no model "m7"; '),
         ("diagnose.skip=[stribek]", 'diagnose.skip[0]: there is no effect "stribek"; did you mean stribeck?'),
         ("diagnose.skip=[moter.stribeck]", 'diagnose.skip[0]: there is no port or signal "moter"; did you mean motor?'),
-        ("diagnose.level=2", "diagnose.level: "),
+        ("diagnose.significance=2", "diagnose.significance: "),
     ],
 )
 def test_what_cannot_be_asked_for_is_refused(

@@ -24,7 +24,7 @@ robot: {name: axis, model: {motor: [inertia, viscous, coulomb]}}
 records:
   - {name: day1, file: data/day1.csv}
 validate: {thresholds: {fit_percent: {day1: 90}}}
-diagnose: {worth: 1000}
+diagnose: {min_improvement_sigma: 1000}
 """
 STAGES = ["excite", "collect", "init-rigid", "init-flex", "fit", "validate", "diagnose", "extend", "report"]
 

@@ -94,7 +94,7 @@ def test_a_clean_model_is_clean_however_it_is_simulated(change: str) -> None:
 
 
 def test_a_cause_is_found_in_the_position_as_well() -> None:
-    d = diagnosed("named", "fit.output=position", "diagnose.causes=1")
+    d = diagnosed("named", "fit.output=position", "diagnose.max_causes=1")
     assert [c.effect for c in d.causes][:1] == ["motor.stribeck"]
     (dFs,) = [p for p in d.causes[0].parameters if p.name.endswith("dFs")]
     assert dFs.value == pytest.approx(0.15, rel=0.15)
@@ -102,7 +102,7 @@ def test_a_cause_is_found_in_the_position_as_well() -> None:
 
 
 def test_long_records_are_looked_at_in_stretches_and_it_is_said() -> None:
-    d = diagnosed("named", "diagnose.samples=2000", "diagnose.causes=1", "diagnose.refits=1")
+    d = diagnosed("named", "diagnose.samples=2000", "diagnose.max_causes=1", "diagnose.max_refits=1")
     assert any("2000 of" in remark and "diagnose.samples" in remark for remark in d.remarks)
     assert d.causes[0].effect == "motor.stribeck"
     assert all(len(trace.t) <= 2000 for trace in d.residuals.values())
