@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from robotid.interface.dataset import Dataset as Dataset
     from robotid.interface.evaluation import Simulation as Simulation
     from robotid.interface.evaluation import validate as validate
+    from robotid.interface.explanation import explain as explain
+    from robotid.interface.files import load as load
+    from robotid.interface.files import save as save
     from robotid.interface.identification import Fit as Fit
     from robotid.interface.identification import Options as Options
     from robotid.interface.identification import fit as fit
@@ -52,6 +55,9 @@ _HOMES = {
     "validate": "interface.evaluation",
     "diagnose": "interface.improvement",
     "extend": "interface.improvement",
+    "load": "interface.files",
+    "save": "interface.files",
+    "explain": "interface.explanation",
     "Column": "signals.columns",
     "Dataset": "interface.dataset",
     "Options": "interface.identification",

@@ -7,10 +7,12 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robotid.display import Displayed
-from robotid.errors import ConfigError
+from robotid.errors import ConfigError, InputError
 from robotid.model.array import Array
+from robotid.signals.differentiate import central_difference
 
 SHORTEST_PIECE = 20  # samples
 
@@ -41,6 +43,43 @@ class Record(Displayed):
     period: float | None = field(default=None, metadata={"unit": "s"})
     band: tuple[float, float] | None = field(default=None, metadata={"unit": "Hz"})
     begin: float = field(default=0.0, metadata={"unit": "s"})
+
+    @classmethod
+    def from_arrays(
+        cls,
+        torque: ArrayLike,
+        angle: ArrayLike,
+        sampling_time: float,
+        *,
+        speed: ArrayLike | None = None,
+        name: str = "record",
+        role: Role = "estimate",
+    ) -> Record:
+        """A record of signals that are clean and in SI: motor torque (n,) [Nm], motor angle (n,) [rad], motor speed
+        (n,) [rad/s], by default the central difference of the angle. sampling_time [s].
+
+        Raises ConfigError where arrays differ in length or are not (n,), or the sampling time is not positive,
+        InputError where a value is not a number; `robotid.read` repairs a few of these, and reads other units.
+
+        >>> import numpy as np
+        >>> angle = np.sin(np.arange(0.0, 2.0, 0.01))
+        >>> Record.from_arrays(torque=-0.1 * angle, angle=angle, sampling_time=0.01, name="swing")
+        <Record: swing (estimate), 200 samples at 100 Hz, 2 s>
+        """
+        given = {"torque": torque, "angle": angle} | ({} if speed is None else {"speed": speed})
+        signals = {key: _checked(key, values) for key, values in given.items()}
+        lengths = {key: len(values) for key, values in signals.items()}
+        if len(set(lengths.values())) > 1:
+            listed = ", ".join(f"{key} {n}" for key, n in lengths.items())
+            raise ConfigError(f"the arrays differ in length: {listed}", where=name, hint="give those of one recording")
+        if not sampling_time > 0.0:
+            what = f"a sampling time of {sampling_time:g} s is not positive"
+            raise ConfigError(what, where=name, hint="give the time between two samples in seconds")
+        if lengths["angle"] < SHORTEST_PIECE:
+            what = f"a record of {lengths['angle']} samples is too short, the least is {SHORTEST_PIECE}"
+            raise InputError(what, where=name, hint="record longer")
+        derived = central_difference(signals["angle"], sampling_time) if speed is None else signals["speed"]
+        return cls(name, role, "both", float(sampling_time), signals["torque"], signals["angle"], derived)
 
     def __len__(self) -> int:
         return len(self.tau_m)
@@ -73,3 +112,20 @@ class Record(Displayed):
         count = max(1, round(self.duration / length))
         edges = np.linspace(0, len(self), count + 1).round().astype(int).tolist()
         return tuple(self.piece(a, b) for a, b in pairwise(edges))
+
+
+def _checked(name: str, values: ArrayLike) -> Array:
+    """A signal as an array of floats, (n,)."""
+    try:
+        signal = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ConfigError(f"{name} is no array of numbers", hint="give an array (n,)") from None
+    if signal.ndim != 1:
+        raise ConfigError(f"{name} is an array of shape {signal.shape}", hint="give an array (n,)")
+    bad = ~np.isfinite(signal)
+    if bad.any():
+        what = (
+            f"{name} is not a number in {int(bad.sum())} of {len(signal)} samples, the first is {int(np.argmax(bad))}"
+        )
+        raise InputError(what, hint="record again, or let robotid.read repair it")
+    return signal

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from robotid.cli.app import main
-from robotid.cli.explain import EFFECTS
+from robotid.config.effects import EFFECTS
 from robotid.model.describe import describe
 
 

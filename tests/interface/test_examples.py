@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import doctest
 import importlib
+from pathlib import Path
 
 import pytest
 
 import robotid
 
-MODULES = sorted({home for home in robotid._HOMES.values() if home.startswith("interface.")})
+MODULES = sorted({home for home in robotid._HOMES.values() if home.startswith("interface.")} | {"signals.record"})
 
 
 @pytest.mark.parametrize("module", MODULES)
-def test_examples_run(module: str) -> None:
-    results = doctest.testmod(importlib.import_module(f"robotid.{module}"), optionflags=doctest.NORMALIZE_WHITESPACE)
+def test_examples_run(module: str, tmp_path: Path) -> None:
+    results = doctest.testmod(importlib.import_module(f"robotid.{module}"), extraglobs={"folder": tmp_path})
     assert results.failed == 0
     assert results.attempted > 0
