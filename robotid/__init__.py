@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from robotid.extension.results import Extension as Extension
     from robotid.interface.dataset import Dataset as Dataset
     from robotid.interface.evaluation import Simulation as Simulation
+    from robotid.interface.evaluation import simulate as simulate
     from robotid.interface.evaluation import validate as validate
     from robotid.interface.explanation import explain as explain
     from robotid.interface.files import load as load
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
     from robotid.model.structure import Structure as Structure
     from robotid.signals.columns import Column as Column
     from robotid.signals.record import Record as Record
-    from robotid.simulate.trajectory import Trajectory as Trajectory
+    from robotid.simulation.trajectory import Trajectory as Trajectory
     from robotid.validation.results import Validation as Validation
 
 __version__ = "0.1.0"
@@ -52,6 +53,7 @@ _HOMES = {
     "read": "interface.reading",
     "Model": "interface.model",
     "fit": "interface.identification",
+    "simulate": "interface.evaluation",
     "validate": "interface.evaluation",
     "diagnose": "interface.improvement",
     "extend": "interface.improvement",

@@ -20,8 +20,8 @@ from robotid.estimate.residual import OutputError
 from robotid.model.array import Array
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
-from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.loop import ControlledJoint
+from robotid.simulation.closed_loop.controller import Controller
+from robotid.simulation.closed_loop.loop import ControlledJoint
 
 BANDWIDTH = 2 * np.pi * 5.0  # rad/s of the speed loop where none is known
 

@@ -17,7 +17,7 @@ from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.units import unit_of
 from robotid.signals.record import Quantity, Record
-from robotid.simulate.trajectory import Trajectory
+from robotid.simulation.trajectory import Trajectory
 
 TOLERANCE = 1e-4  # of the cost; the first states of a record need no more
 MOST_ITERATIONS = 8

@@ -16,11 +16,11 @@ from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.port import Signal
 from robotid.signals.record import Quantity, Record
-from robotid.simulate.first_guess import initial_state
-from robotid.simulate.sensitivities import sensitivities
-from robotid.simulate.sensors import shown, shown_columns
-from robotid.simulate.simulate import simulate
-from robotid.simulate.trajectory import Trajectory
+from robotid.simulation.first_guess import initial_state
+from robotid.simulation.sensitivities import sensitivities
+from robotid.simulation.sensors import shown, shown_columns
+from robotid.simulation.simulate import simulate
+from robotid.simulation.trajectory import Trajectory
 
 LARGEST_PREDICTION = 5_000_000  # derivatives kept of one record to predict its next trajectory
 

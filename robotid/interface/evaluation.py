@@ -25,7 +25,7 @@ from robotid.report.tables.table import Table, fixed, number
 from robotid.signals.metrics import fit_percent, rmse
 from robotid.signals.record import Quantity, Record
 from robotid.signals.trace import thinned
-from robotid.simulate.trajectory import Trajectory
+from robotid.simulation.trajectory import Trajectory
 from robotid.validation import Validation, ValidationOptions, initial_name, validate_models
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def simulate(
     >>> from support.logs import motor_log
     >>> model = rid.Model(motor=["inertia", "viscous", "coulomb"])
     >>> values = {"motor.inertia.J": 0.012, "motor.viscous.Fv": 0.013, "motor.coulomb.Fc": 0.6}
-    >>> run = simulate(model, rid.read(motor_log()), values)
+    >>> run = rid.simulate(model, rid.read(motor_log()), values)
     >>> run.simulated.shape, run.fit_percent > 90
     ((2000,), True)
     """

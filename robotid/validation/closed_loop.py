@@ -10,9 +10,9 @@ from robotid.model.structure import Structure
 from robotid.signals.metrics import error_percent, rmse
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
-from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.loop import ControlledJoint
-from robotid.simulate.first_guess import initial_state
+from robotid.simulation.closed_loop.controller import Controller
+from robotid.simulation.closed_loop.loop import ControlledJoint
+from robotid.simulation.first_guess import initial_state
 
 
 @dataclass(frozen=True, slots=True)

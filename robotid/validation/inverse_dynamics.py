@@ -14,10 +14,10 @@ from robotid.model.joint import Joint
 from robotid.signals.differentiate import Kinematics, bandwidth, decimate, differentiate
 from robotid.signals.metrics import error_percent
 from robotid.signals.record import Record
-from robotid.simulate.actuator import effective_torque
-from robotid.simulate.first_guess import follow_motor, measured_guess
-from robotid.simulate.newton.problem import Problem
-from robotid.simulate.trajectory import BLOCK
+from robotid.simulation.actuator import effective_torque
+from robotid.simulation.first_guess import follow_motor, measured_guess
+from robotid.simulation.newton.problem import Problem
+from robotid.simulation.trajectory import BLOCK
 
 POSITION_CUTOFF = 5.0  # cut-off of the motion's filter in those of the parallel one, as in step 1
 SWEEPS = 4  # each leaves about a tenth of the error

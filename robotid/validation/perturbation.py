@@ -13,9 +13,9 @@ from robotid.estimate.residual import observed
 from robotid.model.array import Array
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
-from robotid.simulate.sensitivities import sensitivities
-from robotid.simulate.simulate import simulate
-from robotid.simulate.trajectory import Trajectory
+from robotid.simulation.sensitivities import sensitivities
+from robotid.simulation.simulate import simulate
+from robotid.simulation.trajectory import Trajectory
 
 LARGEST_PREDICTION = 5_000_000  # derivatives in memory at once, to predict the perturbed motion
 

@@ -17,7 +17,7 @@ from robotid.signals.frf import Frf
 from robotid.signals.metrics import fit_percent, rmse
 from robotid.signals.record import Record
 from robotid.signals.trace import thinned
-from robotid.simulate.closed_loop.controller import Controller
+from robotid.simulation.closed_loop.controller import Controller
 from robotid.validation.bode import bode
 from robotid.validation.closed_loop import loop_errors
 from robotid.validation.identifiability import Identifiability, correlations, identify

@@ -13,8 +13,8 @@ from robotid.model.port import Port
 from robotid.model.port_motion import Placed
 from robotid.model.term import Motion
 from robotid.model.units import on_axis
-from robotid.simulate.friction.mode import friction_mode
-from robotid.simulate.trajectory import BLOCK, Trajectory
+from robotid.simulation.friction.mode import friction_mode
+from robotid.simulation.trajectory import BLOCK, Trajectory
 
 POSITION = {Port.GEAR: "twist", Port.LINK: "link twist"}
 

@@ -36,9 +36,9 @@ from robotid.pipeline.run import Run
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
 from robotid.signals.stretches import stretches
-from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
-from robotid.simulate.simulate import simulate
+from robotid.simulation.closed_loop.controller import Controller
+from robotid.simulation.closed_loop.virtual_robot import VirtualRobot
+from robotid.simulation.simulate import simulate
 
 M0 = {
     "motor.inertia.J": 0.0123,

@@ -21,7 +21,7 @@ from robotid.model.array import Array
 from robotid.model.structure import Structure
 from robotid.signals.frf import Complex, Frf
 from robotid.signals.record import Record
-from robotid.simulate.simulate import simulate
+from robotid.simulation.simulate import simulate
 
 LINEAR = linear_part(assemble(STRUCTURE))
 OMEGA = 2 * np.pi * np.arange(1.0, 40.2, 0.2)

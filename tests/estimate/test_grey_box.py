@@ -20,9 +20,9 @@ from robotid.model.structure import Structure
 from robotid.progress import Iteration
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
-from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
-from robotid.simulate.simulate import simulate
+from robotid.simulation.closed_loop.controller import Controller
+from robotid.simulation.closed_loop.virtual_robot import VirtualRobot
+from robotid.simulation.simulate import simulate
 
 JOINT = assemble(STRUCTURE)
 TYPICAL = {"motor.inertia.J": 0.0123, "arm.inertia.J": 1000.0, "gear.spring.k1": 1.2e6, "gear.damper.d": 2000.0}

@@ -8,8 +8,8 @@ from support.extended_joint import TERMS_IN_PLACE, TORQUE_CHANNELS, open_loop, s
 from support.paper_joint import STRUCTURE
 
 from robotid.catalogue import assemble
-from robotid.simulate.sensitivities import sensitivities
-from robotid.simulate.simulate import simulate
+from robotid.simulation.sensitivities import sensitivities
+from robotid.simulation.simulate import simulate
 
 RECORD = open_loop(1500)
 

@@ -21,8 +21,8 @@ from robotid.diagnosis.search.state import Found, SearchResult
 from robotid.estimate.residual import observed
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
-from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
-from robotid.simulate.simulate import simulate
+from robotid.simulation.closed_loop.virtual_robot import VirtualRobot
+from robotid.simulation.simulate import simulate
 from robotid.stages.excite import excite
 from robotid.stages.experiments import experiments
 

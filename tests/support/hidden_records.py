@@ -14,9 +14,9 @@ from robotid.model.joint import Joint
 from robotid.model.term import Motion
 from robotid.signals.record import Quantity, Record
 from robotid.signals.reference import Reference
-from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
-from robotid.simulate.simulate import simulate
+from robotid.simulation.closed_loop.controller import Controller
+from robotid.simulation.closed_loop.virtual_robot import VirtualRobot
+from robotid.simulation.simulate import simulate
 from robotid.terms import TERMS
 from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH, references
 

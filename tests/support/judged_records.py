@@ -15,8 +15,8 @@ from robotid.model.linear import linearise
 from robotid.signals.frf import Frf
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
-from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
+from robotid.simulation.closed_loop.controller import Controller
+from robotid.simulation.closed_loop.virtual_robot import VirtualRobot
 from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH, references
 
 CONTROLLER = Controller("speed", kp=0.5, ki=5.0)

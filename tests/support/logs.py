@@ -8,8 +8,8 @@ from robotid.catalogue import assemble
 from robotid.model.array import Array
 from robotid.model.structure import Structure
 from robotid.signals.reference import Reference
-from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
+from robotid.simulation.closed_loop.controller import Controller
+from robotid.simulation.closed_loop.virtual_robot import VirtualRobot
 
 TRUTH = {"motor.inertia.J": 0.012, "motor.viscous.Fv": 0.013, "motor.coulomb.Fc": 0.6}
 STRIBECK = {"motor.stribeck.dFs": 0.25, "motor.stribeck.vs": 2.0}

@@ -21,8 +21,8 @@ from robotid.model.joint import Joint
 from robotid.model.structure import Structure
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
-from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
+from robotid.simulation.closed_loop.controller import Controller
+from robotid.simulation.closed_loop.virtual_robot import VirtualRobot
 
 AXIS = Structure(("motor.inertia", "motor.viscous", "motor.coulomb"))
 TRUTH = {"motor.inertia.J": 0.012, "motor.viscous.Fv": 0.015, "motor.coulomb.Fc": 0.6}

@@ -15,8 +15,8 @@ from robotid.model.structure import Structure
 from robotid.signals.quality import Recordings
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
-from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
+from robotid.simulation.closed_loop.controller import Controller
+from robotid.simulation.closed_loop.virtual_robot import VirtualRobot
 from support.paper_joint import RATIO, SAMPLING_TIME, STRUCTURE, TRUTH, references
 
 TWO_MASSES = {

@@ -9,7 +9,7 @@ import pytest
 from support.judged_records import CONTROLLER, clean_records, model
 from support.paper_joint import STRUCTURE, TRUTH
 
-from robotid.simulate.closed_loop.controller import Controller
+from robotid.simulation.closed_loop.controller import Controller
 from robotid.validation.closed_loop import loop_errors
 
 RECORD = clean_records()[0]

@@ -17,7 +17,7 @@ from robotid.estimate.result import End, Estimate, FitResult
 from robotid.model.array import Array
 from robotid.model.structure import Structure
 from robotid.signals.record import Record
-from robotid.simulate.simulate import simulate
+from robotid.simulation.simulate import simulate
 from robotid.validation.identifiability import Identifiability, column_cosines, correlations, identify
 from robotid.validation.torque_share import TorqueShare, torque_shares
 

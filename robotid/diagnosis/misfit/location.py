@@ -12,7 +12,7 @@ from robotid.diagnosis.misfit.missing_torque import MissingTorque
 from robotid.model.array import Array, Index, Mask
 from robotid.model.units import on_axis
 from robotid.signals.record import Record
-from robotid.simulate.trajectory import Trajectory
+from robotid.simulation.trajectory import Trajectory
 
 SLOW = 1e-3  # of the largest speed: where friction holds the motor, no torque is seen
 TURN = 2 * np.pi

@@ -15,9 +15,9 @@ from robotid.diagnosis.misfit.smoother import Chain, Smoothed
 from robotid.errors import NumericsError
 from robotid.model.array import Array, blocks
 from robotid.signals.record import Quantity, Record
-from robotid.simulate.first_guess import follow_motor, measured_guess
-from robotid.simulate.newton.problem import Problem
-from robotid.simulate.trajectory import BLOCK, Trajectory
+from robotid.simulation.first_guess import follow_motor, measured_guess
+from robotid.simulation.newton.problem import Problem
+from robotid.simulation.trajectory import BLOCK, Trajectory
 
 POWERS = np.arange(-8.0, 0.0, 2.0)  # of ten, of the largest torque: steps from sample to sample that are tried
 NEARBY = np.array([-0.6, 0.0, 0.6])

@@ -16,7 +16,7 @@ from robotid.model.array import Array
 from robotid.model.units import on_axis
 from robotid.signals.record import Quantity, Record
 from robotid.signals.trace import Trace, thinned
-from robotid.simulate.trajectory import Trajectory
+from robotid.simulation.trajectory import Trajectory
 
 MOST = 1.5  # of the quietest record's floor: more is misfit that passes for noise
 

@@ -19,7 +19,7 @@ from robotid.estimate.covariance import ABSORBED, impulse_response, zero_order_h
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array
 from robotid.signals.record import Quantity
-from robotid.simulate.trajectory import Trajectory
+from robotid.simulation.trajectory import Trajectory
 
 SCORING = 20  # steps of Fisher scoring at most
 SETTLED = 1e-6  # relative change of the levels

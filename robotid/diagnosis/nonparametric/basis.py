@@ -16,8 +16,8 @@ from robotid.diagnosis.scoring.columns import as_measured
 from robotid.model.array import Array
 from robotid.model.units import on_axis
 from robotid.signals.record import Record
-from robotid.simulate.first_guess import measured_guess
-from robotid.simulate.trajectory import Trajectory
+from robotid.simulation.first_guess import measured_guess
+from robotid.simulation.trajectory import Trajectory
 
 EDGE = 0.5  # per cent of the samples beyond the first and the last knot
 

@@ -29,7 +29,7 @@ from robotid.diagnosis.scoring.score_test import Projected, beyond, project, sca
 from robotid.errors import NumericsError
 from robotid.model.array import Array
 from robotid.signals.record import Record
-from robotid.simulate.trajectory import Trajectory
+from robotid.simulation.trajectory import Trajectory
 
 COARSE, FINE = 12, (24, 48)  # knots; of the finalists as many as the residual asks for
 FADED, RIDGE = 0.03, 1e-9  # energy of a curve that is left, over the whole, where the fit may have taken it

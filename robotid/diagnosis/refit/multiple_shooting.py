@@ -16,7 +16,7 @@ from robotid.diagnosis.refit.refitted_model import EvaluationData, Motions, Refi
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
 from robotid.signals.record import Record
-from robotid.simulate.trajectory import Trajectory
+from robotid.simulation.trajectory import Trajectory
 
 PIECES = 8  # of each record
 

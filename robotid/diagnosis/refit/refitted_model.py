@@ -19,8 +19,8 @@ from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Quantity, Record
-from robotid.simulate.first_guess import measured_guess
-from robotid.simulate.trajectory import Trajectory
+from robotid.simulation.first_guess import measured_guess
+from robotid.simulation.trajectory import Trajectory
 
 UNIDENTIFIABLE = 1e-9  # smallest singular value of the scaled Jacobian
 PATIENCE = 8  # windows that may fail to settle; a model near its best has three at most

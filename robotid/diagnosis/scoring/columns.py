@@ -16,10 +16,10 @@ from robotid.model.port import Port, Signal
 from robotid.model.port_motion import Placed
 from robotid.model.term import Motion, Term
 from robotid.signals.record import Quantity, Record
-from robotid.simulate.friction.mode import friction_mode
-from robotid.simulate.internal_states import simulate_internal_states
-from robotid.simulate.sensitivities import sensitivities
-from robotid.simulate.trajectory import BLOCK, Trajectory
+from robotid.simulation.friction.mode import friction_mode
+from robotid.simulation.internal_states import simulate_internal_states
+from robotid.simulation.sensitivities import sensitivities
+from robotid.simulation.trajectory import BLOCK, Trajectory
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -20,7 +20,7 @@ from robotid.model.array import Array
 from robotid.model.port import Port
 from robotid.model.term import MotionTransform, Term
 from robotid.signals.record import Record
-from robotid.simulate.trajectory import Trajectory
+from robotid.simulation.trajectory import Trajectory
 
 COORDINATES = {Port.MOTOR: 0, Port.ARM: 1}
 """On which a plain torque at a port acts."""

@@ -25,7 +25,7 @@ from robotid.diagnosis.scoring.score_test import (
 )
 from robotid.model.array import Array
 from robotid.model.structure import RECORD_CHANGE
-from robotid.simulate.sensitivities import force_gradient
+from robotid.simulation.sensitivities import force_gradient
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -17,7 +17,7 @@ from robotid.diagnosis.scoring.candidates import Candidate
 from robotid.diagnosis.scoring.columns import felt, with_angle
 from robotid.model.array import Array
 from robotid.model.term import Motion, Term
-from robotid.simulate.trajectory import Trajectory
+from robotid.simulation.trajectory import Trajectory
 
 PEAKS = 2  # that are tried, the highest
 POINTS = 200  # of frequency, over the range of the grid

@@ -19,7 +19,7 @@ from robotid.diagnosis.scoring.columns import columns
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array
 from robotid.signals.record import Quantity, Record
-from robotid.simulate.trajectory import Trajectory
+from robotid.simulation.trajectory import Trajectory
 
 DEPENDENT = 1e-6  # of a column's length left after projection: less is the same as nothing
 NEGLIGIBLE = 1e-10  # relative singular value of the saturated regression

@@ -11,8 +11,8 @@ from robotid.config.records import RecordSettings
 from robotid.config.schema import Config
 from robotid.signals.record import Record
 from robotid.signals.reference import Excitation
-from robotid.simulate.closed_loop.controller import Controller
-from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
+from robotid.simulation.closed_loop.controller import Controller
+from robotid.simulation.closed_loop.virtual_robot import VirtualRobot
 
 
 def virtual_robot(settings: Config) -> VirtualRobot:

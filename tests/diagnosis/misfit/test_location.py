@@ -13,7 +13,7 @@ from robotid.diagnosis.misfit.location import Curve, locate
 from robotid.diagnosis.misfit.missing_torque import MissingTorque, missing_torque
 from robotid.model.array import Array
 from robotid.signals.record import Record
-from robotid.simulate.trajectory import Trajectory
+from robotid.simulation.trajectory import Trajectory
 
 Case = tuple[Trajectory, Record, MissingTorque]
 Law = Callable[[Array, Array, Array], Array]

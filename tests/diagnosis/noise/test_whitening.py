@@ -16,7 +16,7 @@ from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.structure import Structure
 from robotid.signals.record import Record
-from robotid.simulate.simulate import simulate
+from robotid.simulation.simulate import simulate
 
 SAMPLES, SAMPLING_TIME = 4096, 0.002
 SETTLED = 512  # samples after which the filter has forgotten where it started

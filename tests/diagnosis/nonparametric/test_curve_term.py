@@ -13,7 +13,7 @@ from robotid.diagnosis.nonparametric.curve_term import FreeCurve
 from robotid.model.port import Port
 from robotid.model.structure import Structure
 from robotid.model.term import Motion
-from robotid.simulate.simulate import simulate
+from robotid.simulation.simulate import simulate
 
 KNOTS = np.array([-20.0, -5.0, 0.0, 0.0, 5.0, 20.0])
 VALUES = np.array([0.3, 0.25, 0.1, -0.1, -0.2, -0.4])

@@ -20,9 +20,9 @@ from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.term import Motion, Term
 from robotid.signals.record import Record
-from robotid.simulate.internal_states import simulate_internal_states
-from robotid.simulate.simulate import simulate
-from robotid.simulate.trajectory import Trajectory
+from robotid.simulation.internal_states import simulate_internal_states
+from robotid.simulation.simulate import simulate
+from robotid.simulation.trajectory import Trajectory
 
 UNWHITENED = Whitening(np.ones(1), np.ones(1), 1.0, 0.0)
 BASE = STRUCTURE.without("gear.cubic_spring")

@@ -19,9 +19,9 @@ from robotid.model.joint import Joint
 from robotid.model.port import Port, Signal
 from robotid.model.structure import Structure
 from robotid.model.term import MotionTransform, Term
-from robotid.simulate.sensitivities import sensitivities
-from robotid.simulate.simulate import simulate
-from robotid.simulate.trajectory import Trajectory
+from robotid.simulation.sensitivities import sensitivities
+from robotid.simulation.simulate import simulate
+from robotid.simulation.trajectory import Trajectory
 from robotid.terms import TERMS
 
 RECORD = open_loop(1500)

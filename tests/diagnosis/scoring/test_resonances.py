@@ -16,7 +16,7 @@ from robotid.diagnosis.search.refits import refit_hopeful
 from robotid.estimate.fitted_model import fitted_model, simulate_record
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.signals.reference import Reference
-from robotid.simulate.closed_loop.virtual_robot import VirtualRobot
+from robotid.simulation.closed_loop.virtual_robot import VirtualRobot
 
 TOOL = {"link.third_mass.Jb": 15.0, "link.third_mass.wb": 67.0, "link.third_mass.zeta": 0.012}
 TERMS = Criteria(skip=("record_change",))

@@ -20,7 +20,7 @@ from support.paths import ROOT
 from study.trials.plan import Spec
 from study.trials.trial import Result, run
 
-PARTS = ("model", "terms", "channels", "signals", "simulate", "estimate", "diagnosis", "extension", "stages")
+PARTS = ("model", "terms", "channels", "signals", "simulation", "estimate", "diagnosis", "extension", "stages")
 TRIAL = ("trial.py", "case.py", "sizing.py", "tool.py", "shape.py", "plan.py")
 
 

@@ -1,0 +1,154 @@
+"""A joint under its sampled controller, solved window by window as in open loop.
+
+The controller is causal, so its integral joins the unknowns of a window and its gains the Newton matrix. What is not
+smooth (the encoder's quantisation) or has memory (channels on the torque) is taken from the last iterate: it settles
+sample by sample from the first, as the rest does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.signals.reference import Reference
+from robotid.simulation.actuator import effective_torque
+from robotid.simulation.closed_loop.controller import Controller
+from robotid.simulation.fallback.lsoda import lsoda
+from robotid.simulation.friction.crossing import linearise_steps
+from robotid.simulation.friction.step import Steps
+from robotid.simulation.newton.problem import TOLERANCE, Problem
+from robotid.simulation.newton.solver import integrate
+from robotid.simulation.sensors import shown
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ControlledJoint:
+    """A joint that keeps its angle, with its parameters theta (p,), under a controller that sees its sensors.
+
+    quantum [rad] : resolution of the encoder, zero for a perfect one.
+    """
+
+    joint: Joint
+    theta: Array
+    controller: Controller
+    quantum: float = 0.0
+
+    def follow(
+        self, reference: Reference, speed_noise: Array | None = None, x0: Array | None = None
+    ) -> tuple[Array, Array]:
+        """The motion that a reference of n samples causes: states x (nx, n), torque command (n,) [Nm].
+
+        speed_noise : (n,) [rad/s] added to the measured speed, by default none; x0 : (nx,) first state, by default at
+        rest where the reference begins. Raises NumericsError where the loop diverges.
+        """
+        joint, n = self.joint, len(reference.ref)
+        if x0 is None:
+            x0 = np.zeros(joint.nx)
+            x0[joint.motor_angle] = reference.ref[0] if reference.kind == "position" else 0.0
+        loop = ClosedLoop(self, reference, np.zeros(n) if speed_noise is None else speed_noise)
+        return loop.run(x0)
+
+
+class ClosedLoop:
+    """One run of a controlled joint, a problem for `TrajectoryNewton` with states (x, I), I [rad] the controller's
+    integral.
+
+    While the solver advances, the loop remembers what came before: the torque command and the torque that acts at every
+    sample, and the motion that the sensors have seen. A run is for one use.
+    """
+
+    tolerance: ClassVar[float] = TOLERANCE
+    max_failed_windows: ClassVar[int | None] = None
+
+    def __init__(self, controlled: ControlledJoint, reference: Reference, speed_noise: Array) -> None:
+        self.joint = controlled.joint
+        self.sampling_time = reference.sampling_time
+        self.guess = _rigid_guess(controlled.joint, reference)
+        self.intervals = len(reference.ref) - 1
+        self._controlled = controlled
+        self._ref, self._speed_noise = reference.ref, speed_noise
+        self._dref = np.diff(reference.ref, append=reference.ref[-1]) / reference.sampling_time
+        self._command = np.zeros(len(reference.ref))
+        self._motion = self.guess[self.joint.motor_states].copy()
+        self._open = Problem(
+            self.joint, controlled.theta, np.zeros(self.intervals), self.sampling_time, self.guess[:-1]
+        )
+
+    def run(self, x0: Array) -> tuple[Array, Array]:
+        """States x (nx, n) of the joint from its first state x0 (nx,), and the torque command (n,)."""
+        x = integrate(self, np.append(x0, 0.0), self._sample_by_sample)
+        _, command, _ = self._drive(slice(None), x)
+        return x[:-1], command
+
+    def linearise(self, first: int, last: int, x: Array) -> Steps:
+        """Intervals first .. last - 1 linearised at their nodes x (nx + 1, last - first + 1)."""
+        nx, h, c = self.joint.nx, self.sampling_time, self._controlled.controller
+        error, slope = self._apply_command(first, last, x[:, :-1])
+        steps = linearise_steps(self._open.inputs(slice(first, last), ()), x[:nx, :-1], x[:nx, 1:])
+        assert steps.S is not None
+        gain = self._error_gain()
+        G = np.zeros((nx + 1, nx + 1, last - first))
+        G[:nx, :nx] = steps.G + steps.S[:, :1] * (c.kp * slope * gain[:, None])[None]
+        G[:nx, nx] = steps.S[:, 0] * (c.ki * slope)
+        G[nx, :nx], G[nx, nx] = h * slope * gain[:, None], 1.0
+        defect = x[nx, :-1] + h * slope * error - x[nx, 1:]
+        return Steps(G, np.concatenate([steps.c, defect[None]]), None, steps.end)
+
+    def _apply_command(self, first: int, last: int, x: Array) -> tuple[Array, Array]:
+        """Let the controller act in intervals first .. last - 1 from their first nodes x (nx + 1, m): speed error, and
+        slope of the command to it, zero in saturation, (m,) each."""
+        at = slice(first, last)
+        error, self._command[at], slope = self._drive(at, x)
+        acting = effective_torque(self.joint, self._controlled.theta, self.sampling_time, self._command[:last])
+        self._open.u[at] = acting[at]
+        return error, slope
+
+    def _drive(self, at: slice, x: Array) -> tuple[Array, Array, Array]:
+        """Speed error, torque command and its slope to it, zero in saturation, (m,) each, at nodes x (nx + 1, m)."""
+        controller, quantum = self._controlled.controller, self._controlled.quantum
+        phi, dphi = self._seen(at, x)
+        error = controller.error(self._ref[at], quantise(phi, quantum), dphi + self._speed_noise[at])
+        return error, *controller.torque(error, x[-1], self._dref[at])
+
+    def _seen(self, at: slice, x: Array) -> tuple[Array, Array]:
+        """Angle and speed as their sensors show them at nodes x (nx + 1, m), before noise."""
+        self._motion[:, at] = x[self.joint.motor_states]
+        phi, dphi = shown(self.joint, self._controlled.theta, self.sampling_time, *self._motion[:, : at.stop])
+        return phi[at], dphi[at]
+
+    def _error_gain(self) -> Array:
+        """Derivative of the speed error to the joint's states, (nx,)."""
+        gain = np.zeros(self.joint.nx)
+        gain[self.joint.motor_speed] = -1.0
+        if self._controlled.controller.kind == "position":
+            gain[self.joint.motor_angle] = -self._controlled.controller.kpos
+        return gain
+
+    def _sample_by_sample(self, first: int, stop: int, start: Array) -> Array:
+        """The fallback: controller and joint in turn."""
+        x, h = [start], self.sampling_time
+        for k in range(first, stop):
+            error, slope = self._apply_command(k, k + 1, x[-1][:, None])
+            end = lsoda(self._open, k, k + 1, x[-1][:-1])[:, -1]
+            x.append(np.append(end, x[-1][-1] + h * slope[0] * error[0]))
+        return np.stack(x, axis=1)
+
+
+def quantise(angle: Array, quantum: float) -> Array:
+    """Angle as an encoder of this resolution shows it, (n,)."""
+    return np.asarray(np.round(angle / quantum) * quantum) if quantum > 0 else angle
+
+
+def _rigid_guess(joint: Joint, reference: Reference) -> Array:
+    """The reference followed exactly, all parts rigid, (nx + 1, n)."""
+    ref, h = reference.ref, reference.sampling_time
+    speed = np.gradient(ref, h) if reference.kind == "position" else ref
+    guess = np.zeros((joint.nx + 1, len(ref)))
+    guess[joint.motor_angle] = ref if reference.kind == "position" else np.cumsum(ref) * h
+    guess[joint.motor_speed] = speed
+    guess[joint.motor_speed + 1 : joint.speeds.stop] = joint.ratio * speed
+    return guess

@@ -1,0 +1,84 @@
+"""LSODA where Newton's method fails: slow, robust, and asked the same question again by every fit, hence cached."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import warnings
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy
+from scipy.integrate import solve_ivp
+
+from robotid import __version__
+from robotid.errors import NumericsError
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.model.term import Term
+from robotid.simulation.fallback.cache import cached
+from robotid.simulation.newton.problem import Problem
+from robotid.simulation.newton.solver import MAX_STATE
+
+_solve_ivp: Any = solve_ivp  # its types take every right-hand side for complex
+
+RTOL, ATOL = 1e-8, 1e-11
+SMOOTHING = 1e-4  # rad/s: LSODA needs a continuous friction law
+
+
+def lsoda(problem: Problem, first: int, stop: int, start: Array) -> Array:
+    """Nodes first .. stop by LSODA from the state start (nx,), (nx, stop - first + 1).
+
+    The answer comes from the cache where the same question was asked before. Raises NumericsError on divergence.
+    """
+    if len(problem.joint.terms) != len(problem.joint.structure.terms):  # a term that has no name yet
+        return _integrate(problem, first, stop, start)
+    return cached(_key(problem, first, stop, start), lambda: _integrate(problem, first, stop, start))
+
+
+def smooth_rate(joint: Joint, x: Array, u: float, t: float, theta: Array) -> Array:
+    """dx/dt at one state x (nx,) with sgn(v) smoothed as v / sqrt(v^2 + eps^2), (nx,)."""
+    v = x[joint.speeds, None]
+    s = v / np.sqrt(v**2 + SMOOTHING**2)
+    return joint.evaluate(x[:, None], np.array([u]), s, np.array([t]), theta).f[:, 0]
+
+
+@np.errstate(all="ignore")  # a motion that diverges is reported below
+def _integrate(problem: Problem, first: int, stop: int, start: Array) -> Array:
+    h, x = problem.sampling_time, [start]
+    for k in range(first, stop):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # that it failed is reported below
+            step = _solve_ivp(
+                lambda t, y, k=k: smooth_rate(problem.joint, y, float(problem.u[k]), t, problem.theta),
+                (problem.begin + k * h, problem.begin + (k + 1) * h),
+                x[-1],
+                method="LSODA",
+                rtol=RTOL,
+                atol=ATOL,
+            )
+        if not step.success or not np.abs(step.y[:, -1]).max() < MAX_STATE:
+            raise NumericsError(
+                f"the simulation diverges at t = {k * h:.4g} s", hint="check the parameters' guesses and bounds"
+            )
+        x.append(step.y[:, -1])
+    return np.stack(x, axis=1)
+
+
+def _key(problem: Problem, first: int, stop: int, start: Array) -> str:
+    """A hash of everything that decides the answer, the source of the joint's terms included."""
+    joint, versions = problem.joint, (__version__, scipy.__version__)
+    sources = [_source(type(term)) for _, term in joint.terms]
+    settings = (joint.structure, joint.state_names, RTOL, ATOL, SMOOTHING, first, problem.begin)
+    digest = hashlib.sha256(repr((*versions, *sources, *settings)).encode())
+    for array in (problem.theta, problem.u[first:stop], start, np.array([problem.sampling_time])):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+@cache
+def _source(term: type[Term]) -> str:
+    """The file that defines a term: while it is being written its version stays."""
+    return Path(inspect.getfile(term)).read_text(encoding="utf-8")

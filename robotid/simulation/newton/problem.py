@@ -1,0 +1,80 @@
+"""What the solver simulates: a joint under a given torque, or anything else that yields linearised steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar, Protocol
+
+import numpy as np
+
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.simulation.friction.crossing import linearise_steps
+from robotid.simulation.friction.step import StepInputs, Steps
+
+TOLERANCE = 1e-4  # of the last Newton step, relative; the error left is of the order of its square
+
+
+class WindowProblem(Protocol):
+    """What `TrajectoryNewton` asks of a problem over n intervals, its first states those of `joint`.
+
+    tolerance : a Newton step that is smaller, relative to the trajectory, ends the iteration. max_failed_windows : how
+    many windows may fail to settle before the simulation counts as divergent, None for any number.
+    """
+
+    @property
+    def joint(self) -> Joint: ...
+
+    @property
+    def sampling_time(self) -> float: ...
+
+    @property
+    def guess(self) -> Array:
+        """A trajectory nearby, (states, n + 1)."""
+        ...
+
+    @property
+    def intervals(self) -> int: ...
+
+    @property
+    def tolerance(self) -> float: ...
+
+    @property
+    def max_failed_windows(self) -> int | None: ...
+
+    def linearise(self, first: int, last: int, x: Array) -> Steps:
+        """Intervals first .. last - 1 linearised at their nodes x (states, last - first + 1)."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """A joint under a given torque.
+
+    theta : (p,); u : (n,) effective motor torque, constant over each of the n intervals; sampling_time [s]; guess :
+    (nx, n + 1) of the nodes; begin [s] : time of the first node. The rest as of `WindowProblem`.
+    """
+
+    joint: Joint
+    theta: Array
+    u: Array
+    sampling_time: float
+    guess: Array
+    begin: float = field(default=0.0, kw_only=True)
+    max_failed_windows: int | None = field(default=None, kw_only=True)
+    tolerance: ClassVar[float] = TOLERANCE
+
+    @property
+    def intervals(self) -> int:
+        return len(self.u)
+
+    def linearise(self, first: int, last: int, x: Array) -> Steps:
+        """Intervals first .. last - 1 linearised at their nodes x (nx, last - first + 1)."""
+        return linearise_steps(self.inputs(slice(first, last)), x[:, :-1], x[:, 1:])
+
+    def inputs(self, at: slice, columns: Sequence[int] | None = None) -> StepInputs:
+        """What acts in these intervals. columns : parameters to differentiate to, as of `Joint.evaluate`."""
+        h = self.sampling_time
+        t = self.begin + np.arange(at.start, at.stop, dtype=np.float64) * h
+        return StepInputs(self.joint, self.theta, self.u[at], t, np.full(len(t), h, dtype=np.float64), columns)

@@ -1,0 +1,88 @@
+"""Exact derivatives of a trajectory: of its states to parameters, first states and forces, and of a sum to all forces.
+
+Both directions use the triangular system of the simulation with other right-hand sides, block by block of samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robotid.model.array import Array, blocks
+from robotid.model.joint import Joint
+from robotid.signals.record import Record
+from robotid.simulation.actuator import torque_columns
+from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
+from robotid.simulation.trajectory import BLOCK, Trajectory
+
+
+def sensitivities(
+    trajectory: Trajectory,
+    record: Record,
+    columns: Sequence[int],
+    rows: Sequence[int],
+    free_states: Sequence[int] = (),
+    forces: Array | None = None,
+) -> Array:
+    """Derivatives of states `rows` to k unknowns, (rows, k, n).
+
+    The unknowns are the parameters `columns` of theta, the first values of the states `free_states`, and the size of
+    each of `forces` (nv, q, n), generalised forces on the coordinates that are constant in their intervals. record :
+    the one that was simulated. Only the wanted rows are kept, so that memory grows with these alone.
+    """
+    joint, n = trajectory.joint, len(trajectory.u)
+    forces = np.zeros((joint.masses, 0, n)) if forces is None else forces
+    moved = joint.sources(columns, record.name)
+    mechanical = list(dict.fromkeys(k for k in moved if k is not None and k < joint.n_theta))  # each once
+    inputs = _force_columns(joint) if forces.size else []
+    through_torque = torque_columns(joint, trajectory.theta, record.sampling_time, record.tau_m)
+    first_force = len(columns) + len(free_states)
+    width = first_force + forces.shape[1]
+    out = np.empty((len(rows), width, n))
+    start = np.zeros((joint.nx, width))
+    start[list(free_states), len(columns) + np.arange(len(free_states))] = 1.0
+    out[:, :, 0] = start[list(rows)]
+    for at in blocks(n - 1, BLOCK):
+        steps = trajectory.linearise(at, [*mechanical, *inputs])
+        assert steps.S is not None
+        forcing = np.zeros((width, at.stop - at.start + 1, joint.nx)).transpose(2, 0, 1)
+        forcing[:, :, 0] = start
+        for k, column in enumerate(moved):
+            if column is None:
+                continue
+            if column < joint.n_theta:
+                forcing[:, k, 1:] = steps.S[:, mechanical.index(column)]
+            elif column in through_torque:
+                forcing[:, k, 1:] = steps.S[:, -1] * through_torque[column][at]
+        to_forces = steps.S[:, len(mechanical) : -1]
+        np.einsum("ijn,jqn->iqn", to_forces, forces[: len(inputs), :, at], out=forcing[:, first_force:, 1:])
+        z = solve_block_bidiagonal(steps.G, forcing)
+        out[:, :, at.start : at.stop + 1] = z[list(rows)]
+        start = z[:, :, -1]
+    return out
+
+
+def force_gradient(trajectory: Trajectory, row: int, weights: Array) -> Array:
+    """Derivative of the sum of weights (n,) times state `row` to a generalised force on each coordinate, (nv, n).
+
+    The force is constant over the interval after its sample. One adjoint solve a block, from the last to the first.
+    """
+    joint, n = trajectory.joint, len(trajectory.u)
+    gradient, later = np.zeros((joint.masses, n)), np.zeros(joint.nx)
+    later[row] = weights[-1]
+    for at in reversed(list(blocks(n - 1, BLOCK))):
+        steps = trajectory.linearise(at, _force_columns(joint))
+        assert steps.S is not None
+        right_side = np.zeros((joint.nx, 1, at.stop - at.start + 1))
+        right_side[row, 0, :-1] = weights[at]
+        right_side[:, 0, -1] = later
+        z = solve_block_bidiagonal(steps.G, right_side, adjoint=True)[:, 0]
+        gradient[:, at] = np.einsum("ijn,in->jn", steps.S[:, : joint.masses], z[:, 1:])
+        later = z[:, 0]
+    return gradient
+
+
+def _force_columns(joint: Joint) -> list[int]:
+    """What asks `Joint.evaluate` for the derivative to a force on each coordinate."""
+    return [-1 - j for j in range(joint.masses)]

@@ -1,0 +1,81 @@
+"""Open-loop simulation: a joint driven by a recorded torque."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from robotid.errors import NumericsError
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.signals.record import Record
+from robotid.simulation.actuator import effective_torque
+from robotid.simulation.fallback.lsoda import lsoda
+from robotid.simulation.first_guess import follow_motor, initial_state, measured_guess
+from robotid.simulation.newton.problem import Problem
+from robotid.simulation.newton.solver import MAX_WINDOW, integrate, state_scale
+from robotid.simulation.trajectory import Trajectory
+
+MAX_GUESS = 100.0  # times the motion itself: beside a guess so large, what is not small passes for small
+
+
+def simulate(
+    joint: Joint,
+    theta: Array,
+    record: Record,
+    x0: Array | None = None,
+    guess: Array | None = None,
+    max_failed_windows: int | None = None,
+) -> Trajectory:
+    """Open-loop response of a joint to a record's torque.
+
+    theta : (p,) in the order of joint.names, its changes those of records by their names; x0 : (nx,) first state, by
+    default `initial_state`; guess : (nx, n) a trajectory nearby, by default the measured motion; max_failed_windows :
+    how many windows may fail to settle in MAX_WINDOW samples, by default any number. Raises NumericsError where even
+    LSODA diverges, where x0 is not finite, and where more windows fail.
+    """
+    theta = joint.in_record(theta, record.name)
+    x0 = initial_state(joint, theta, record) if x0 is None else x0
+    u = effective_torque(joint, theta, record.sampling_time, record.tau_m)
+    if not np.isfinite(x0).all():
+        raise NumericsError("the first state is not finite", hint="check the parameters' guesses and bounds")
+    if max_failed_windows is not None:
+        max_failed_windows = round(max_failed_windows * max(1.0, len(u) / MAX_WINDOW))
+    near = guess if guess is not None and np.isfinite(guess).all() else measured_guess(joint, theta, record)
+    problem = Problem(
+        joint, theta, u[:-1], record.sampling_time, near, begin=record.begin, max_failed_windows=max_failed_windows
+    )
+    if near is not guess:
+        problem = replace(problem, guess=follow_motor(problem, x0))
+    x, fallback_windows = _integrate(problem, x0)
+    if np.any(state_scale(problem.guess) > MAX_GUESS * state_scale(x)):
+        x, fallback_windows = _integrate(replace(problem, guess=x), x0)
+    dphi = x[joint.motor_speed]
+    if joint.keeps_angle:
+        phi = x[joint.motor_angle]
+    else:
+        phi = record.phi_m[0] + np.concatenate([[0.0], np.cumsum(record.sampling_time / 2 * (dphi[1:] + dphi[:-1]))])
+    return Trajectory(
+        joint,
+        theta,
+        record.sampling_time,
+        u,
+        x,
+        phi_m=phi,
+        dphi_m=dphi,
+        twist=x[0] if joint.masses > 1 else None,
+        fallback_windows=fallback_windows,
+        begin=record.begin,
+    )
+
+
+def _integrate(problem: Problem, x0: Array) -> tuple[Array, tuple[tuple[int, int], ...]]:
+    """All nodes (nx, n), and the windows that LSODA integrated."""
+    windows: list[tuple[int, int]] = []
+
+    def fallback(first: int, stop: int, start: Array) -> Array:
+        windows.append((first, stop))
+        return lsoda(problem, first, stop, start)
+
+    return integrate(problem, x0, fallback), tuple(windows)

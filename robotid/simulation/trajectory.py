@@ -1,0 +1,65 @@
+"""A simulated motion, and its linearisation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotid.model.array import Array, blocks
+from robotid.model.joint import Joint
+from robotid.simulation.friction.crossing import linearise_steps
+from robotid.simulation.friction.mode import friction_mode
+from robotid.simulation.friction.step import StepInputs, Steps
+from robotid.simulation.newton.problem import Problem
+
+BLOCK = 4000  # intervals whose derivatives are in memory at once
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """A simulated motion at the n samples of a record.
+
+    x : (nx, n) states; phi_m, dphi_m : (n,) [rad, rad/s]; twist : (n,) of the gear [rad], None for a rigid joint;
+    u : (n,) effective torque; fallback_windows : samples (first, stop) that LSODA had to integrate; begin [s] : of the
+    record.
+    """
+
+    joint: Joint
+    theta: Array
+    sampling_time: float
+    u: Array
+    x: Array
+    phi_m: Array
+    dphi_m: Array
+    twist: Array | None
+    fallback_windows: tuple[tuple[int, int], ...] = ()
+    begin: float = 0.0
+
+    @property
+    def t(self) -> Array:
+        """Times of the samples [s], (n,)."""
+        return np.asarray(self.begin + np.arange(len(self.u), dtype=np.float64) * self.sampling_time)
+
+    @property
+    def ddphi_m(self) -> Array:
+        """Motor acceleration at the start of each interval [rad/s2], (n,)."""
+        joint, row = self.joint, self.joint.motor_speed
+        parts = []
+        for at in blocks(len(self.u), BLOCK):
+            inputs, x = self.step_inputs(at), self.x[:, at]
+            mode = friction_mode(inputs, x)
+            parts.append(joint.evaluate(x, inputs.u, mode.s, inputs.t, self.theta, mode.sticking).f[row])
+        return np.concatenate(parts)
+
+    def step_inputs(self, at: slice, columns: Sequence[int] | None = None) -> StepInputs:
+        """What acts in the intervals after these samples. columns : parameters to differentiate to, as of
+        `Joint.evaluate`."""
+        problem = Problem(self.joint, self.theta, self.u, self.sampling_time, self.x, begin=self.begin)
+        return problem.inputs(at, columns)
+
+    def linearise(self, at: slice, columns: Sequence[int] | None = None) -> Steps:
+        """The steps of the intervals after these samples, the last of all excepted, with derivatives to parameters."""
+        x1 = self.x[:, at.start + 1 : at.stop + 1]
+        return linearise_steps(self.step_inputs(at, columns), self.x[:, at], x1)

@@ -1,0 +1,124 @@
+"""The fallback: what LSODA integrates agrees with Newton's method, and is remembered."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
+
+from robotid.catalogue import assemble
+from robotid.errors import NumericsError
+from robotid.model.array import Array
+from robotid.model.port import Port
+from robotid.signals.record import Record
+from robotid.simulation.fallback import lsoda as fallback
+from robotid.simulation.newton import solver
+from robotid.simulation.newton.problem import WindowProblem
+from robotid.simulation.newton.solver import NewtonResult
+from robotid.simulation.simulate import simulate
+from robotid.terms import TERMS
+
+JOINT = assemble(STRUCTURE)
+THETA = JOINT.parameters().with_values(TRUTH).values
+T = np.arange(200) * SAMPLING_TIME
+RECORD = Record("r", "estimate", "both", SAMPLING_TIME, 2.0 + np.sin(40 * T), 0 * T, 5.0 + 0 * T)
+START = np.array([1e-4, 5.0, 5.0 * JOINT.ratio])
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("ROBOTID_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def refuse(first_one: int, last_one: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Newton's method refuses every window that touches these samples."""
+    works = solver.newton
+
+    def stubborn(problem: WindowProblem, first: int, start: Array, guess: Array, scale: Array) -> NewtonResult:
+        if first < last_one and first + guess.shape[1] - 1 > first_one:
+            return NewtonResult(guess, 0, 1)
+        return works(problem, first, start, guess, scale)
+
+    monkeypatch.setattr(solver, "newton", stubborn)
+
+
+@pytest.fixture
+def newton_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    refuse(80, 90, monkeypatch)
+
+
+@pytest.mark.usefixtures("newton_fails")
+def test_a_stretch_by_lsoda_agrees_with_newton(monkeypatch: pytest.MonkeyPatch) -> None:
+    by_lsoda = simulate(JOINT, THETA, RECORD, START)
+    assert by_lsoda.fallback_windows
+    monkeypatch.undo()
+    plain = simulate(JOINT, THETA, RECORD, START)
+    assert plain.fallback_windows == ()
+    assert by_lsoda.dphi_m == pytest.approx(plain.dphi_m, abs=2e-5)
+
+
+def test_a_reversal_by_lsoda_agrees_with_newton(monkeypatch: pytest.MonkeyPatch) -> None:
+    back = replace(RECORD, tau_m=-3.5 + 0 * T, dphi_m=0 * T)
+    plain = simulate(JOINT, THETA, back, START)
+    turn = int(np.argmax(plain.dphi_m <= 0.0))
+    assert turn > 5
+    assert plain.dphi_m[-1] < -1.0
+    refuse(turn - 5, turn + 5, monkeypatch)
+    by_lsoda = simulate(JOINT, THETA, back, START)
+    assert by_lsoda.fallback_windows
+    assert by_lsoda.dphi_m == pytest.approx(plain.dphi_m, abs=1e-4)
+
+
+@pytest.mark.usefixtures("newton_fails")
+def test_the_same_question_is_answered_from_the_cache(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = simulate(JOINT, THETA, RECORD, START)
+    assert list(cache.glob("*.npy"))
+    monkeypatch.setattr(fallback, "_integrate", None)  # whoever integrates again fails
+    assert np.array_equal(simulate(JOINT, THETA, RECORD, START).x, first.x)
+
+
+@pytest.mark.usefixtures("newton_fails")
+def test_another_parameter_is_another_question(monkeypatch: pytest.MonkeyPatch) -> None:
+    simulate(JOINT, THETA, RECORD, START)
+    monkeypatch.setattr(fallback, "_integrate", None)
+    with pytest.raises(TypeError):
+        simulate(JOINT, THETA * 1.0001, RECORD, START)
+
+
+@pytest.mark.usefixtures("newton_fails")
+def test_a_damaged_or_deleted_cache_only_costs_time(cache: Path) -> None:
+    first = simulate(JOINT, THETA, RECORD, START)
+    for junk in (b"not an array", b""):
+        for file in cache.glob("*.npy"):
+            file.write_bytes(junk)
+        assert np.array_equal(simulate(JOINT, THETA, RECORD, START).x, first.x)
+    for file in cache.glob("*"):
+        file.unlink()
+    cache.rmdir()
+    assert np.array_equal(simulate(JOINT, THETA, RECORD, START).x, first.x)
+
+
+@pytest.mark.usefixtures("newton_fails")
+def test_another_formula_is_another_question(monkeypatch: pytest.MonkeyPatch) -> None:
+    simulate(JOINT, THETA, RECORD, START)
+    monkeypatch.setattr(fallback, "_integrate", None)
+    monkeypatch.setattr(fallback, "_source", lambda term: f"{term} as edited")
+    with pytest.raises(TypeError):
+        simulate(JOINT, THETA, RECORD, START)
+
+
+@pytest.mark.usefixtures("newton_fails")
+def test_the_answer_for_a_term_without_a_name_is_not_kept(cache: Path) -> None:
+    nameless = JOINT.with_more(terms=[(Port.MOTOR, TERMS["constant_torque"])])
+    simulate(nameless, np.append(THETA, 0.1), RECORD, START)
+    assert not list(cache.glob("*"))
+
+
+def test_divergence_is_reported_in_words() -> None:
+    unstable = JOINT.parameters().with_values({**TRUTH, "gear.spring.k1": -1e10, "gear.cubic_spring.k3": 0.0}).values
+    with pytest.raises(NumericsError, match="the simulation diverges"):
+        simulate(JOINT, unstable, RECORD, START)
