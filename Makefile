@@ -8,7 +8,7 @@ ROBOTID := $(BIN)/robotid
 RUN := runs/$(basename $(notdir $(CONFIG)))
 STAMP := $(VENV)/.installed
 
-.PHONY: help demo test check bench trials picture readme pipeline clean
+.PHONY: help demo test check bench trials picture docs pipeline clean
 .DEFAULT_GOAL := help
 
 help:
@@ -16,9 +16,9 @@ help:
 	@echo "make test       set up, and run the tests"
 	@echo "make check      formatting, lint, types, import contracts"
 	@echo "make bench      speed beside other tools, as ratios"
-	@echo "make trials     effects hidden in an independent plant: hours, begun again where it was left; table to the README"
+	@echo "make trials     effects hidden in an independent plant: hours, begun again where it was left; table to the manual"
 	@echo "make picture    the picture of the README, from a run of configs/hidden.yaml"
-	@echo "make readme     the table of effects of the README"
+	@echo "make docs       the parts of the manual that are made from the code"
 	@echo "make pipeline CONFIG=configs/x.yaml    every stage that is stale, rule by rule"
 	@echo "make clean      remove runs/, caches and the environment"
 	@echo "PYTHON=python3.12 chooses the interpreter, VENV=folder where the environment is"
@@ -48,14 +48,14 @@ bench: $(STAMP)
 
 # TRIALS='--only motor.stribeck --draws 2' selects; results are kept in trials/.
 trials: $(STAMP)
-	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests $(BIN)/python -m study --readme $(TRIALS)
+	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests $(BIN)/python -m study --manual $(TRIALS)
 
 picture: $(STAMP)
 	$(ROBOTID) run configs/hidden.yaml
 	$(BIN)/python data/make_picture.py runs/hidden data/picture.svg
 
-readme: $(STAMP)
-	PYTHONPATH=tests $(BIN)/python -m support.effects_table
+docs: $(STAMP)
+	PYTHONPATH=tests $(BIN)/python -m support.manual
 
 # One rule a stage. What make finds stale by time, robotid checks by content: what turns out fresh is only touched.
 # Measured files are those that the configuration names; one that is missing is left for robotid to complain of.

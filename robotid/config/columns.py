@@ -41,7 +41,7 @@ class ColumnsSettings(Section):
 
 
 class RepairSettings(Section):
-    """Flaws of a recording. Every repair is said; absent: a few samples are mended, more are refused."""
+    """Flaws of a recording. Every repair is reported; absent: a few samples are repaired, more are refused."""
 
     gaps: Literal["refuse", "interpolate"] | None = None
     nan: Literal["refuse", "interpolate"] | None = None

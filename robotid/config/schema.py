@@ -1,4 +1,4 @@
-"""The whole configuration, section by section, as CLI.md shows it."""
+"""The whole configuration, section by section, as docs/configuration.md lists it."""
 
 from __future__ import annotations
 

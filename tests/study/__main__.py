@@ -1,4 +1,4 @@
-"""The study from the command line: `python -m hidden --help`, with tests/ on the path. `make trials` runs all of it."""
+"""The study from the command line: `python -m study --help`, with tests/ on the path. `make trials` runs all of it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from study.trials.judgement import judge
 from study.trials.plan import DRAWS, Spec, every
 from study.trials.study import ROOT, Progress, finished, study
-from study.trials.table import table, write
+from study.trials.table import PAGE, table, write
 
 
 def main() -> None:
@@ -20,12 +20,12 @@ def main() -> None:
         study(specs, asked.folder, asked.jobs, asked.patience, _say)
     results, keys = list(finished(asked.folder)), {spec.key for spec in specs}
     print(table([result for result in results if result.key in keys]))
-    if asked.readme:
-        write(ROOT / "README.md", table(results))
+    if asked.manual:
+        write(ROOT / PAGE, table(results))
 
 
 def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="hidden", description=__doc__)
+    parser = argparse.ArgumentParser(prog="study", description=__doc__)
     parser.add_argument("--only", action="append", default=[], help="effect, or kind of trial; repeatable")
     parser.add_argument("--draws", type=int, default=DRAWS, help="of every effect at each size")
     parser.add_argument(
@@ -35,7 +35,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--patience", type=int, default=900, help="seconds that a trial may take")
     parser.add_argument("--folder", type=Path, default=ROOT / "trials", help="of the results")
     parser.add_argument("--summary", action="store_true", help="only the table of what is there")
-    parser.add_argument("--readme", action="store_true", help="write the table to the README")
+    parser.add_argument("--manual", action="store_true", help="write the table to the manual")
     return parser.parse_args()
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.paths import ROOT
 
 from robotid.config.load import load
 from robotid.diagnosis.misfit.location import Curve
@@ -23,7 +24,7 @@ from study.trials.judgement import judge
 from study.trials.plan import Spec, every
 from study.trials.shape import correlation
 from study.trials.sizing import cost
-from study.trials.table import BEGIN, END, table, write
+from study.trials.table import BEGIN, END, PAGE, table, write
 from study.trials.trial import Result
 
 EFFECT = Result(
@@ -96,12 +97,21 @@ def test_the_table_stands_between_its_marks_and_can_be_written_again(tmp_path: P
     text = table(results)
     assert "| motor.stribeck | 2 | 50 % | 50 % | 0 | 1 | 98.8 % |" in text
     assert "1 more trials" in text
-    readme = tmp_path / "README.md"
-    readme.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
-    write(readme, text)
-    once = readme.read_text()
-    write(readme, text)
-    assert readme.read_text() == once == f"before\n{BEGIN}\n{text}\n{END}\nafter\n"
+    page = tmp_path / "validation.md"
+    page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
+    write(page, text)
+    once = page.read_text()
+    write(page, text)
+    assert page.read_text() == once == f"before\n{BEGIN}\n{text}\n{END}\nafter\n"
+
+
+def test_the_manual_has_a_place_for_the_table_and_no_other_page_is_harmed(tmp_path: Path) -> None:
+    page = (ROOT / PAGE).read_text(encoding="utf-8")
+    assert page.count(BEGIN) == page.count(END) == 1
+    (tmp_path / "other.md").write_text("no marks here")
+    with pytest.raises(ValueError, match="lacks the marks"):
+        write(tmp_path / "other.md", "table")
+    assert (tmp_path / "other.md").read_text() == "no marks here"
 
 
 def test_a_study_begins_where_it_was_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

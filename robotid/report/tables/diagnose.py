@@ -35,7 +35,7 @@ def brief(diagnosis: Diagnosis) -> tuple[Table, ...]:
 
 
 def document(diagnosis: Diagnosis) -> Json:
-    """The `diagnose --json` document of CLI.md."""
+    """The `diagnose --json` document of docs/command-line.md."""
     torque = "Nm" if diagnosis.unit != sliding(diagnosis.unit) else "N"
     return {
         "verdict": diagnosis.verdict,

@@ -28,8 +28,11 @@ def brief(extension: Extension) -> tuple[Table, ...]:
 
 
 def document(extension: Extension) -> Json:
-    """The `extend --json` document of CLI.md. gain : of fit in % points, and of RMSE, positive where it fell; heldout :
-    the same of the records that were not fitted."""
+    """The `extend --json` document of docs/command-line.md.
+
+    gain : of the fit in % points, and of the RMSE, positive where it fell; heldout : the same for the records that no
+    fit used.
+    """
     e = extension
     return {
         "before": _scores(e.before),

@@ -14,7 +14,7 @@ def tables(fits: Fits) -> tuple[Table, ...]:
 
 
 def document(fits: Fits) -> Json:
-    """The `fit --json` document of CLI.md."""
+    """The `fit --json` document of docs/command-line.md."""
     return {"models": {name: _model(fit) for name, fit in fits.models.items()}, "best": fits.best}
 
 

@@ -20,7 +20,7 @@ def tables(rigid: RigidResult) -> tuple[Table, ...]:
 
 
 def document(rigid: RigidResult) -> Json:
-    """The `init-rigid --json` document of CLI.md."""
+    """The `init-rigid --json` document of docs/command-line.md."""
     return {
         "parameters": {
             p.name: {"value": p.value, "std": p.std, "std_robust": p.std_robust, "unit": p.unit}

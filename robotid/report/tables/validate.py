@@ -26,7 +26,7 @@ def tables(validation: Validation) -> tuple[Table, ...]:
 
 
 def document(validation: Validation) -> Json:
-    """The `validate --json` document of CLI.md."""
+    """The `validate --json` document of docs/command-line.md."""
     models: dict[str, Json] = {name: _model(model) for name, model in validation.models.items()}
     return {"models": models, "best": validation.best, "failed": validation.failed}
 

@@ -1,4 +1,4 @@
-"""What is printed of a diagnosis and an extension: the JSON that CLI.md promises, and all that matters in tables."""
+"""What is printed of a diagnosis and an extension: the JSON of docs/command-line.md, and all that matters in tables."""
 
 from __future__ import annotations
 

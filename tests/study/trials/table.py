@@ -1,4 +1,4 @@
-"""The table of the study, effect by effect, with the goals, as text and inside the README."""
+"""The table of the study, effect by effect, with the goals, as text and inside the manual."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from study.trials.judgement import SHARE, WORTH, Judgement, judge
 from study.trials.trial import Result
 
+PAGE = Path("robotid/docs/validation.md")
 BEGIN, END = "<!-- trials -->", "<!-- end of trials -->"
 HEAD = ("hidden", "trials", "first", "first or its class", "false causes", "missed", "oracle's gain")
 Judged = tuple[Result, Judgement]
@@ -32,11 +33,13 @@ def table(results: Sequence[Result]) -> str:
     return "\n".join(lines)
 
 
-def write(readme: Path, text: str) -> None:
-    """Put the table between its marks."""
-    before, _, rest = readme.read_text().partition(BEGIN)
-    after = rest.partition(END)[2]
-    readme.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}")
+def write(page: Path, text: str) -> None:
+    """Put the table between its marks. Raises ValueError where the page lacks them."""
+    before, begin, rest = page.read_text(encoding="utf-8").partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not (begin and end):
+        raise ValueError(f"{page} lacks the marks {BEGIN} and {END}")
+    page.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")
 
 
 def _goals(judged: Sequence[Judged]) -> Iterator[str]:
