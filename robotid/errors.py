@@ -8,7 +8,7 @@ INTERRUPTED = 130  # the exit code of what was stopped from the keyboard
 
 
 class RobotidError(Exception):
-    """Base of every error that a person can mend.
+    """Base of every error that a person can correct.
 
     what : what is wrong; where : file, line or name it concerns; hint : what to do about it.
     """

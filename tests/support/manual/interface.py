@@ -6,41 +6,78 @@ import inspect
 from collections.abc import Iterator
 from typing import Any
 
+from pydantic import BaseModel
+
 import robotid
+
+WIDTH = 100  # characters of a signature on one line
+VERSION = "The version of the installed package, a text."
+
+
+class _Plain:
+    """An annotation that is shown without quotation marks."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+
+    def __repr__(self) -> str:
+        return self.text
 
 
 def interface() -> str:
     """A section for every public name, in the order of `robotid.__all__`."""
-    return "\n\n".join(_section(name, getattr(robotid, name)) for name in getattr(robotid, "__all__", ()))
+    return "\n\n".join(_section(name, getattr(robotid, name)) for name in robotid.__all__)
 
 
 def _section(name: str, thing: Any) -> str:
-    return "\n\n".join([f"### {name}", *_parts(name, thing)])
+    if name == "__version__":
+        return f"### {name}\n\n{VERSION}"
+    if inspect.isclass(thing) and issubclass(thing, BaseModel):
+        return f"### {name}\n\n{_text(thing)}\n\nIts sections are those of [Configuration](configuration.md)."
+    return "\n\n".join([f"### {name}", _block(name, thing), *(_members(name, thing) if inspect.isclass(thing) else ())])
 
 
-def _parts(name: str, thing: Any) -> Iterator[str]:
-    if isinstance(thing, str):
-        yield "The version of the installed package." if name == "__version__" else f"`{thing!r}`"
-        return
-    if callable(thing):
-        yield f"```\n{_signature(name, thing)}\n```"
-    text = inspect.getdoc(thing)
-    if text:
-        yield f"```text\n{text}\n```"
-    if inspect.isclass(thing):
-        for member, value in vars(thing).items():
-            if not member.startswith("_") and (inspect.isfunction(value) or isinstance(value, property)):
-                yield from _member(f"{name}.{member}", value)
+def _block(name: str, thing: Any) -> str:
+    return f"```text\n{_signature(name, thing)}\n\n{_text(thing)}\n```"
 
 
-def _member(name: str, value: Any) -> Iterator[str]:
-    text = inspect.getdoc(value) or ""
-    head = f"`{_signature(name, value)}`" if inspect.isfunction(value) else f"`{name}`"
-    yield f"- {head}: {' '.join(text.split())}" if text else f"- {head}"
+def _text(thing: Any) -> str:
+    return (inspect.getdoc(thing) or "").strip()
+
+
+def _members(name: str, cls: type) -> Iterator[str]:
+    """Properties in a list, then the methods."""
+    own = {key: value for key, value in vars(cls).items() if not key.startswith("_")}
+    properties = [(key, value) for key, value in own.items() if isinstance(value, property)]
+    if properties:
+        yield "\n".join(f"- `{name}.{key}`: {' '.join(_text(value).split())}" for key, value in properties)
+    for key, value in own.items():
+        found = value.__func__ if isinstance(value, classmethod | staticmethod) else value
+        if inspect.isfunction(found):
+            yield f"#### {name}.{key}"
+            yield _block(f"{name}.{key}", found)
 
 
 def _signature(name: str, thing: Any) -> str:
     try:
-        return f"{name}{inspect.signature(thing)}"
+        found = inspect.signature(thing)
     except (TypeError, ValueError):
         return f"{name}(...)"
+    parts: list[str] = []
+    free = False  # whether what follows is by keyword alone
+    for parameter in found.parameters.values():
+        free = free or parameter.kind is parameter.VAR_POSITIONAL
+        if parameter.kind is parameter.KEYWORD_ONLY and not free:
+            parts.append("*")
+            free = True
+        parts.append(str(parameter.replace(annotation=_plain(parameter.annotation))))
+    given = found.return_annotation
+    result = "" if given in (found.empty, "None", None) else f" -> {_plain(given)!r}"
+    line = f"{name}({', '.join(parts)}){result}"
+    if len(line) <= WIDTH:
+        return line
+    return "\n".join([f"{name}(", *(f"    {part}," for part in parts), f"){result}"])
+
+
+def _plain(annotation: Any) -> Any:
+    return _Plain(annotation) if isinstance(annotation, str) else annotation
