@@ -71,7 +71,7 @@ _HOMES = {
     "Structure": "model.structure",
     "Joint": "model.joint",
     "Parameters": "model.parameters",
-    "Trajectory": "simulate.trajectory",
+    "Trajectory": "simulation.trajectory",
     "FitResult": "estimate.result",
     "Validation": "validation.results",
     "Diagnosis": "diagnosis.results",
