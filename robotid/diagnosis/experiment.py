@@ -15,7 +15,7 @@ from robotid.diagnosis.refit.refitted_model import MOST_ITERATIONS_HELD, PATIENC
 from robotid.diagnosis.results import Cause, Diagnosis, Separation
 from robotid.diagnosis.search.state import Found, SearchResult
 from robotid.errors import NumericsError
-from robotid.estimate.least_squares import solve
+from robotid.estimate.least_squares import SolveOptions, solve
 from robotid.estimate.residual import OutputError
 from robotid.model.array import Array
 from robotid.signals.record import Record
@@ -101,7 +101,9 @@ def _played(trial: RefittedModel, reference: Reference, controller: Controller) 
 
 def _error(trial: RefittedModel, record: Record) -> float:
     old = trial.problem
-    problem = OutputError(old.joint, trial.parameters.all_fixed, (record,), old.output, np.ones(1), patience=PATIENCE)
-    found = solve(problem, problem.start(), most=MOST_ITERATIONS_HELD, tolerance=TOLERANCE_HELD)
+    problem = OutputError(
+        old.joint, trial.parameters.all_fixed, (record,), old.output, np.ones(1), max_failed_windows=PATIENCE
+    )
+    found = solve(problem, problem.start(), SolveOptions(MOST_ITERATIONS_HELD, TOLERANCE_HELD))
     residual: Array = found.evaluation.residuals[0]
     return float(np.sqrt(np.mean(residual**2)))

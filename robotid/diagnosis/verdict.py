@@ -13,7 +13,8 @@ from robotid.diagnosis.results import Cause, Diagnosis, Misfit, Rejected, Verdic
 from robotid.diagnosis.scoring.ranking import best_of_each
 from robotid.diagnosis.search.record_changes import Change
 from robotid.diagnosis.search.state import Found, SearchResult
-from robotid.estimate.fitted_model import FittedModel, Simulated, SimulatedSegment, joined, measured
+from robotid.estimate.fitted_model import FittedModel, Simulated, SimulatedSegment, joined
+from robotid.estimate.residual import measured_output
 from robotid.estimate.result import Estimate
 from robotid.model.array import Array
 from robotid.model.structure import belongs
@@ -88,7 +89,7 @@ def _misfit(
     model: FittedModel, record: Record, residual: Array, floors: Mapping[str, float], after: Array | None
 ) -> Misfit:
     rmse, floor = root_mean_square(residual), floors.get(record.name, 0.0)
-    output = measured(record, model.output)
+    output = measured_output(record, model.output)
     beyond = _beyond(rmse, floor)
     left = 0.0 if after is None else _beyond(root_mean_square(after), floor)
     explained = 0.0 if after is None else 1.0 - left**2 / max(beyond**2, LEAST)

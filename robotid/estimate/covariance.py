@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import expm, solve_toeplitz
-from scipy.linalg.lapack import dtbtrs
 from scipy.optimize import minimize
 
 from robotid.model.array import Array
 from robotid.model.joint import Joint
+from robotid.simulate.newton.block_bidiagonal import solve_block_bidiagonal
 
-HIGHEST_ORDER = 30
+MAX_ORDER = 30  # of an autoregression; residuals of machines need less than ten
 ABSORBED = 4  # lowest frequencies of a record, which the fit shapes
 
 
@@ -29,9 +29,9 @@ def autoregression(residual: Array) -> tuple[Array, float]:
     n = len(residual)
     e = residual - residual.mean()
     spectrum = np.abs(np.fft.rfft(e, 2 * n)) ** 2
-    c = np.fft.irfft(spectrum)[: HIGHEST_ORDER + 1] / n
+    c = np.fft.irfft(spectrum)[: MAX_ORDER + 1] / n
     best, best_bic = (np.zeros(0), float(c[0])), n * np.log(max(c[0], 1e-300))
-    for order in range(1, min(HIGHEST_ORDER, n // 10) + 1):
+    for order in range(1, min(MAX_ORDER, n // 10) + 1):
         a = solve_toeplitz(c[:order], c[1 : order + 1]) if c[0] > 0 else np.zeros(order)
         variance = float(c[0] - a @ c[1 : order + 1])
         bic = n * np.log(max(variance, 1e-300)) + order * np.log(n)
@@ -56,16 +56,9 @@ def zero_order_hold_response(joint: Joint, theta: Array, sampling_time: float) -
 def impulse_response(joint: Joint, theta: Array, row: int, sampling_time: float, n: int) -> Array:
     """State `row` after a torque of 1 Nm held for one interval, while slipping with the spring at rest, (n,)."""
     A, b = zero_order_hold_response(joint, theta, sampling_time)
-    d = joint.nx
-    band = np.zeros((2 * d, d * n))
-    for i in range(d):
-        for j in range(d):
-            band[d + i - j, j : d * (n - 1) : d] = -A[i, j]
-    rhs = np.zeros((d * n, 1), order="F")
-    if n > 1:
-        rhs[d : 2 * d, 0] = b
-    states, _ = dtbtrs(band, rhs, uplo="L", diag="U")
-    return np.asarray(states[row::d, 0])
+    columns = np.zeros((joint.nx, 1, n))
+    columns[:, 0, 1:2] = b[:, None]
+    return np.asarray(solve_block_bidiagonal(A[:, :, None], columns)[row, 0])
 
 
 def coloured_information(jacobian: Array, residual: Array, impulse: Array | None = None) -> Array:

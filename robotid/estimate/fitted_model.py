@@ -1,4 +1,4 @@
-"""A model's motion on a record, perhaps one it never saw: parameters held, first states found on that record alone."""
+"""A model's motion on any record: its parameters fixed, the first states found on that record alone."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from robotid.catalogue import assemble
-from robotid.estimate.least_squares import solve
-from robotid.estimate.residual import OutputError, observed
+from robotid.estimate.least_squares import SolveOptions, solve
+from robotid.estimate.residual import OutputError, measured_output, observed
 from robotid.estimate.result import FitResult
 from robotid.model.array import Array
 from robotid.model.joint import Joint
@@ -19,13 +19,12 @@ from robotid.model.units import unit_of
 from robotid.signals.record import Quantity, Record
 from robotid.simulation.trajectory import Trajectory
 
-TOLERANCE = 1e-4  # of the cost; the first states of a record need no more
-MOST_ITERATIONS = 8
+FIRST_STATES = SolveOptions(max_iterations=8, tolerance=1e-4)  # the first states of a record need no more
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FittedModel:
-    """A joint with its values as it comes to be judged.
+    """A joint with its values, as it is validated and diagnosed.
 
     output : what its fit compared. records : those of its fit. first_states : record name to (nx,), where known.
     estimate_states : whether first states are found by least squares or taken as measured.
@@ -91,7 +90,7 @@ class Simulated:
 
     def measured(self, quantity: Quantity) -> Array:
         """Measured position or speed, (n,)."""
-        return measured(self.record, quantity)
+        return measured_output(self.record, quantity)
 
     def signal(self, quantity: Quantity) -> Array:
         """Simulated position or speed as its sensor would show it, (n,)."""
@@ -104,7 +103,7 @@ class Simulated:
 
 def simulated_segment(record: Record, trajectory: Trajectory, quantity: Quantity) -> SimulatedSegment:
     """A record with its simulated motion and the residual of a quantity."""
-    return SimulatedSegment(record, trajectory, measured(record, quantity) - observed(trajectory, quantity))
+    return SimulatedSegment(record, trajectory, measured_output(record, quantity) - observed(trajectory, quantity))
 
 
 def simulate_record(model: FittedModel, record: Record, horizon: float | None = None) -> Simulated:
@@ -134,14 +133,9 @@ def joined(runs: Sequence[Simulated]) -> Simulated:
     return Simulated(replace(records[0], **signals), pieces, tuple(t for run in runs for t in run.trajectories))
 
 
-def measured(record: Record, quantity: Quantity) -> Array:
-    """Position or speed of a record, (n,)."""
-    return record.phi_m if quantity == "position" else record.dphi_m
-
-
 def _simulate(model: FittedModel, piece: Record, first_state: Array | None) -> Trajectory:
     problem = OutputError(
         model.joint, model.parameters.all_fixed, (piece,), model.output, np.ones(1), model.estimate_states
     )
     start = problem.start() if first_state is None else first_state[list(problem.free_states)]
-    return solve(problem, start, most=MOST_ITERATIONS, tolerance=TOLERANCE).evaluation.trajectories[0]
+    return solve(problem, start, FIRST_STATES).evaluation.trajectories[0]

@@ -10,8 +10,8 @@ import numpy as np
 
 from robotid.errors import NumericsError
 from robotid.estimate.covariance import coloured_information, impulse_response
-from robotid.estimate.least_squares import Solution, solve
-from robotid.estimate.residual import Evaluation, OutputError, observed
+from robotid.estimate.least_squares import Solution, SolveOptions, solve
+from robotid.estimate.residual import Evaluation, OutputError, measured_output, observed
 from robotid.estimate.result import End, Estimate, FitResult
 from robotid.model.array import Array
 from robotid.model.joint import Joint
@@ -21,25 +21,33 @@ from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Quantity, Record
 
 SEED = 0  # of further starts: the same every time
+START_SPREAD = 0.5  # standard deviation of the logarithm of their parameters: most within a factor of three
+ALIKE = 0.1  # relative spread of the records' noise levels that is not worth another fit
+MIN_NOISE = 1e-3  # of the largest noise level: lest a record without noise outweighs all others
+INVOLVED = 0.1  # component of an unidentifiable direction from which a parameter is named
 UNIDENTIFIABLE = 1e-7  # smallest singular value, relative to the largest, of the Jacobian with unit columns
 
 
 @dataclass(frozen=True, slots=True)
 class FitOptions:
-    """How to fit. weights : record name to a factor on the weight that its noise gives it. multistart : further starts.
+    """How to fit.
 
-    horizon [s] : length of the pieces that are simulated from initial states of their own, absent: the whole record.
-    interruptible : an interrupt from the keyboard ends the fit with what it reached, rather than all.
+    tolerance : of the cost, relative, as of `SolveOptions`. weights : record name to a factor on the weight that its
+    noise gives it. estimate_states : whether first states are estimated or taken as measured. multistart : further
+    starts, drawn at random. other_starts : values from which the fit starts where they suit the records better.
+    horizon [s] : length of the pieces that are simulated from initial states of their own, None for the whole record.
+    interruptible : an interrupt from the keyboard ends the fit with the last iterate, not the program.
     """
 
     output: Quantity = "speed"
-    most: int = 50
+    max_iterations: int = 50
     tolerance: float = 1e-6
     weights: Mapping[str, float] = field(default_factory=dict)
     estimate_states: bool = True
     multistart: int = 0
     horizon: float | None = None
     interruptible: bool = False
+    other_starts: tuple[Parameters, ...] = ()
 
 
 def fit_model(
@@ -49,39 +57,32 @@ def fit_model(
     records: Sequence[Record],
     options: FitOptions,
     log: Callable[[Iteration], None] | None = None,
-    others: Sequence[Parameters] = (),
 ) -> FitResult:
-    """Fit one joint to a combination of records from the parameters' values, or where free from those of `others` if
-    these suit the records better.
+    """Fit one joint to a combination of records, from the values of `parameters`; those that are not free stay.
 
-    Raises NumericsError where nothing converges.
+    log : called after every iteration. Raises NumericsError where the records cannot be simulated from any start.
     """
     begin = time.perf_counter()
     pieces = [piece for record in records for piece in record.pieces(options.horizon or record.duration)]
     factors = np.array([options.weights.get(piece.name, 1.0) for piece in pieces])
-    problem = OutputError(joint, parameters, tuple(pieces), options.output, factors.copy(), options.estimate_states)
-    solution = _best_of(problem, others, options, log)
-    solution = _reweigh(problem, solution, factors, options, log)
+    problem = OutputError(joint, parameters, tuple(pieces), options.output, factors, options.estimate_states)
+    solution = _best_of(problem, options, log)
+    problem, solution = _reweigh(problem, solution, factors, options, log)
     return _result(name, problem, solution, time.perf_counter() - begin)
 
 
-def _best_of(
-    problem: OutputError,
-    others: Sequence[Parameters],
-    options: FitOptions,
-    log: Callable[[Iteration], None] | None,
-) -> Solution:
+def _best_of(problem: OutputError, options: FitOptions, log: Callable[[Iteration], None] | None) -> Solution:
     start, columns = problem.start(), len(problem.columns)
-    elsewhere = (np.append(other.values[list(problem.columns)], start[columns:]) for other in others)
-    known = _best_start(problem, [start, *elsewhere]) if others else None
-    start = start if known is None else known.unknowns
-    best = _solve(problem, start, options, log, known)
+    elsewhere = (np.append(other.values[list(problem.columns)], start[columns:]) for other in options.other_starts)
+    initial = _best_start(problem, [start, *elsewhere]) if options.other_starts else None
+    start = start if initial is None else initial.unknowns
+    best = _solve(problem, start, options, log, initial)
     rng = np.random.default_rng(SEED)
     for _ in range(options.multistart):
         if best.end is End.INTERRUPTED:
             break
         other = start.copy()
-        other[:columns] *= np.exp(0.5 * rng.standard_normal(columns))
+        other[:columns] *= np.exp(START_SPREAD * rng.standard_normal(columns))
         try:
             found = _solve(problem, other, options, log)
         except NumericsError:
@@ -96,10 +97,10 @@ def _solve(
     start: Array,
     options: FitOptions,
     log: Callable[[Iteration], None] | None,
-    known: Evaluation | None = None,
+    initial: Evaluation | None = None,
 ) -> Solution:
-    most, tolerance, interruptible = options.most, options.tolerance, options.interruptible
-    return solve(problem, start, most=most, tolerance=tolerance, log=log, known=known, interruptible=interruptible)
+    rules = SolveOptions(options.max_iterations, options.tolerance, interruptible=options.interruptible)
+    return solve(problem, start, rules, initial=initial, log=log)
 
 
 def _best_start(problem: OutputError, starts: Sequence[Array]) -> Evaluation | None:
@@ -107,7 +108,7 @@ def _best_start(problem: OutputError, starts: Sequence[Array]) -> Evaluation | N
     best: Evaluation | None = None
     for start in starts:
         try:
-            at = problem.evaluate(np.clip(start, *problem.bounds()), most=np.inf if best is None else best.cost)
+            at = problem.evaluate(np.clip(start, *problem.bounds()), max_cost=np.inf if best is None else best.cost)
         except NumericsError:
             continue
         best = at if best is None or at.cost < best.cost else best
@@ -120,13 +121,14 @@ def _reweigh(
     factors: Array,
     options: FitOptions,
     log: Callable[[Iteration], None] | None,
-) -> Solution:
+) -> tuple[OutputError, Solution]:
     """Weigh each record by its own residual and fit once more: records of unequal noise or misfit then count alike."""
     sigma = noise_levels(problem, solution)
-    if np.ptp(sigma) <= 0.1 * sigma.max() or solution.end is End.INTERRUPTED:
-        return solution
-    problem.weights = factors * sigma.mean() / np.maximum(sigma, 1e-3 * sigma.max())
-    return _solve(problem, solution.evaluation.unknowns, options, log)
+    if np.ptp(sigma) <= ALIKE * sigma.max() or solution.end is End.INTERRUPTED:
+        return problem, solution
+    weights = factors * sigma.mean() / np.maximum(sigma, MIN_NOISE * sigma.max())
+    reweighed = replace(problem, weights=weights)
+    return reweighed, _solve(reweighed, solution.evaluation.unknowns, options, log)
 
 
 def noise_levels(problem: OutputError, solution: Solution) -> Array:
@@ -145,7 +147,7 @@ def _result(name: str, problem: OutputError, solution: Solution, seconds: float)
     unknowns, trajectories = solution.evaluation.unknowns, solution.evaluation.trajectories
     theta = problem.theta(unknowns)
     names = [r.name for r in problem.records]
-    measured = {n: [_measured(r, problem.output) for r in problem.records if r.name == n] for n in names}
+    measured = {n: [measured_output(r, problem.output) for r in problem.records if r.name == n] for n in names}
     simulated = {
         n: [observed(t, problem.output) for t, m in zip(trajectories, names, strict=True) if m == n] for n in names
     }
@@ -167,27 +169,23 @@ def _result(name: str, problem: OutputError, solution: Solution, seconds: float)
     )
 
 
-def _measured(record: Record, output: Quantity) -> Array:
-    return record.phi_m if output == "position" else record.dphi_m
-
-
 def _covariances(problem: OutputError, solution: Solution, sigma: Array) -> tuple[Array, Array, dict[int, str]]:
     """Classical and robust covariance of all parameters (p, p) each, zero where fixed, and what is unidentifiable."""
     m, count = len(solution.evaluation.unknowns), len(problem.columns)
     information, middle = np.zeros((m, m)), np.zeros((m, m))
     theta = problem.theta(solution.evaluation.unknowns)
     for k, residual in enumerate(solution.evaluation.residuals):
-        where, jacobian = problem.jacobian(solution.evaluation, k)
-        scaled = jacobian / (sigma[k] * problem.weights[k])
-        block = np.ix_(where, where)
+        jacobian = problem.jacobian(solution.evaluation, k)
+        scaled = jacobian.values / (sigma[k] * problem.weights[k])
+        block = np.ix_(jacobian.unknowns, jacobian.unknowns)
         impulse = impulse_response(problem.joint, theta, problem.row, problem.records[k].sampling_time, len(residual))
         information[block] += scaled @ scaled.T
         middle[block] += coloured_information(scaled, residual / (sigma[k] * problem.weights[k]), impulse)
     scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
-    known = values > UNIDENTIFIABLE**2 * values[-1]
-    inverse = (vectors[:, known] / values[known]) @ vectors[:, known].T / np.outer(scale, scale)
-    weak = _weak(vectors[:, ~known], [problem.joint.names[c] for c in problem.columns])
+    seen = values > UNIDENTIFIABLE**2 * values[-1]
+    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T / np.outer(scale, scale)
+    weak = _unidentifiable(vectors[:, ~seen], [problem.joint.names[c] for c in problem.columns])
     columns = np.ix_(list(problem.columns), list(problem.columns))
     classical, robust = np.zeros((2, len(problem.joint.names), len(problem.joint.names)))
     classical[columns] = inverse[:count, :count]
@@ -195,15 +193,15 @@ def _covariances(problem: OutputError, solution: Solution, sigma: Array) -> tupl
     return classical, robust, {problem.columns[k]: text for k, text in weak.items()}
 
 
-def _weak(directions: Array, names: Sequence[str]) -> dict[int, str]:
-    """Unidentifiable directions by name: unknown k to a sentence."""
-    said: dict[int, str] = {}
+def _unidentifiable(directions: Array, names: Sequence[str]) -> dict[int, str]:
+    """Unidentifiable directions by name: unknown k to a remark."""
+    remarks: dict[int, str] = {}
     for direction in directions.T:
-        members = [k for k in range(len(names)) if abs(direction[k]) > 0.1]
+        members = [k for k in range(len(names)) if abs(direction[k]) > INVOLVED]
         for k in members:
             others = [names[j] for j in members if j != k]
-            said[k] = "unidentifiable" + (f" together with {', '.join(others)}" if others else " on these records")
-    return said
+            remarks[k] = "unidentifiable" + (f" together with {', '.join(others)}" if others else " on these records")
+    return remarks
 
 
 def _estimates(

@@ -11,23 +11,40 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotid.errors import NumericsError
-from robotid.estimate.residual import Evaluation, OutputError
+from robotid.estimate.residual import Evaluation, Linearisation, OutputError
 from robotid.estimate.result import End
 from robotid.model.array import Array, Mask
 from robotid.progress import Iteration
 
-SMALLEST_DAMPING, LARGEST_DAMPING = 1e-14, 1e10
+MIN_DAMPING, MAX_DAMPING = 1e-14, 1e10  # of columns of unit norm
 FIRST_DAMPING = 1e-3
-SLOWEST_GROWTH = 4  # of the damping at a step in vain; twice as fast at each further one (Nielsen 1999)
-IN_NOISE = 0.1  # of the decrease that fitting pure noise brings, unknowns / samples: less is not worth a step
-MOST_SMALL = 3  # steps in a row that gain less than they promised and less than the tolerance
+DAMPING_GROWTH = 4  # at a step without gain; twice as fast at each further one (Nielsen 1999)
+GOOD, FAIR, POOR = 0.75, 0.25, 1e-4  # gain over predicted reduction: damping falls, stays, rises; the step is refused
+NOISE_SHARE = 0.1  # of the decrease that fitting pure noise brings, unknowns / samples: less is not worth a step
+NO_REDUCTION = 1e-14  # of the cost: rounding
+
+
+@dataclass(frozen=True, slots=True)
+class SolveOptions:
+    """When the iteration ends.
+
+    tolerance : the iteration has converged once a full step would reduce the cost by less than this, relative to it.
+    max_small_steps : how many steps in a row may reduce the cost by less than that although they predicted more, as
+    they do where friction leaves kinks. interruptible : an interrupt from the keyboard ends the iteration with the last
+    iterate, not the program.
+    """
+
+    max_iterations: int = 50
+    tolerance: float = 1e-8
+    max_small_steps: int = 3
+    interruptible: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solution:
     """Where the iteration ended.
 
-    factor : (m, m) upper triangular with factor^T factor = J^T J at the end.
+    factor : (m, m) upper triangular with factor^T factor = J^T J at the end; cost : at the start and after each step.
     """
 
     evaluation: Evaluation
@@ -36,116 +53,124 @@ class Solution:
     end: End
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Bounds:
+    """Lower and upper bounds of the unknowns, (m,) each."""
+
+    lower: Array
+    upper: Array
+
+    def clip(self, unknowns: Array) -> Array:
+        """The nearest point within, (m,)."""
+        return np.asarray(np.clip(unknowns, self.lower, self.upper))
+
+    def active(self, at: Linearisation) -> Mask:
+        """Unknowns at a bound that the descent would cross, (m,)."""
+        x, gradient = at.evaluation.unknowns, at.gradient
+        return np.asarray(((x <= self.lower) & (gradient > 0)) | ((x >= self.upper) & (gradient < 0)))
+
+
 def solve(
     problem: OutputError,
     start: Array,
+    options: SolveOptions = SolveOptions(),
     *,
-    most: int = 50,
-    tolerance: float = 1e-8,
+    initial: Evaluation | None = None,
     log: Callable[[Iteration], None] | None = None,
-    known: Evaluation | None = None,
-    most_small: int = MOST_SMALL,
-    interruptible: bool = False,
 ) -> Solution:
-    """Minimise the problem's cost from start (m,). known : its evaluation there, where there is one; most_small : steps
-    in a row that may gain less than they promised and less than the tolerance; interruptible : an interrupt from the
-    keyboard ends the iteration with the last iterate, rather than all.
+    """Minimise the problem's cost from start (m,). initial : its evaluation there, where there is one.
 
-    Converged when the decrease that a full step promises is below tolerance times the cost, or when steps stall
-    (friction leaves kinks) at a promise lost in the noise; stalled, too, before an iterate without finite derivatives.
-    Raises NumericsError where the very first simulation diverges.
+    Converged as of the options' tolerance, or where steps stall with a predicted reduction that is lost in the noise;
+    stalled before an iterate without finite derivatives. log : called after every iteration. Raises NumericsError where
+    the very first simulation diverges.
     """
-    lower, upper = problem.bounds()
-    at = problem.evaluate(np.clip(start, lower, upper)) if known is None else known
+    bounds = Bounds(*problem.bounds())
+    first = problem.evaluate(bounds.clip(start)) if initial is None else initial
     if not len(start):
-        return Solution(at, np.zeros((0, 0)), (at.cost,), End.CONVERGED)
-    factor, gradient = linearise(problem, at)
-    damping, costs, end, small = FIRST_DAMPING, [at.cost], End.ITERATIONS, 0
-    in_noise = IN_NOISE * len(start) / sum(map(len, at.residuals))
+        return Solution(first, np.zeros((0, 0)), (first.cost,), End.CONVERGED)
+    at = linearise(problem, first)
+    damping, costs, end, small_steps = FIRST_DAMPING, [first.cost], End.ITERATIONS, 0
+    in_noise = NOISE_SHARE * len(start) / sum(map(len, first.residuals))
     try:
-        for number in range(1, most + 1):
-            promised = _promise(factor, gradient, _held(at, gradient, lower, upper)) / max(at.cost, 1e-300)
-            if promised < tolerance:
+        for number in range(1, options.max_iterations + 1):
+            reduction = predicted_reduction(at, bounds) / max(costs[-1], 1e-300)
+            if reduction < options.tolerance:
                 end = End.CONVERGED
                 break
-            stuck = small == most_small
-            step = None if stuck else _improve(problem, at, factor, gradient, damping, (lower, upper))
+            stuck = small_steps == options.max_small_steps
+            step = None if stuck else next_iterate(problem, at, damping, bounds)
             if step is None:
-                end = End.CONVERGED if promised < in_noise else End.STALLED
+                end = End.CONVERGED if reduction < in_noise else End.STALLED
                 break
             after, damping = step
             try:
-                factor, gradient = linearise(problem, after)
+                at = linearise(problem, after)
             except NumericsError:
                 end = End.STALLED
                 break
-            decrease = at.cost - after.cost
-            small = small + 1 if decrease < tolerance * at.cost else 0
-            at = after
-            costs.append(at.cost)
+            decrease = costs[-1] - after.cost
+            small_steps = small_steps + 1 if decrease < options.tolerance * costs[-1] else 0
+            costs.append(after.cost)
             if log is not None:
-                log(Iteration(number, at.cost, decrease))
+                log(Iteration(number, after.cost, decrease))
     except KeyboardInterrupt:
-        if not interruptible:
+        if not options.interruptible:
             raise
         end = End.INTERRUPTED
-    return Solution(at, factor, tuple(costs), end)
+    return Solution(at.evaluation, at.factor, tuple(costs), end)
 
 
-def linearise(problem: OutputError, at: Evaluation) -> tuple[Array, Array]:
-    """Triangular factor (m, m) of the Jacobian at an evaluation, and the gradient J^T r (m,)."""
+def linearise(problem: OutputError, at: Evaluation) -> Linearisation:
+    """Triangular factor of the Jacobian at an evaluation, and the gradient J^T r. Raises NumericsError where they are
+    not finite."""
     m = len(at.unknowns)
     factor, gradient = np.zeros((0, m)), np.zeros(m)
+    states = []
     for k, residual in enumerate(at.residuals):
-        where, jacobian = problem.jacobian(at, k)
-        block = np.zeros((len(where), m))
-        block[:, where] = np.linalg.qr(jacobian.T, mode="r")
+        jacobian = problem.jacobian(at, k)
+        block = np.zeros((len(jacobian.unknowns), m))
+        block[:, jacobian.unknowns] = np.linalg.qr(jacobian.values.T, mode="r")
         factor = np.asarray(np.linalg.qr(np.vstack([factor, block]), mode="r"))
-        gradient[where] += jacobian @ residual
-    return factor, gradient
+        gradient[jacobian.unknowns] += jacobian.values @ residual
+        states.append(jacobian.states)
+    return Linearisation(at, factor, gradient, tuple(states))
 
 
-def _held(at: Evaluation, gradient: Array, lower: Array, upper: Array) -> Mask:
-    """Unknowns at a bound that the descent would cross, (m,)."""
-    x = at.unknowns
-    return np.asarray(((x <= lower) & (gradient > 0)) | ((x >= upper) & (gradient < 0)))
+def predicted_reduction(at: Linearisation, bounds: Bounds) -> float:
+    """Decrease of the cost that the linear model predicts of an undamped step."""
+    return float(-0.5 * at.gradient @ _damped_step(at, bounds.active(at), MIN_DAMPING))
 
 
-def _newton_step(factor: Array, gradient: Array, held: Mask, damping: float) -> Array:
-    scale = np.linalg.norm(factor, axis=0)
-    free = ~held & (scale > 0)
-    step = np.zeros(len(gradient))
-    if free.any():
-        scaled = factor[:, free] / scale[free]
-        normal = np.vstack([scaled, np.sqrt(damping) * np.eye(int(free.sum()))])
-        r = np.asarray(np.linalg.qr(normal, mode="r"))
-        goal = np.linalg.lstsq(r.T, -gradient[free] / scale[free], rcond=None)[0]
-        step[free] = np.linalg.lstsq(r, goal, rcond=None)[0] / scale[free]
-    return step
-
-
-def _promise(factor: Array, gradient: Array, held: Mask) -> float:
-    """Decrease of the cost that the linear model promises of an undamped step."""
-    step = _newton_step(factor, gradient, held, SMALLEST_DAMPING)
-    return float(-0.5 * gradient @ step)
-
-
-def _improve(
-    problem: OutputError, at: Evaluation, factor: Array, gradient: Array, damping: float, bounds: tuple[Array, Array]
+def next_iterate(
+    problem: OutputError, at: Linearisation, damping: float, bounds: Bounds
 ) -> tuple[Evaluation, float] | None:
     """The next iterate and its damping, or None where no damping finds a lower cost."""
-    held, growth = _held(at, gradient, *bounds), SLOWEST_GROWTH
-    while damping < LARGEST_DAMPING:
-        step = np.clip(at.unknowns + _newton_step(factor, gradient, held, damping), *bounds) - at.unknowns
-        promised = -(gradient @ step) - 0.5 * float(np.sum((factor @ step) ** 2))
-        if promised > 1e-14 * at.cost:  # cut off at its bounds, a step may lead uphill; a shorter one does not
+    before, active, growth = at.evaluation, bounds.active(at), DAMPING_GROWTH
+    while damping < MAX_DAMPING:
+        step = bounds.clip(before.unknowns + _damped_step(at, active, damping)) - before.unknowns
+        predicted = -(at.gradient @ step) - 0.5 * float(np.sum((at.factor @ step) ** 2))
+        if predicted > NO_REDUCTION * before.cost:  # cut off at its bounds, a step may lead uphill; a shorter one not
             try:
-                after = problem.evaluate(at.unknowns + step, at, most=at.cost)
+                after = problem.evaluate(before.unknowns + step, at, max_cost=before.cost)
             except NumericsError:
                 damping = max(10 * damping, 1e-3)
                 continue
-            gain = (at.cost - after.cost) / promised
-            if gain > 1e-4:
-                return after, max(SMALLEST_DAMPING, damping / (10 if gain > 0.75 else 1 if gain > 0.25 else 0.25))
+            gain = (before.cost - after.cost) / predicted
+            if gain > POOR:
+                return after, max(MIN_DAMPING, damping / (10 if gain > GOOD else 1 if gain > FAIR else 0.25))
         damping, growth = max(growth * damping, 1e-6), 2 * growth
     return None
+
+
+def _damped_step(at: Linearisation, active: Mask, damping: float) -> Array:
+    """The Levenberg-Marquardt step of the unknowns that no bound stops, (m,)."""
+    scale = np.linalg.norm(at.factor, axis=0)
+    free = ~active & (scale > 0)
+    step = np.zeros(len(at.gradient))
+    if free.any():
+        scaled = at.factor[:, free] / scale[free]
+        normal = np.vstack([scaled, np.sqrt(damping) * np.eye(int(free.sum()))])
+        r = np.asarray(np.linalg.qr(normal, mode="r"))
+        goal = np.linalg.lstsq(r.T, -at.gradient[free] / scale[free], rcond=None)[0]
+        step[free] = np.linalg.lstsq(r, goal, rcond=None)[0] / scale[free]
+    return step

@@ -6,12 +6,12 @@ The unknowns are the free parameters, shared by all records, followed by the fre
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from robotid.errors import ConfigError, NumericsError
-from robotid.model.array import Array
+from robotid.model.array import Array, Index
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.port import Signal
@@ -22,34 +22,58 @@ from robotid.simulation.sensors import shown, shown_columns
 from robotid.simulation.simulate import simulate
 from robotid.simulation.trajectory import Trajectory
 
-LARGEST_PREDICTION = 5_000_000  # derivatives kept of one record to predict its next trajectory
+MAX_PREDICTION = 5_000_000  # derivatives kept of one record to predict its next trajectory: 40 MB
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evaluation:
-    """Weighted residuals at one point: one (n,) a record, the trajectories behind them, and the cost, half their
-    square sum.
-
-    derivatives : record number to those of all states to the unknowns (nx, m, n), where they were worked out.
-    """
+    """Weighted residuals at one point (m,) of the unknowns: one (n,) a record, and the trajectories behind them."""
 
     unknowns: Array
     residuals: tuple[Array, ...]
     trajectories: tuple[Trajectory, ...]
-    derivatives: dict[int, Array] = field(default_factory=dict)
 
     @property
     def cost(self) -> float:
+        """Half the sum of the squared residuals."""
         return 0.5 * float(sum(r @ r for r in self.residuals))
 
 
-@dataclass(slots=True, eq=False)
-class OutputError:
-    """A least-squares problem over records. weights : (records,) that multiply the residuals.
+@dataclass(frozen=True, slots=True, eq=False)
+class Jacobian:
+    """Derivatives of one record's weighted residual.
 
-    free_states : which states' first values are estimated, for every record alike. whiten : one filter a record that
-    takes (..., n) to (..., n), through which the residual is judged; none, and it is judged as it is. patience : as
-    of `simulate`.
+    unknowns : (m,) numbers of those that concern the record; values : (m, n); states : (nx, m, n) the derivatives of
+    all states to the same unknowns, None where they are too many to keep.
+    """
+
+    unknowns: Index
+    values: Array
+    states: Array | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Linearisation:
+    """An evaluation with what its derivatives say.
+
+    factor : (m, m) upper triangular with factor^T factor = J^T J; gradient : (m,) of the cost; states : of each record,
+    as of `Jacobian`.
+    """
+
+    evaluation: Evaluation
+    factor: Array
+    gradient: Array
+    states: tuple[Array | None, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OutputError:
+    """A least-squares problem over records.
+
+    weights : (records,) that multiply the residuals. estimate_states : whether the first states of every record are
+    unknowns, too. whiten : one filter a record, from (..., n) to (..., n), that the residual passes; without any, the
+    residual stays as it is. max_failed_windows : as of `simulate`. Raises ConfigError where the joint does not have the
+    output.
     """
 
     joint: Joint
@@ -59,26 +83,29 @@ class OutputError:
     weights: Array
     estimate_states: bool = True
     whiten: tuple[Callable[[Array], Array], ...] = ()
-    patience: int | None = None
-    columns: tuple[int, ...] = field(init=False)
-    free_states: tuple[int, ...] = field(init=False)
+    max_failed_windows: int | None = None
 
     def __post_init__(self) -> None:
         if self.output == "position" and not self.joint.keeps_angle:
             raise ConfigError("position needs a joint that keeps its angle", where="fit.output")
-        self.columns = tuple(int(k) for k in np.flatnonzero(self.parameters.free))
-        every = range(self.joint.nx)
-        seen = every if self.output == "position" else [k for k in every if k != self._angle]
-        self.free_states = tuple(seen) if self.estimate_states else ()
 
     @property
-    def _angle(self) -> int:
-        return self.joint.speeds.start - 1 if self.joint.keeps_angle else -1
+    def columns(self) -> tuple[int, ...]:
+        """The free parameters, as indices into theta."""
+        return tuple(int(k) for k in np.flatnonzero(self.parameters.free))
+
+    @property
+    def free_states(self) -> tuple[int, ...]:
+        """The states whose first values are estimated, of every record alike; a speed does not show the angle's."""
+        if not self.estimate_states:
+            return ()
+        hidden = [self.joint.motor_angle] if self.output == "speed" and self.joint.keeps_angle else []
+        return tuple(k for k in range(self.joint.nx) if k not in hidden)
 
     @property
     def row(self) -> int:
         """The state that is the output."""
-        return self._angle if self.output == "position" else self.joint.speeds.start
+        return self.joint.output_row(self.output)
 
     def start(self) -> Array:
         """Unknowns at the parameters' values and the measured first states."""
@@ -112,62 +139,70 @@ class OutputError:
     def evaluate(
         self,
         unknowns: Array,
-        near: Evaluation | None = None,
+        near: Linearisation | None = None,
         guesses: Sequence[Array] = (),
         *,
-        most: float = np.inf,
+        max_cost: float = np.inf,
     ) -> Evaluation:
-        """Simulate all records. near : an evaluation close by, whose trajectories are the first guess; guesses : of the
-        states of each record, (nx, n), where there is none. most : cost that is of interest; once it is exceeded, the
-        other records are left out."""
+        """Simulate all records at unknowns (m,).
+
+        near : a point close by, whose trajectories are carried on to first order as guesses; guesses : of the states of
+        each record, (nx, n), where there is none. max_cost : once the cost exceeds it, the other records are left out.
+        Raises NumericsError where a simulation diverges.
+        """
         theta, cost = self.theta(unknowns), 0.0
         residuals, trajectories = [], []
         for k, record in enumerate(self.records):
             guess = guesses[k] if guesses else None
             if near is not None:
                 guess = self._predict(k, near, unknowns)
-            trajectory = simulate(self.joint, theta, record, self.first_state(unknowns, k), guess, self.patience)
-            measured = record.phi_m if self.output == "position" else record.dphi_m
-            residuals.append(self._shaped(k, measured - observed(trajectory, self.output)))
+            trajectory = simulate(
+                self.joint, theta, record, self.first_state(unknowns, k), guess, self.max_failed_windows
+            )
+            error = measured_output(record, self.output) - observed(trajectory, self.output)
+            residuals.append(self._shaped(k, error))
             trajectories.append(trajectory)
             cost += 0.5 * float(residuals[-1] @ residuals[-1])
-            if cost > most:
+            if cost > max_cost:
                 break
         return Evaluation(unknowns, tuple(residuals), tuple(trajectories))
 
-    @np.errstate(all="ignore")  # what is not finite is told below
-    def jacobian(self, at: Evaluation, k: int) -> tuple[Array, Array]:
-        """Derivatives of record k's weighted residual: the columns concerned (m,), and their values (m, n). Raises
-        NumericsError where they are not finite, as where a state begins far beyond what holds it."""
+    @np.errstate(all="ignore")  # derivatives that are not finite are reported below
+    def jacobian(self, at: Evaluation, k: int) -> Jacobian:
+        """Derivatives of record k's weighted residual. Raises NumericsError where they are not finite, as where a state
+        begins far beyond its limits."""
         trajectory = at.trajectories[k]
         nx, width = self.joint.nx, len(self.columns) + len(self.free_states)
-        small = nx * width * len(self.records[k]) <= LARGEST_PREDICTION
+        small = nx * width * len(self.records[k]) <= MAX_PREDICTION
         seen = output_rows(self.joint, self.output)
         rows = range(nx) if small else seen
         inner = sensitivities(trajectory, self.records[k], self.columns, rows, self.free_states)
-        if small:
-            at.derivatives[k] = inner
         outer = output_columns(trajectory, self.output, self.columns, inner[list(seen)] if small else inner)
         values = -self._shaped(k, outer)
         if not np.isfinite(values).all():
             what = f"the derivatives on {self.records[k].name} are not finite"
             raise NumericsError(what, hint="check the parameters' guesses and bounds")
-        return self._unknowns_of(k), values
+        return Jacobian(self._unknowns_of(k), values, inner if small else None)
 
     def _shaped(self, k: int, signals: Array) -> Array:
         return np.asarray(self.weights[k] * (self.whiten[k](signals) if self.whiten else signals))
 
-    def _unknowns_of(self, k: int) -> Array:
+    def _unknowns_of(self, k: int) -> Index:
         states = self._states_of(k)
         return np.concatenate([np.arange(len(self.columns)), np.arange(states.start, states.stop)])
 
-    def _predict(self, k: int, near: Evaluation, unknowns: Array) -> Array:
+    def _predict(self, k: int, near: Linearisation, unknowns: Array) -> Array:
         """Record k's trajectory to first order from one nearby, (nx, n)."""
-        x = near.trajectories[k].x
-        if k not in near.derivatives:
+        x, derivatives = near.evaluation.trajectories[k].x, near.states[k]
+        if derivatives is None:
             return x
-        step = (unknowns - near.unknowns)[self._unknowns_of(k)]
-        return np.asarray(x + np.einsum("k,xkn->xn", step, near.derivatives[k]))
+        step = (unknowns - near.evaluation.unknowns)[self._unknowns_of(k)]
+        return np.asarray(x + np.einsum("k,xkn->xn", step, derivatives))
+
+
+def measured_output(record: Record, output: Quantity) -> Array:
+    """The recorded output, (n,)."""
+    return record.phi_m if output == "position" else record.dphi_m
 
 
 def observed(trajectory: Trajectory, output: Quantity) -> Array:
@@ -179,10 +214,10 @@ def observed(trajectory: Trajectory, output: Quantity) -> Array:
 
 def output_rows(joint: Joint, output: Quantity) -> tuple[int, ...]:
     """The states that the output shows: the angle, or the speed after the angle where that distorts it."""
-    speed = joint.speeds.start
     if output == "position":
-        return (speed - 1,)
-    return (speed - 1, speed) if any(signal is Signal.ANGLE for signal, _ in joint.channels) else (speed,)
+        return (joint.motor_angle,)
+    distorted = any(signal is Signal.ANGLE for signal, _ in joint.channels)
+    return (joint.motor_angle, joint.motor_speed) if distorted else (joint.motor_speed,)
 
 
 def output_columns(trajectory: Trajectory, output: Quantity, columns: Sequence[int], inner: Array) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import reduce
 
 import numpy as np
@@ -55,7 +55,8 @@ class ExtensionTask:
         used = [r for r in self.records if r.name in self.before.records]
         self.log(f"fitting with {', '.join(effects)}" if effects else "fitting")
         first, *others = (carried(old.parameters, structure, values) for values in self.starts)
-        return fit_model(self.before.name, joint, first, used, self.options, others=others)
+        options = replace(self.options, other_starts=tuple(others))
+        return fit_model(self.before.name, joint, first, used, options)
 
     def try_fit_with(self, effects: Sequence[str]) -> FitResult | None:
         """The same, or the model as it was without further effects; None where it does not converge."""

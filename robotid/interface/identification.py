@@ -63,7 +63,7 @@ class Options:
         """Those of the fit."""
         return FitOptions(
             output=self.output,
-            most=self.max_iterations,
+            max_iterations=self.max_iterations,
             tolerance=self.tolerance,
             weights=self.weights,
             estimate_states=self.estimate_states,

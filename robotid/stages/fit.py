@@ -49,7 +49,7 @@ def fit_options(settings: Config) -> FitOptions:
     section = settings.fit
     return FitOptions(
         output=section.output,
-        most=section.max_iterations,
+        max_iterations=section.max_iterations,
         tolerance=section.tolerance,
         weights=section.weights,
         estimate_states=section.initial_states == "free",

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robotid.errors import NumericsError
-from robotid.estimate.fitted_model import FittedModel, Simulated, measured
-from robotid.estimate.residual import observed
+from robotid.estimate.fitted_model import FittedModel, Simulated
+from robotid.estimate.residual import measured_output, observed
 from robotid.model.array import Array
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
@@ -52,7 +52,7 @@ def perturb(model: FittedModel, simulated: Simulated, percent: float) -> Perturb
 
 def _squares(model: FittedModel, piece: Record, trajectory: Trajectory, columns: Sequence[int], steps: Array) -> Array:
     """Sum of squared output errors with each parameter raised and lowered, (2, p)."""
-    y = measured(piece, model.output)
+    y = measured_output(piece, model.output)
     squares = np.empty((2, len(columns)))
     for k, step, slope in zip(range(len(columns)), steps, _slopes(trajectory, piece, columns), strict=True):
         for sign, side in ((1.0, 0), (-1.0, 1)):

@@ -28,7 +28,7 @@ from robotid.diagnosis.noise.whitening import Whitening
 from robotid.diagnosis.scoring.candidates import candidates
 from robotid.diagnosis.scoring.score_test import project, scan, score
 from robotid.estimate.fitted_model import SimulatedSegment
-from robotid.estimate.least_squares import linearise, solve
+from robotid.estimate.least_squares import SolveOptions, linearise, solve
 from robotid.estimate.residual import OutputError
 from robotid.model.array import Array
 from robotid.pipeline.execute import execute
@@ -174,13 +174,13 @@ def bench_fit(with_scipy: bool) -> None:
     problem = ours(data)
     start = problem.start()
     print(f"a fit of {sum(map(len, data))} samples, 7 parameters and 9 initial states, from m0")
-    solution = solve(problem, start, tolerance=1e-6)
+    solution = solve(problem, start, SolveOptions(tolerance=1e-6))
     theta = solution.evaluation.unknowns[:7]
     print(f"  robotid  {len(solution.cost) - 1} iterations, {solution.end}, worst error {worst(theta):.2%}")
     rival = CasadiGaussNewton(data)
     z, iterations = rival.fit(start)
     print(f"  CasADi   {iterations} iterations, worst error {worst(z[:7]):.2%}")
-    mine, theirs = clock(lambda: solve(problem, start, tolerance=1e-6)), clock(lambda: rival.fit(start))
+    mine, theirs = clock(lambda: solve(problem, start, SolveOptions(tolerance=1e-6))), clock(lambda: rival.fit(start))
     print(f"  robotid {mine:.2f} s, Gauss-Newton on CasADi's Jacobian {theirs:.2f} s: {theirs / mine:.2f} times faster")
     if with_scipy:
         begin = time.perf_counter()

@@ -65,7 +65,7 @@ def test_finds_the_noise_of_the_speed_sensor(fitted: FitResult) -> None:
 def test_a_fixed_parameter_stays_and_has_no_deviation(records: tuple[Record, ...]) -> None:
     held = start()
     held = replace(held, free=np.array([name != "gear.damper.d" for name in held.names]))
-    fit = fit_model("m", JOINT, held, records[1:2], FitOptions(most=15))
+    fit = fit_model("m", JOINT, held, records[1:2], FitOptions(max_iterations=15))
     damper = fit["gear.damper.d"]
     assert damper.value == 2000.0
     assert damper.fixed
@@ -76,7 +76,7 @@ def test_a_bound_holds_and_is_said(records: tuple[Record, ...]) -> None:
     bounded = start()
     upper = bounded.upper.copy()
     upper[bounded.names.index("arm.inertia.J")] = 1050.0
-    fit = fit_model("m", JOINT, replace(bounded, upper=upper), records[1:2], FitOptions(most=15))
+    fit = fit_model("m", JOINT, replace(bounded, upper=upper), records[1:2], FitOptions(max_iterations=15))
     assert fit["arm.inertia.J"].value == 1050.0
     assert fit["arm.inertia.J"].remark == "at its upper bound"
 
@@ -88,7 +88,7 @@ def test_twins_are_named_as_one_unidentifiable_direction() -> None:
     u = 1.5 + 0.8 * np.sin(2 * np.pi * 5 * t)
     record = Record("one way", "estimate", "both", SAMPLING_TIME, u, 0 * u, 20.0 + 0 * u)
     values = TRUTH | {"motor.constant_torque.tau0": 0.1, "motor.asymmetric_coulomb.dFc": 0.1}
-    fit = fit_model("m", joint, joint.parameters().with_values(values), (record,), FitOptions(most=3))
+    fit = fit_model("m", joint, joint.parameters().with_values(values), (record,), FitOptions(max_iterations=3))
     assert "motor.asymmetric_coulomb.dFc" in fit["motor.constant_torque.tau0"].remark
     assert fit["motor.constant_torque.tau0"].remark.startswith("unidentifiable together with")
 
@@ -193,7 +193,7 @@ def test_multistart_keeps_the_best(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(grey_box, "_solve", noted)
     joint = assemble(RIGID.structure)
     far = joint.parameters().with_values({"motor.inertia.J": 0.2, "motor.viscous.Fv": 1.0})
-    found = fit_model("m", joint, far, (light(),), FitOptions(most=1, multistart=3))
+    found = fit_model("m", joint, far, (light(),), FitOptions(max_iterations=1, multistart=3))
     assert len(costs) == 4
     assert found.cost[-1] == min(costs) < costs[0]
 
@@ -205,8 +205,10 @@ def test_a_diverging_start_is_refused(records: tuple[Record, ...]) -> None:
 
 def test_the_better_of_two_starts_begins(records: tuple[Record, ...]) -> None:
     far, near, lost = start(**{"motor.coulomb.Fc": 3.0}), start(), start(**{"motor.inertia.J": 1e-12})
-    options = FitOptions(most=1)
+    options = FitOptions(max_iterations=1)
     expected = fit_model("m", JOINT, near, records[1:2], options).cost[0]
     assert fit_model("m", JOINT, far, records[1:2], options).cost[0] > 2 * expected
     for first, others in ((far, [near]), (near, [far]), (lost, [near]), (near, [lost])):
-        assert fit_model("m", JOINT, first, records[1:2], options, others=others).cost[0] == pytest.approx(expected)
+        assert fit_model("m", JOINT, first, records[1:2], replace(options, other_starts=others)).cost[
+            0
+        ] == pytest.approx(expected)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from robotid.errors import NumericsError
-from robotid.estimate.least_squares import solve
-from robotid.estimate.residual import Evaluation
+from robotid.estimate.least_squares import SolveOptions, solve
+from robotid.estimate.residual import Evaluation, Jacobian, Linearisation
 from robotid.estimate.result import End
 from robotid.model.array import Array
 
@@ -25,11 +25,11 @@ class Linear:
     def bounds(self) -> tuple[Array, Array]:
         return self.lower.copy(), np.full(len(self.lower), np.inf)
 
-    def evaluate(self, unknowns: Array, near: Evaluation | None = None, *, most: float = np.inf) -> Evaluation:
+    def evaluate(self, unknowns: Array, near: Linearisation | None = None, *, max_cost: float = np.inf) -> Evaluation:
         return Evaluation(unknowns, (self.J @ unknowns - self.b,), ())
 
-    def jacobian(self, at: Evaluation, k: int) -> tuple[Array, Array]:
-        return np.arange(len(at.unknowns)), self.J.T
+    def jacobian(self, at: Evaluation, k: int) -> Jacobian:
+        return Jacobian(np.arange(len(at.unknowns)), self.J.T)
 
 
 def test_a_step_that_its_bounds_turn_uphill_is_shortened() -> None:
@@ -38,7 +38,7 @@ def test_a_step_that_its_bounds_turn_uphill_is_shortened() -> None:
     whole = np.array([-0.1, 9.0])
     start = problem.evaluate(np.zeros(2))
     assert problem.evaluate(whole).cost > start.cost
-    solution = solve(problem, np.zeros(2), tolerance=1e-12)  # type: ignore[arg-type]
+    solution = solve(problem, np.zeros(2), SolveOptions(tolerance=1e-12))  # type: ignore[arg-type]
     held = -0.1, float(J[:, 1] @ (problem.b + 0.1 * J[:, 0]) / (J[:, 1] @ J[:, 1]))
     assert solution.end is End.CONVERGED
     assert solution.evaluation.unknowns == pytest.approx(held, rel=1e-5)
@@ -47,7 +47,7 @@ def test_a_step_that_its_bounds_turn_uphill_is_shortened() -> None:
 class Explosive(Linear):
     """The same, but that derivatives are finite at the start alone."""
 
-    def jacobian(self, at: Evaluation, k: int) -> tuple[Array, Array]:
+    def jacobian(self, at: Evaluation, k: int) -> Jacobian:
         if at.unknowns.any():
             raise NumericsError("the derivatives are not finite")
         return super().jacobian(at, k)

@@ -10,9 +10,9 @@ import numpy as np
 from robotid.catalogue import assemble
 from robotid.diagnosis.noise.whitening import Whitening
 from robotid.errors import NumericsError
-from robotid.estimate.fitted_model import SimulatedSegment, measured, simulated_segment
-from robotid.estimate.least_squares import MOST_SMALL, Solution, solve
-from robotid.estimate.residual import Evaluation, OutputError, observed
+from robotid.estimate.fitted_model import SimulatedSegment, simulated_segment
+from robotid.estimate.least_squares import Solution, SolveOptions, solve
+from robotid.estimate.residual import Evaluation, OutputError, measured_output, observed
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
@@ -133,15 +133,15 @@ def refit(
     problem, at = _problem(joint, starts, bench, near.fitted, enough, None if careful else patience)
     misfit = max(0.0, 1.0 - bench.samples / max(2.0 * at.cost, 1e-300))
     finest = careful and misfit < LITTLE
-    tolerance, most_small = (CAREFUL, MOST_SMALL) if finest else (max(TOLERANCE, CLOSE * misfit), 1)
-    solution = solve(problem, at.unknowns, most=most, tolerance=tolerance, known=at, most_small=most_small)
+    options = SolveOptions(most, CAREFUL) if finest else SolveOptions(most, max(TOLERANCE, CLOSE * misfit), 1)
+    solution = solve(problem, at.unknowns, options, initial=at)
     if 2.0 * solution.evaluation.cost >= below:
         raise NumericsError("the fit is no better than without")
     parameters = problem.parameters.with_values(problem.theta(solution.evaluation.unknowns))
     held = _hold_out(problem, parameters, bench, near.held)
     motions = Motions(solution.evaluation.trajectories, tuple(e.trajectories[0] for e in held))
     fits = [
-        fit_percent(measured(record, bench.output), observed(t, bench.output))
+        fit_percent(measured_output(record, bench.output), observed(t, bench.output))
         for t, record in zip(motions.held, bench.held, strict=True)
     ]
     return RefittedModel(
@@ -200,11 +200,11 @@ def _begin(problem: OutputError, near: Sequence[Trajectory], most: float = np.in
         guesses.append(guess)
         first = len(problem.columns) + k * own
         unknowns[first : first + own] = guess[list(problem.free_states), 0]
-    return problem.evaluate(np.clip(unknowns, *problem.bounds()), guesses=guesses, most=most)
+    return problem.evaluate(np.clip(unknowns, *problem.bounds()), guesses=guesses, max_cost=most)
 
 
 def _residuals(trajectories: Sequence[Trajectory], records: Sequence[Record], output: Quantity) -> tuple[Array, ...]:
-    return tuple(measured(r, output) - observed(t, output) for t, r in zip(trajectories, records, strict=True))
+    return tuple(measured_output(r, output) - observed(t, output) for t, r in zip(trajectories, records, strict=True))
 
 
 def _hold_out(
@@ -222,8 +222,8 @@ def _hold_out(
 def _with_first_states(problem: OutputError, near: Sequence[Trajectory]) -> Evaluation:
     """A record with the first states that suit it best."""
     at = _begin(problem, near)
-    most, tolerance = MOST_ITERATIONS_HELD, TOLERANCE_HELD
-    return solve(problem, at.unknowns, most=most, tolerance=tolerance, known=at, most_small=1).evaluation
+    options = SolveOptions(MOST_ITERATIONS_HELD, TOLERANCE_HELD, max_small_steps=1)
+    return solve(problem, at.unknowns, options, initial=at).evaluation
 
 
 def extended(trial: RefittedModel, effect: str, values: Mapping[str, float]) -> tuple[Structure, Parameters]:

@@ -12,9 +12,8 @@ from robotid.diagnosis.refit.refitted_model import PATIENCE, TOLERANCE, Evaluati
 from robotid.diagnosis.scoring.candidates import Candidate, differences
 from robotid.diagnosis.scoring.score_test import significance
 from robotid.errors import NumericsError
-from robotid.estimate.fitted_model import measured
-from robotid.estimate.least_squares import solve
-from robotid.estimate.residual import Evaluation, OutputError, observed
+from robotid.estimate.least_squares import SolveOptions, solve
+from robotid.estimate.residual import Evaluation, OutputError, measured_output, observed
 from robotid.model.units import on_axis
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
@@ -96,11 +95,11 @@ def _run(
         joint, parameters, (record,), old.output, np.ones(1), old.estimate_states, (whiten,), PATIENCE
     )
     try:
-        return solve(problem, problem.start(), most=MOST_ITERATIONS, tolerance=TOLERANCE).evaluation
+        return solve(problem, problem.start(), SolveOptions(MOST_ITERATIONS, TOLERANCE)).evaluation
     except NumericsError:
         return None
 
 
 def _fit(evaluation: Evaluation, record: Record, trial: RefittedModel) -> float:
     output = trial.problem.output
-    return fit_percent(measured(record, output), observed(evaluation.trajectories[0], output))
+    return fit_percent(measured_output(record, output), observed(evaluation.trajectories[0], output))
