@@ -12,7 +12,8 @@ from robotid.cli.console import print_tables, say
 from robotid.config.template import measured, virtual
 from robotid.errors import ConfigError, InputError
 from robotid.files import atomic_write
-from robotid.report.tables.table import Table, number
+from robotid.report.numbers import number
+from robotid.report.tables.table import Table
 from robotid.signals.columns import Column
 from robotid.signals.proposal import Proposal, propose
 from robotid.signals.units import UNITS

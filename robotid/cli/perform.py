@@ -17,8 +17,9 @@ from robotid.pipeline.execute import AFTER_ANOTHER, FRESH, Outcome, execute, exe
 from robotid.pipeline.run import Run
 from robotid.pipeline.table import PRODUCTS, REPORT, STAGES, VALIDATE
 from robotid.progress import Log
+from robotid.report.numbers import fixed
 from robotid.report.tables.sliding import in_units_of_axis
-from robotid.report.tables.table import Json, Table, fixed
+from robotid.report.tables.table import Json, Table
 
 STATES = {"made": "green", "fresh": "dim", "yes": "yellow", "no": "dim"}
 
@@ -99,7 +100,7 @@ def _kept(stage: str, run: Run) -> Outcome:
 def _told(outcome: Outcome) -> str:
     if not outcome.ran:
         return f"{outcome.stage}: {outcome.file} is fresh"
-    return f"{outcome.stage}: {outcome.file} written in {outcome.seconds:.2f} s ({outcome.why})"
+    return f"{outcome.stage}: {outcome.file} written in {fixed(outcome.seconds)} s ({outcome.why})"
 
 
 def _print_plan(run: Run, plan: Sequence[Outcome], manner: Manner) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from robotid.cli.console import say
 from robotid.progress import Begun, Log, Progress, Step
-from robotid.report.tables.table import number
+from robotid.report.numbers import duration, number
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -84,14 +84,6 @@ class Watch:
         left = "" if self.left is None else f"about {duration(self.left)} left"
         facts = (self.now.label, self.percent and f"{self.percent} done", duration(self.elapsed), left)
         return f"{self.stage}: {', '.join(fact for fact in facts if fact)}"
-
-
-def duration(seconds: float) -> str:
-    """A time as people say it: 8 s, 2 min 05 s, 1 h 10 min."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    return f"{whole // 60} min {whole % 60:02d} s" if whole < 3600 else f"{whole // 3600} h {whole // 60 % 60:02d} min"
 
 
 class _Lines:

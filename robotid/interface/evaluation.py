@@ -21,7 +21,8 @@ from robotid.model.array import Array
 from robotid.model.units import on_axis
 from robotid.report.display import Columns, View, shows
 from robotid.report.figures import draw_traces
-from robotid.report.tables.table import Table, fixed, number
+from robotid.report.numbers import fixed, number
+from robotid.report.tables.table import Table
 from robotid.signals.metrics import fit_percent, rmse
 from robotid.signals.record import Quantity, Record
 from robotid.signals.trace import thinned

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from robotid.diagnosis.results import Cause, Diagnosis
 from robotid.report.axes import BLUE, FAINT, INK, QUIET, style_axes
-from robotid.report.numbers import fixed
+from robotid.report.numbers import percent
 
 MOST_REJECTED = 8
 THICK = 0.37
@@ -45,7 +45,7 @@ def _bar(axes: Axes, k: int, name: str, share: float, shade: str, said: str) -> 
 
 
 def _said(cause: Cause) -> str:
-    share = f"{fixed(100 * cause.explained, 1)} %"
+    share = f"{percent(cause.explained)} %"
     return f"{share}, held out {cause.heldout_gain:+.2f}" if isfinite(cause.heldout_gain) else share
 
 

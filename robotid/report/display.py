@@ -22,9 +22,10 @@ from robotid.extension.results import Extension
 from robotid.model.array import Array
 from robotid.model.units import on_axis, sliding
 from robotid.report.figures import draw
+from robotid.report.numbers import fixed, number
 from robotid.report.tables import diagnose, extend, fit, init_flex, init_rigid, validate
 from robotid.report.tables.sliding import in_units_of_axis
-from robotid.report.tables.table import Table, fixed
+from robotid.report.tables.table import Table
 from robotid.report.tables.text import as_html, as_text
 from robotid.signals.quality import Recordings
 from robotid.signals.record import Record
@@ -149,7 +150,9 @@ class RecordView(View[Record]):
         r = self.content
         signals = {"tau_m": "Nm", "phi_m": "rad", "dphi_m": "rad/s", "phi_a": "rad", "ref": ""}
         present = {name: values for name in signals if (values := getattr(r, name)) is not None}
-        rows = tuple((name, f"{v.min():.4g}", f"{v.max():.4g}", signals[name]) for name, v in present.items())
+        rows = tuple(
+            (name, number(float(v.min())), number(float(v.max())), signals[name]) for name, v in present.items()
+        )
         return (Table(self.line(), ("signal", "least", "largest", "unit"), rows),)
 
     def columns(self) -> Columns:
@@ -166,7 +169,7 @@ class RigidView(View[RigidResult]):
     """Step 1."""
 
     def line(self) -> str:
-        return f"{len(self.content.parameters)} parameters, condition number {self.content.condition_number:.3g}"
+        return f"{len(self.content.parameters)} parameters, condition number {number(self.content.condition_number, 3)}"
 
     def tables(self) -> Sequence[Table]:
         return init_rigid.tables(self.content)

@@ -28,7 +28,7 @@ from robotid.report.layout import (
     time_figure,
 )
 from robotid.report.location import best_of_each, counted, draw_curve, draw_shape, reach_of, variable
-from robotid.report.numbers import fixed, listed, significant
+from robotid.report.numbers import fixed, listed, percent, significant
 from robotid.report.parameters import draw_iterations
 from robotid.report.perturbation import perturbations
 from robotid.report.time import (
@@ -198,13 +198,13 @@ def _places(f: Findings) -> Iterator[FigureSpec]:
 def _ordered(curve: Curve, what: str) -> str:
     if curve.along == "frequency":
         return f"the most at {significant(float(curve.x[int(np.nanargmax(curve.missing_torque))]), 2)} Hz"
-    share = f"the {what} orders {fixed(100 * curve.order, 0)} % of its variance"
+    share = f"the {what} orders {percent(curve.order, 0)} % of its variance"
     return f"mean and spread in {len(curve.x)} bins; {share}"
 
 
 def _causes(f: Findings) -> Iterator[FigureSpec]:
     if f.diagnosis is not None and rows_of(f.diagnosis):
-        causes = listed([f"{c.effect} explains {fixed(100 * c.explained, 1)} %" for c in f.diagnosis.causes])
+        causes = listed([f"{c.effect} explains {percent(c.explained)} %" for c in f.diagnosis.causes])
         alt = f"Effects ranked by the share of the misfit that they explain: {causes or 'none is a cause'}."
         yield FigureSpec("causes", "Causes and gain", "Causes, ranked", alt, partial(causes_figure, f.diagnosis))
 

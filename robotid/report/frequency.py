@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from robotid.report.axes import FAINT, INK, Units, axis_label, colour, legend, plain, style_axes
+from robotid.report.numbers import fixed
 from robotid.signals.frf import Frf
 from robotid.validation.bode import Bode
 
@@ -62,4 +63,4 @@ def draw_bode(
 def _label(name: str, bode: Bode) -> str:
     """A model, and how far it is from the measured responses."""
     distance = sum(bode.distance.values()) / len(bode.distance)
-    return f"{name}, linearised ({distance:.1f} dB off)"
+    return f"{name}, linearised ({fixed(distance, 1)} dB off)"

@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from robotid.diagnosis.misfit.location import BY_DIRECTION, BY_SPEED, Curve
 from robotid.model.array import Array
 from robotid.report.axes import BLUE, INK, VERMILLION, Units, axis_label, plain, style_axes
-from robotid.report.numbers import significant
+from robotid.report.numbers import percent, significant
 
 VARIABLES = {
     "dphi_m": "motor speed",
@@ -89,7 +89,7 @@ def draw_curve(
         axes.set_ylim(-reach, reach)
     axes.axhline(0.0, color=INK, linewidth=0.6)
     what, torque = variable(curve, units), counted(curve, units).replace(" in proportion", "\nin proportion")
-    orders = f": orders {100 * curve.order:.0f} %" if curve.along != "frequency" else ""
+    orders = f": orders {percent(curve.order, 0)} %" if curve.along != "frequency" else ""
     style_axes(axes, f"{what}{unit}", f"{torque} [{units('Nm')}]", f"{what}{orders}")
 
 

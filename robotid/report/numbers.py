@@ -1,19 +1,30 @@
-"""How the report writes numbers."""
+"""How numbers, times and lists are written for people: in tables, in sentences, on figures."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import isfinite
 
-NONE = "–"
+NONE = "-"
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 MOST_ZEROS = 5  # powers of ten up to here are written out
 
 
-def significant(value: float, digits: int = 3) -> str:
-    """So many significant digits, powers of ten only where they spare zeros."""
-    if not isfinite(value):
+def number(value: float | None, digits: int = 4) -> str:
+    """A number with so many significant digits, as programs read it too: 1.46e+06. A dash where there is none."""
+    return NONE if value is None or not isfinite(value) else f"{value:.{digits}g}"
+
+
+def fixed(value: float | None, decimals: int = 2) -> str:
+    """A number with so many decimals, zero without a sign. A dash where there is none."""
+    if value is None or not isfinite(value):
         return NONE
-    text = f"{value:.{digits}g}"
+    return f"{round(value, decimals) + 0.0:.{decimals}f}"  # + 0.0 takes the sign from zero
+
+
+def significant(value: float | None, digits: int = 3) -> str:
+    """A number with so many significant digits for a sentence, powers of ten only where they spare zeros: 1.46·10⁶."""
+    text = number(value, digits)
     mantissa, _, power = text.partition("e")
     if not power:
         return text
@@ -25,11 +36,19 @@ def ten_to(power: int) -> str:
     return f"10{str(power).translate(SUPERSCRIPT)}"
 
 
-def fixed(value: float, decimals: int = 2) -> str:
-    """So many decimals, zero without a sign."""
-    return f"{round(value, decimals) + 0.0:.{decimals}f}" if isfinite(value) else NONE
+def percent(share: float | None, decimals: int = 1) -> str:
+    """A share of one as a number of percent, without the sign."""
+    return fixed(None if share is None else 100 * share, decimals)
 
 
-def listed(words: list[str], last: str = "and") -> str:
+def duration(seconds: float) -> str:
+    """A time as people state it: 8 s, 2 min 05 s, 1 h 10 min."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    return f"{whole // 60} min {whole % 60:02d} s" if whole < 3600 else f"{whole // 3600} h {whole // 60 % 60:02d} min"
+
+
+def listed(words: Sequence[str], last: str = "and") -> str:
     """Words as a sentence lists them."""
     return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

@@ -16,7 +16,7 @@ from robotid.model.term import Term
 from robotid.report.axes import axis_label
 from robotid.report.findings import Findings
 from robotid.report.location import best_of_each, variable
-from robotid.report.numbers import fixed, listed, significant
+from robotid.report.numbers import fixed, listed, percent, significant
 from robotid.terms import TERMS
 from robotid.validation.results import RecordValidation
 
@@ -174,7 +174,7 @@ def _cause(f: Findings, cause: Cause) -> str:
         look = f"differs in {record}{by}; "
     elif cause.effect.rpartition(".")[2] in EFFECTS:
         look = f"{EFFECTS[cause.effect.rpartition('.')[2]].signature}; "
-    return f"{name} ({look}explains {fixed(100 * cause.explained, 0)} %)"
+    return f"{name} ({look}explains {percent(cause.explained, 0)} %)"
 
 
 def _twins(d: Diagnosis) -> Iterator[str]:

@@ -83,7 +83,7 @@ def reference_plot(reference: Reference, units: Units = str) -> TimePlot:
 def trace_plot(name: str, validation: RecordValidation, output: Quantity, units: Units = str) -> TimePlot:
     """Measured and simulated output above, their difference below."""
     kind = "fitted" if validation.used else "held out"
-    title = f"{name} ({kind}): fit {validation.fit_percent:.2f} %"
+    title = f"{name} ({kind}): fit {fixed(validation.fit_percent)} %"
     return simulated_plot(title, validation.trace, output, units)
 
 

@@ -112,6 +112,6 @@ def test_completion_is_there(tmp_path: Path) -> None:
         "HOME": str(tmp_path),
     }
     done = subprocess.run(
-        [sys.executable, "-m", "robotid.cli"], capture_output=True, text=True, env=environment, cwd=Path.cwd()
+        [sys.executable, "-m", "robotid"], capture_output=True, text=True, env=environment, cwd=Path.cwd()
     )
     assert done.stdout.split() == ["init-rigid", "init-flex"]

@@ -9,7 +9,8 @@ from io import StringIO
 import pytest
 
 from robotid.cli.console import print_json, print_tables, say
-from robotid.report.tables.table import Table, fixed, number
+from robotid.report.numbers import fixed, number
+from robotid.report.tables.table import Table
 
 
 def test_numbers_that_are_not_finite_are_null(capsys: pytest.CaptureFixture[str]) -> None:

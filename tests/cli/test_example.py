@@ -124,7 +124,7 @@ def test_a_wheel_brings_an_example_that_runs(tmp_path: Path) -> None:
         archive.extractall(tmp_path / "site")
     here = os.environ | {"PYTHONPATH": str(tmp_path / "site")}
     for words in (["example", "demo"], ["excite", "demo/demo.yaml"], ["collect", "demo/demo.yaml", "--json"]):
-        command = [sys.executable, "-m", "robotid.cli", *words]
+        command = [sys.executable, "-m", "robotid", *words]
         done = subprocess.run(command, cwd=tmp_path, env=here, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
     assert {"set1", "set2", "set3", "check"} <= set(json.loads(done.stdout)["records"])

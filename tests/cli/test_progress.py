@@ -18,8 +18,9 @@ from support.paths import ROOT
 from support.small_axis import CONFIG
 
 from robotid.cli import progress
-from robotid.cli.progress import Watch, duration, picture, watching
+from robotid.cli.progress import Watch, picture, watching
 from robotid.progress import Begun, Iteration, Progress, Step
+from robotid.report.numbers import duration
 
 
 class Clock:
@@ -155,7 +156,7 @@ def on_terminal(tmp_path: Path) -> Callable[..., str]:
         plain = {key: value for key, value in os.environ.items() if key != "NO_COLOR"}
         settings = {"TERM": "xterm-256color", "COLUMNS": "80", "PYTHONPATH": str(ROOT)}
         process = subprocess.Popen(
-            [sys.executable, "-m", "robotid.cli", *arguments],
+            [sys.executable, "-m", "robotid", *arguments],
             stdin=follower,
             stdout=follower,
             stderr=follower,

@@ -43,7 +43,7 @@ def test_the_shown_effect_passes_the_tests_of_all_effects(extended: Path) -> Non
 
 def test_the_shown_effect_is_found_where_it_is_hidden(extended: Path) -> None:
     (extended / "machine.yaml").write_text(motor_with("eddy_brake", Tb=0.3, vc=4))
-    done = python(extended, "robotid.cli", "run", "machine.yaml", "--json")
+    done = python(extended, "robotid", "run", "machine.yaml", "--json")
     assert done.returncode == 0, done.stderr
     (cause,) = json.loads(done.stdout)["diagnose"]["causes"]
     assert cause["effect"] == "motor.eddy_brake"

@@ -39,7 +39,7 @@ class Desk:
 
 def typed(folder: Path, command: str) -> subprocess.CompletedProcess[str]:
     """A command of the manual, run in a process of its own."""
-    words = [sys.executable, "-m", "robotid.cli", *shlex.split(command)[1:]]
+    words = [sys.executable, "-m", "robotid", *shlex.split(command)[1:]]
     done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{command}\n{done.stderr}"
     return done

@@ -52,7 +52,7 @@ def test_bad_configuration(path: Path, capsys: pytest.CaptureFixture[str]) -> No
 @pytest.mark.parametrize("name", ["unknown_effect", "syntax", "set_wrong_type"])
 def test_in_a_process_of_its_own(name: str) -> None:
     case = read(FOLDER / f"{name}.yaml")
-    done = subprocess.run([sys.executable, "-m", "robotid.cli", *case.arguments], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-m", "robotid", *case.arguments], capture_output=True, text=True)
     assert (done.returncode, done.stderr, done.stdout) == (case.exit_code, case.line + "\n", "")
 
 

@@ -41,7 +41,7 @@ def make(tmp_path: Path) -> Make:
     environment = tmp_path / "environment"
     (environment / "bin").mkdir(parents=True)
     script = environment / "bin" / "robotid"
-    script.write_text(f'#!/bin/sh\necho "called $1"\nexec {sys.executable} -m robotid.cli "$@"\n')
+    script.write_text(f'#!/bin/sh\necho "called $1"\nexec {sys.executable} -m robotid "$@"\n')
     script.chmod(0o755)
     (environment / ".installed").touch()
 

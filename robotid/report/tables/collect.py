@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from robotid.report.tables.table import Json, Table, number
+from robotid.report.numbers import number
+from robotid.report.tables.table import Json, Table
 from robotid.signals.quality import Recordings, Report
 
 ROUNDING = 1e-9  # of the sampling time: what a jitter below it is

@@ -10,7 +10,8 @@ from robotid.diagnosis.misfit.location import Curve
 from robotid.diagnosis.results import Cause, Diagnosis, Rejected, Separation
 from robotid.estimate.result import Estimate
 from robotid.model.units import sliding
-from robotid.report.tables.table import Json, Table, fixed, number
+from robotid.report.numbers import fixed, number, percent
+from robotid.report.tables.table import Json, Table
 
 SHOWN = 12  # bins of a shape that a table shows
 VERDICTS = {"clean": "green", "named": "cyan", "unknown": "yellow"}
@@ -81,7 +82,7 @@ def _told(cause: Cause) -> str:
     """A cause as part of a sentence."""
     others = [twin for twin in cause.twins if twin != cause.effect]
     alternatives = f" (or {', '.join(others)}: these data cannot tell)" if others else ""
-    return f"{cause.effect}{alternatives}, which explains {_percent(cause.explained)} %"
+    return f"{cause.effect}{alternatives}, which explains {percent(cause.explained)} %"
 
 
 def rejected_document(one: Rejected) -> Json:
@@ -159,7 +160,7 @@ def _records(diagnosis: Diagnosis) -> Table:
             number(m.rmse, 3),
             number(m.noise_floor, 3),
             number(m.misfit, 3),
-            _percent(m.explained_after),
+            percent(m.explained_after),
         )
         for name, m in diagnosis.records.items()
     )
@@ -169,7 +170,7 @@ def _records(diagnosis: Diagnosis) -> Table:
 
 def _curves(diagnosis: Diagnosis) -> tuple[Table, ...]:
     """Where the missing torque sits, a row a variable."""
-    rows = tuple((c.along, _percent(c.order), *_largest(c), c.unit) for c in diagnosis.curves if len(c.x))
+    rows = tuple((c.along, percent(c.order), *_largest(c), c.unit) for c in diagnosis.curves if len(c.x))
     columns = ("along", "orders [%]", "largest missing torque [Nm]", "there", "unit")
     note = "orders: share of the missing torque's variance that its mean along the variable explains"
     return (Table("Where the misfit sits", columns, rows, note),) if rows else ()
@@ -186,7 +187,7 @@ def _causes(diagnosis: Diagnosis) -> tuple[Table, ...]:
     rows = tuple(
         (
             cause.effect,
-            _percent(cause.explained),
+            percent(cause.explained),
             fixed(cause.heldout_gain),
             number(cause.p_value, 2),
             ", ".join(twin for twin in cause.twins if twin != cause.effect) or "-",
@@ -222,7 +223,7 @@ def _rejected(diagnosis: Diagnosis) -> tuple[Table, ...]:
 
 def rejected_table(title: str, rejected: tuple[Rejected, ...]) -> tuple[Table, ...]:
     """A row an effect, with the reason."""
-    rows = tuple((r.effect, _percent(r.explained), fixed(r.heldout_gain), r.why) for r in rejected)
+    rows = tuple((r.effect, percent(r.explained), fixed(r.heldout_gain), r.why) for r in rejected)
     columns = ("effect", "explains [%]", "held-out gain [% points]", "why not")
     return (Table(title, columns, rows),) if rows else ()
 
@@ -239,7 +240,3 @@ def _shape(diagnosis: Diagnosis) -> tuple[Table, ...]:
     )
     head = f"{curve.along} [{curve.unit}]" if curve.unit else curve.along
     return (Table("Shape of what is unknown", (head, "missing torque [Nm]", "spread [Nm]"), rows),)
-
-
-def _percent(share: float) -> str:
-    return fixed(100 * share, 1)

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from robotid.model.describe import Description
 from robotid.model.parameters import Parameter
-from robotid.report.tables.table import Json, Table, number
+from robotid.report.numbers import number
+from robotid.report.tables.table import Json, Table
 
 
 def catalogue(effects: Sequence[Description]) -> tuple[Table, ...]:

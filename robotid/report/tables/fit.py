@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from robotid.estimate.result import Estimate, FitResult, Fits
-from robotid.report.tables.table import Json, Table, fixed, number
+from robotid.report.numbers import fixed, number
+from robotid.report.tables.table import Json, Table
 
 
 def tables(fits: Fits) -> tuple[Table, ...]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from robotid.estimate.flexible import FlexReading, FlexResult
-from robotid.report.tables.table import Json, Table, number
+from robotid.report.numbers import number
+from robotid.report.tables.table import Json, Table
 
 
 def tables(flex: FlexResult) -> tuple[Table, ...]:

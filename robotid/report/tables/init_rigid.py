@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from robotid.estimate.rigid import RigidResult
-from robotid.report.tables.table import Json, Table, fixed, number
+from robotid.report.numbers import fixed, number
+from robotid.report.tables.table import Json, Table
 
 
 def tables(rigid: RigidResult) -> tuple[Table, ...]:
     """Parameters, and the torque error of each record."""
     rows = tuple((p.name, number(p.value, 5), number(p.std, 2), p.unit, p.remark) for p in rigid.parameters)
-    note = "\n".join((f"condition number {rigid.condition_number:.3g}", *rigid.remarks))
+    note = "\n".join((f"condition number {number(rigid.condition_number, 3)}", *rigid.remarks))
     errors = tuple(
         (name, fixed(error), number(rigid.cutoff.get(name), 3)) for name, error in rigid.torque_error_percent.items()
     )

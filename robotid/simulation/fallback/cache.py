@@ -8,12 +8,14 @@ folder.
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 
+from robotid.errors import InputError
+from robotid.files import atomic_write
 from robotid.model.array import Array
 
 MAX_SIZE = 64_000_000  # bytes of all files together
@@ -37,17 +39,12 @@ def cache_folder() -> Path:
 
 
 def _store(file: Path, x: Array) -> None:
+    image = BytesIO()
+    np.save(image, x, allow_pickle=False)
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        handle, part = tempfile.mkstemp(dir=file.parent, suffix=".part")
-        try:
-            with os.fdopen(handle, "wb") as stream:
-                np.save(stream, x, allow_pickle=False)
-            os.replace(part, file)
-        finally:
-            Path(part).unlink(missing_ok=True)
+        atomic_write(file, image.getvalue(), durable=False)
         _shrink(file.parent)
-    except OSError:
+    except (InputError, OSError):
         return  # a cache that cannot be written costs time, not results
 
 

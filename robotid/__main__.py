@@ -1,0 +1,8 @@
+"""`python -m robotid`: the command line without its entry point."""
+
+import sys
+
+from robotid.cli.app import main
+
+if __name__ == "__main__":
+    sys.exit(main())
