@@ -15,7 +15,7 @@ from scipy.optimize import minimize
 
 from robotid.model.array import Array
 from robotid.model.joint import Joint
-from robotid.simulate.newton.block_bidiagonal import solve_block_bidiagonal
+from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
 
 MAX_ORDER = 30  # of an autoregression; residuals of machines need less than ten
 ABSORBED = 4  # lowest frequencies of a record, which the fit shapes
