@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robotid.catalogue import assemble
-from robotid.diagnosis.refit.refitted_model import MOST_ITERATIONS_HELD, PATIENCE, TOLERANCE_HELD, RefittedModel
+from robotid.diagnosis.refit.refitted_model import RefittedModel
+from robotid.diagnosis.refit.settings import REFIT
 from robotid.diagnosis.results import Cause, Diagnosis, Separation
-from robotid.diagnosis.search.state import Found, SearchResult
+from robotid.diagnosis.search.state import AcceptedCause, SearchResult
 from robotid.errors import NumericsError
 from robotid.estimate.least_squares import SolveOptions, solve
 from robotid.estimate.residual import OutputError
@@ -40,10 +41,10 @@ def with_experiments(diagnosis: Diagnosis, found: SearchResult, experiments: Exp
     rivalled = {one.effect: one for one in found.causes if one.rival is not None}
     if not rivalled:
         return diagnosis
-    references = experiments.references(found.bench.fitted)
-    noise = float(np.sqrt(np.mean([w.output for w in found.bench.whiten])))
+    references = experiments.references([segment.record for segment in found.data.fitted])
+    noise = float(np.sqrt(np.mean([segment.whitening.output for segment in found.data.fitted])))
 
-    def tell_apart(cause: Cause, one: Found) -> Cause:
+    def tell_apart(cause: Cause, one: AcceptedCause) -> Cause:
         assert one.rival is not None
         controller = experiments.controller or default_speed_controller(one.after)
         proposal = design_discriminating_experiment(one.after, one.rival, one.twins[1], references, controller, noise)
@@ -72,10 +73,10 @@ def design_discriminating_experiment(
     return max(found, key=lambda s: s.ratio, default=None)
 
 
-def default_speed_controller(trial: RefittedModel) -> Controller:
+def default_speed_controller(model: RefittedModel) -> Controller:
     """A speed loop for a joint whose own is not known."""
-    joint = trial.problem.joint
-    _, mass = joint.slopes(np.zeros((joint.nx, 1)), np.ones((joint.masses, 1)), np.zeros(1), trial.parameters.values)
+    joint = model.joint
+    _, mass = joint.slopes(np.zeros((joint.nx, 1)), np.ones((joint.masses, 1)), np.zeros(1), model.parameters.values)
     along = np.array([1.0, joint.ratio, joint.ratio])[: joint.masses]
     kp = BANDWIDTH * float(along @ mass[:, :, 0] @ along)
     return Controller("speed", kp, kp * BANDWIDTH / 4)
@@ -91,19 +92,18 @@ def _difference(
         return None
 
 
-def _played(trial: RefittedModel, reference: Reference, controller: Controller) -> Record:
+def _played(model: RefittedModel, reference: Reference, controller: Controller) -> Record:
     """The record that a model would make of an experiment, without noise."""
-    joint = assemble(trial.structure, angle=True)
-    x, torque = ControlledJoint(joint, trial.parameters.values, controller).follow(reference)
+    joint = assemble(model.structure, angle=True)
+    x, torque = ControlledJoint(joint, model.parameters.values, controller).follow(reference)
     phi_m, dphi_m = x[joint.motor_states]
     return Record(reference.name, "validate", "both", reference.sampling_time, torque, phi_m, dphi_m)
 
 
-def _error(trial: RefittedModel, record: Record) -> float:
-    old = trial.problem
-    problem = OutputError(
-        old.joint, trial.parameters.all_fixed, (record,), old.output, np.ones(1), max_failed_windows=PATIENCE
-    )
-    found = solve(problem, problem.start(), SolveOptions(MOST_ITERATIONS_HELD, TOLERANCE_HELD))
+def _error(model: RefittedModel, record: Record) -> float:
+    fixed = model.parameters.all_fixed
+    problem = OutputError(model.joint, fixed, (record,), model.output, np.ones(1), max_failed_windows=REFIT.patience)
+    options = SolveOptions(REFIT.max_validation_iterations, REFIT.validation_tolerance)
+    found = solve(problem, problem.start(), options)
     residual: Array = found.evaluation.residuals[0]
     return float(np.sqrt(np.mean(residual**2)))

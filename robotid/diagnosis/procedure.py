@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.experiment import Experiments, with_experiments
 from robotid.diagnosis.results import Diagnosis
+from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.search import search
 from robotid.diagnosis.verdict import verdict
 from robotid.estimate.fitted_model import FittedModel, fitted_model, simulate_record
@@ -56,7 +57,7 @@ def diagnose(
     simulated = [simulate_record(model, part, options.horizon) for part in parts]
     fitted = [run for run in simulated if run.record.name in model.records]
     validation = [part for part in parts if part.name not in model.records]
-    found = search(model, fitted, validation, options.horizon, criteria, log)
+    found = search(Evidence(model, fitted, validation, options.horizon), criteria, log)
     log("measuring where the misfit sits")
     diagnosis = verdict(model, simulated, found)
     diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))

@@ -8,12 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from robotid.diagnosis.misfit.summary import locate_misfit
-from robotid.diagnosis.refit.refitted_model import RefittedModel
+from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
 from robotid.diagnosis.results import Cause, Diagnosis, Misfit, Rejected, Verdict
-from robotid.diagnosis.scoring.ranking import best_of_each
-from robotid.diagnosis.search.record_changes import Change
-from robotid.diagnosis.search.state import Found, SearchResult
-from robotid.estimate.fitted_model import FittedModel, Simulated, SimulatedSegment, joined
+from robotid.diagnosis.search.record_changes import RecordChange
+from robotid.diagnosis.search.state import AcceptedCause, SearchResult
+from robotid.estimate.fitted_model import FittedModel, Simulated, joined
 from robotid.estimate.residual import measured_output
 from robotid.estimate.result import Estimate
 from robotid.model.array import Array
@@ -29,23 +28,25 @@ CHANCE = 3.0  # standard deviations of the energy of noise: less is no misfit to
 LEAST = 1e-12  # of the output: where even the noise is nothing
 
 
-def verdict(model: FittedModel, simulated: Sequence[Simulated], growth: SearchResult) -> Diagnosis:
+def verdict(model: FittedModel, simulated: Sequence[Simulated], found: SearchResult) -> Diagnosis:
     """The diagnosis of a model simulated on records, or on stretches of them, from the search for what it lacks."""
     names = dict.fromkeys(run.record.name for run in simulated)
     runs = {name: joined([run for run in simulated if run.record.name == name]) for name in names}
     segments = [segment for run in runs.values() for segment in run.segments(model.output)]
-    where = locate_misfit(segments, _segments_after(growth) if growth.causes else (), model.output)
+    where = locate_misfit(segments, _segments_after(found) if found.causes else (), model.output)
     residuals = {name: run.measured(model.output) - run.signal(model.output) for name, run in runs.items()}
-    after = _after(growth) if growth.causes else {}
+    after = _after(found) if found.causes else {}
     misfits = {
         name: _misfit(model, run.record, residuals[name], where.floors, after.get(name)) for name, run in runs.items()
     }
-    fitted = [misfits[name] for name in dict.fromkeys(r.name for r in growth.bench.fitted)]
+    fitted = [misfits[name] for name in dict.fromkeys(s.record.name for s in found.data.fitted)]
     floor = _rms([m.noise_floor for m in fitted])
     misfit = _beyond(_rms([m.rmse for m in fitted]), floor)
-    believed = growth.changes if growth.causes or growth.shape is None else ()
-    word = _word(growth, misfit, floor)
-    left = _beyond(_rms([root_mean_square(after[r.name]) for r in growth.bench.fitted]), floor) if after else misfit
+    believed = found.changes if found.causes or found.curve is None else ()
+    word = _word(found, misfit, floor)
+    left = (
+        _beyond(_rms([root_mean_square(after[s.record.name]) for s in found.data.fitted]), floor) if after else misfit
+    )
     return Diagnosis(
         verdict=word,
         model=model.name,
@@ -55,34 +56,35 @@ def verdict(model: FittedModel, simulated: Sequence[Simulated], growth: SearchRe
         misfit=misfit,
         remaining=left,
         records=misfits,
-        causes=(*map(_cause, growth.causes), *map(_changed, believed)),
-        rejected=tuple(_rejected(growth, word)),
+        causes=(*map(_cause, found.causes), *map(_changed, believed)),
+        rejected=tuple(_rejected(found, word)),
         curves=() if word == "clean" else where.curves,
         missing=where.missing,
         residuals={name: trace(runs[name], model) for name in runs},
-        shape=None if growth.shape is None else replace(growth.shape.curve, order=growth.share),
-        refitted=dict(zip(growth.last.parameters.names, growth.last.parameters.values.tolist(), strict=True)),
-        remarks=(SHAPELESS,) if word == "unknown" and growth.shape is None else (),
+        shape=None if found.curve is None else replace(found.curve.curve, order=found.curve_share),
+        refitted=dict(zip(found.last.parameters.names, found.last.parameters.values.tolist(), strict=True)),
+        remarks=(SHAPELESS,) if word == "unknown" and found.curve is None else (),
     )
 
 
-def _word(growth: SearchResult, misfit: float, floor: float) -> Verdict:
+def _word(found: SearchResult, misfit: float, floor: float) -> Verdict:
     """A misfit far above the noise is never clean, even where it has neither a name nor a shape."""
-    if growth.causes or (growth.changes and growth.shape is None):
+    if found.causes or (found.changes and found.curve is None):
         return "named"
-    return "clean" if growth.shape is None and misfit <= FAR * floor else "unknown"
+    return "clean" if found.curve is None and misfit <= FAR * floor else "unknown"
 
 
-def _segments_after(growth: SearchResult) -> list[SimulatedSegment]:
-    """The records once the causes are there."""
-    return [*growth.last.segments, *growth.last.held_segments]
+def _segments_after(found: SearchResult) -> tuple[SegmentFit, ...]:
+    """All segments once the causes are there."""
+    return (*found.last.fitted, *found.last.validation)
 
 
-def _after(growth: SearchResult) -> dict[str, Array]:
+def _after(found: SearchResult) -> dict[str, Array]:
     """Residuals of the extended model, by record."""
-    segments = _segments_after(growth)
-    names = dict.fromkeys(one.record.name for one in segments)
-    return {name: np.concatenate([one.residual for one in segments if one.record.name == name]) for name in names}
+    parts: dict[str, list[Array]] = {}
+    for one in _segments_after(found):
+        parts.setdefault(one.record.name, []).append(one.residual)
+    return {name: np.concatenate(residuals) for name, residuals in parts.items()}
 
 
 def _misfit(
@@ -122,24 +124,24 @@ def trace(run: Simulated, model: FittedModel) -> Trace:
     return thinned(run.t, run.measured(model.output), run.signal(model.output), model.unit)
 
 
-def _cause(found: Found) -> Cause:
+def _cause(found: AcceptedCause) -> Cause:
     """A cause as it is told."""
     estimates = _estimates(found.after, found.effect)
     return Cause(found.effect, estimates, found.explained, found.gain, found.p_value, found.twins, None)
 
 
-def _changed(found: Change) -> Cause:
+def _changed(found: RecordChange) -> Cause:
     """A difference of a held-out record as it is told; its deviation is not known."""
     nan = float("nan")
     estimate = Estimate(found.effect, found.value, found.unit, nan, nan, float("-inf"), float("inf"))
     return Cause(found.effect, (estimate,), found.explained, found.gain, found.p_value, found.twins, None)
 
 
-def _estimates(trial: RefittedModel, effect: str) -> tuple[Estimate, ...]:
+def _estimates(model: RefittedModel, effect: str) -> tuple[Estimate, ...]:
     """The effect's own parameters with the deviations of the whitened fit."""
-    parameters, covariance = trial.parameters, trial.covariance
+    parameters, covariance = model.parameters, model.covariance
     found = []
-    for i, k in enumerate(trial.problem.columns):
+    for i, k in enumerate(model.columns):
         name = parameters.names[k]
         if belongs(name, effect):
             std = float(np.sqrt(max(0.0, covariance[i, i])))
@@ -148,32 +150,32 @@ def _estimates(trial: RefittedModel, effect: str) -> tuple[Estimate, ...]:
     return tuple(found)
 
 
-def _rejected(growth: SearchResult, word: Verdict) -> Iterator[Rejected]:
+def _rejected(found: SearchResult, word: Verdict) -> Iterator[Rejected]:
     """What was refitted in vain, and then what the score alone turned down in the first round.
 
     Where something unknown is wrong with the model everywhere, a difference on one record only imitates it.
     """
-    told = {c.effect for c in growth.causes} | {t for c in growth.causes for t in c.twins}
-    for turned in growth.turned:
-        if turned.effect not in told:
-            told.add(turned.effect)
-            yield Rejected(turned.effect, turned.explained, turned.gain, turned.why)
-    if growth.shape is not None and not growth.causes:
-        why = f"only imitates what no effect explains along {growth.shape.curve.along}"
-        yield from (Rejected(c.effect, c.explained, c.gain, why) for c in growth.changes)
-    first = growth.rounds[0]
-    samples = growth.bench.samples
+    told = {c.effect for c in found.causes} | {t for c in found.causes for t in c.twins}
+    for one in found.rejected:
+        if one.effect not in told:
+            told.add(one.effect)
+            yield Rejected(one.effect, one.explained, one.gain, one.why)
+    if found.curve is not None and not found.causes:
+        why = f"only imitates what no effect explains along {found.curve.curve.along}"
+        yield from (Rejected(c.effect, c.explained, c.gain, why) for c in found.changes)
+    first = found.rounds[0]
+    samples = found.data.samples
     whole = max(first.projected.energy - samples, CHANCE * np.sqrt(2 * samples))
-    for one in best_of_each(first.scores)[:MOST_REJECTED]:
-        if one.candidate.name not in told:
-            share = float(np.clip(one.energy / whole, 0.0, 1.0))
-            yield Rejected(one.candidate.name, share, float("nan"), _why(share, growth, word))
+    for score in first.best_of_each[:MOST_REJECTED]:
+        if score.candidate.name not in told:
+            share = float(np.clip(score.energy / whole, 0.0, 1.0))
+            yield Rejected(score.candidate.name, share, float("nan"), _why(share, found, word))
 
 
-def _why(share: float, growth: SearchResult, word: Verdict) -> str:
+def _why(share: float, found: SearchResult, word: Verdict) -> str:
     if word == "clean":
         return "there is nothing to explain"
-    best = growth.causes[0] if growth.causes else None
+    best = found.causes[0] if found.causes else None
     if best is not None and share < best.explained:
         return f"scored {100 * share:.2g} % of the misfit, less than {best.effect}"
     return f"scored {100 * share:.2g} % of the misfit, which no refit bore out"

@@ -24,10 +24,13 @@ from support.paths import ROOT
 from robotid.catalogue import assemble
 from robotid.config.load import load
 from robotid.config.schema import DiagnoseSettings
-from robotid.diagnosis.noise.whitening import Whitening
-from robotid.diagnosis.scoring.candidates import candidates
-from robotid.diagnosis.scoring.score_test import project, scan, score
-from robotid.estimate.fitted_model import SimulatedSegment
+from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
+from robotid.diagnosis.refit.refit import unknowns_of
+from robotid.diagnosis.refit.refitted_model import segment_fit
+from robotid.diagnosis.scoring.catalogue_candidates import candidates
+from robotid.diagnosis.scoring.projection import project
+from robotid.diagnosis.scoring.scan import scan, scans
+from robotid.diagnosis.scoring.score_test import score
 from robotid.estimate.least_squares import SolveOptions, linearise, solve
 from robotid.estimate.residual import OutputError
 from robotid.model.array import Array
@@ -222,14 +225,10 @@ def bench_catalogue() -> None:
     problem = replace(ours(data), parameters=ours(data).joint.parameters().with_values(TRUTH))
     at = problem.evaluate(problem.start())
     missing = candidates(problem.joint.structure, "speed")
-    whiten = [Whitening(np.ones(1), np.ones(1), 1.0, 0.0)] * len(data)
+    segments = [segment_fit(Segment(r, UNIT_WHITENING), t, "speed") for r, t in zip(data, at.trajectories, strict=True)]
 
     def run() -> None:
-        scans = [
-            scan(segment, "speed", problem.columns, problem.free_states, missing)
-            for segment in map(SimulatedSegment, data, at.trajectories, at.residuals)
-        ]
-        score(project(scans, whiten), missing)
+        score(project(scans(segments, unknowns_of(problem), missing)), missing)
 
     begin = time.process_time()
     wall = clock(run)
@@ -273,8 +272,8 @@ def bench_memory(n: int = 1_000_000) -> None:
     problem = replace(ours(tuple(parts)), parameters=ours(tuple(parts)).joint.parameters().with_values(TRUTH))
     at = problem.evaluate(problem.start())
     missing = candidates(problem.joint.structure, "speed")
-    for segment in map(SimulatedSegment, parts, at.trajectories, at.residuals):
-        scan(segment, "speed", problem.columns, problem.free_states, missing)
+    for record, trajectory in zip(parts, at.trajectories, strict=True):
+        scan(segment_fit(Segment(record, UNIT_WHITENING), trajectory, "speed"), unknowns_of(problem), missing)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     looked = sum(map(len, parts))
     print(f"catalogue over {n} samples: {looked} looked at, peak memory so far {peak:.2f} GB")

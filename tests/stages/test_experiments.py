@@ -9,15 +9,17 @@ from functools import cache
 import numpy as np
 import pytest
 from support.diagnosed import NAMED, STRIBECK
-from support.small_bench import CONTROLLER, bench, records
+from support.small_bench import CONTROLLER, begun, records
 
 from robotid.catalogue import assemble
 from robotid.config.load import parse
 from robotid.config.schema import Config
 from robotid.diagnosis.experiment import with_experiments
-from robotid.diagnosis.refit.refitted_model import EvaluationData, RefittedModel, extended, refit
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.refit.refit import refit
+from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
 from robotid.diagnosis.results import Cause, Separation
-from robotid.diagnosis.search.state import Found, SearchResult
+from robotid.diagnosis.search.state import AcceptedCause, SearchResult
 from robotid.estimate.residual import observed
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
@@ -60,9 +62,10 @@ def configured(block: str) -> Config:
 def twins(case: str) -> tuple[EvaluationData, RefittedModel, RefittedModel, RefittedModel]:
     """A bench, the model without either effect, and with each, all fitted to the same records."""
     hidden, other = TWINS[case]
-    where, first = bench(records(hidden))
+    state = begun(records(hidden))
+    where, first = state.data, state.model
     starts = (extended(first, effect_of(values), values) for values in (hidden, other))
-    one, rival = (refit(structure, [start], where, first.motions) for structure, start in starts)
+    one, rival = (refit(structure, [start], where, first.trajectories) for structure, start in starts)
     return where, first, one, rival
 
 
@@ -71,7 +74,7 @@ def proposed(case: str) -> Separation:
     """What the stage says of a cause that has a twin."""
     where, first, one, rival = twins(case)
     names = tuple(effect_of(values) for values in TWINS[case])
-    found = Found(names[0], 0.9, 1.0, 1e-9, names, first, one, rival)
+    found = AcceptedCause(names[0], 0.9, 1.0, 1e-9, names, first, one, rival)
     growth = SearchResult(where, first, one, (found,), (), ())
     cause: Cause = replace(STRIBECK, effect=names[0], twins=names, separation=None)
     diagnosis = with_experiments(replace(NAMED, causes=(cause,)), growth, experiments(configured(USUAL)))
@@ -82,7 +85,7 @@ def proposed(case: str) -> Separation:
 
 def noise(where: EvaluationData) -> float:
     """Standard deviation of the speed's noise as the bench sees it."""
-    return float(np.sqrt(np.mean([w.output for w in where.whiten])))
+    return float(np.sqrt(np.mean([s.whitening.output for s in where.fitted])))
 
 
 def difference(one: RefittedModel, other: RefittedModel, reference: Reference) -> float:
@@ -112,7 +115,9 @@ def test_the_proposal_names_the_twin_and_is_a_block_of_a_record(case: str) -> No
     assert len(reference.ref) > 100
     assert reference.sampling_time == pytest.approx(0.002)
     # no faster than what the joint has done on record
-    assert np.abs(reference.ref).max() <= 1.05 * max(float(np.abs(r.dphi_m).max()) for r in twins(case)[0].fitted)
+    assert np.abs(reference.ref).max() <= 1.05 * max(
+        float(np.abs(s.record.dphi_m).max()) for s in twins(case)[0].fitted
+    )
 
 
 @pytest.mark.parametrize("case", TWINS)
@@ -128,6 +133,5 @@ def test_it_separates_the_models_by_what_it_claims(case: str) -> None:
 @pytest.mark.parametrize("case", TWINS)
 def test_it_separates_them_better_than_the_records_that_there_are(case: str) -> None:
     where, _, one, rival = twins(case)
-    pairs = zip(one.motions.fitted, rival.motions.fitted, strict=True)
-    apart = [observed(a, "speed") - observed(b, "speed") for a, b in pairs]
+    apart = [b.residual - a.residual for a, b in zip(one.fitted, rival.fitted, strict=True)]
     assert proposed(case).ratio > 2 * float(np.sqrt(np.mean(np.concatenate(apart) ** 2))) / noise(where)

@@ -9,10 +9,9 @@ import numpy as np
 
 from robotid.catalogue import assemble
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.refit.refitted_model import EvaluationData, RefittedModel
-from robotid.diagnosis.search.data import set_up
+from robotid.diagnosis.search.data import Evidence, first_state
 from robotid.diagnosis.search.search import search
-from robotid.diagnosis.search.state import SearchResult
+from robotid.diagnosis.search.state import SearchResult, SearchState
 from robotid.estimate.fitted_model import Simulated, fitted_model, simulate_record
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.result import FitResult
@@ -79,10 +78,14 @@ def fitted(made: list[Record]) -> FitResult:
     return fit_model("m", joint, start, made[:2], FitOptions())
 
 
+def evidence(made: list[Record]) -> Evidence:
+    """What a search is given: the model as it is fitted to the first two records."""
+    return Evidence(fitted_model(fitted(made)), simulated(made)[:2], made[2:])
+
+
 def searched(made: list[Record], criteria: Criteria | None = None) -> SearchResult:
     """What a search finds on such records."""
-    runs = simulated(made)
-    return search(fitted_model(fitted(made)), runs[:2], made[2:], None, criteria or Criteria(), lambda _: None)
+    return search(evidence(made), criteria or Criteria(), lambda _: None)
 
 
 def simulated(made: list[Record]) -> list[Simulated]:
@@ -91,10 +94,9 @@ def simulated(made: list[Record]) -> list[Simulated]:
     return [simulate_record(model, record) for record in made]
 
 
-def bench(made: list[Record], criteria: Criteria | None = None) -> tuple[EvaluationData, RefittedModel]:
-    """The records with their noise as it shows, and the model as it is fitted to them."""
-    benched, looked = set_up(fitted_model(fitted(made)), simulated(made)[:2], made[2:], None, criteria or Criteria())
-    return benched, looked.trial
+def begun(made: list[Record], criteria: Criteria | None = None) -> SearchState:
+    """The state in which a search begins: the records with their noise, and the model as it is fitted to them."""
+    return first_state(evidence(made), criteria or Criteria())
 
 
 def _triangle(t: Array, amplitude: float, period: float) -> Array:

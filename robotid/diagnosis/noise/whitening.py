@@ -1,4 +1,4 @@
-"""Whitening: a filter after which a residual of pure noise is white with unit variance.
+"""Whitening: a filter after which a residual of pure noise is white with unit variance, and segments that carry it.
 
 Two white noises make a residual: of the measured output, and of the recorded torque, which the joint integrates. The
 filter is the innovations form of the Kalman predictor for both (Ljung 1999, section 4.3).
@@ -6,7 +6,6 @@ filter is the innovations form of the Kalman predictor for both (Ljung 1999, sec
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,11 +15,13 @@ from scipy.linalg import LinAlgError, solve_discrete_are
 from robotid.estimate.covariance import zero_order_hold_response
 from robotid.model.array import Array
 from robotid.model.joint import Joint
+from robotid.signals.record import Record
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Whitening:
-    """A filter numerator / denominator. output : variance of the white output noise; torque : of the torque's [Nm2]."""
+    """A filter numerator / denominator, in powers of the delay. output : variance of the white output noise, in the
+    unit of the output squared; torque : of the white torque noise [Nm2]."""
 
     numerator: Array
     denominator: Array
@@ -36,13 +37,29 @@ class Whitening:
         return np.asarray(self(signals[..., ::-1])[..., ::-1])
 
 
-def whitened_energy(residuals: Sequence[Array], whitenings: Sequence[Whitening]) -> float:
-    """Of residuals (n,), each through its own filter, in noise variances."""
-    return sum(float(np.sum(whiten(r) ** 2)) for whiten, r in zip(whitenings, residuals, strict=True))
+@dataclass(frozen=True, slots=True, eq=False)
+class Segment:
+    """A segment of a record, with the filter that whitens what noise leaves in its residual."""
+
+    record: Record
+    whitening: Whitening
+
+    def energy(self, residual: Array) -> float:
+        """Energy of a residual (n,), in variances of the noise."""
+        white = self.whitening(residual)
+        return float(white @ white)
+
+
+UNIT_WHITENING = Whitening(np.ones(1), np.ones(1), 1.0, 0.0)
+"""The filter of an output noise of unit variance, which changes nothing: before the noise is known."""
 
 
 def whitening(joint: Joint, theta: Array, row: int, sampling_time: float, levels: tuple[float, float]) -> Whitening:
-    """The filter for output noise and torque noise of these variances, at state `row` as the output."""
+    """The filter for white output noise and white torque noise of these variances, at state `row` as the output.
+
+    theta : (p,) of the joint, linearised as it slips with its spring at rest. Without a torque noise, or where the
+    Riccati equation has no solution, the filter only scales by the output noise.
+    """
     output, torque = levels
     identity = Whitening(np.array([1.0 / np.sqrt(output)]), np.ones(1), output, 0.0)
     if torque <= 0.0:

@@ -12,14 +12,13 @@ from itertools import pairwise
 import numpy as np
 
 from robotid.diagnosis.misfit.location import BY_DIRECTION, BY_SPEED
-from robotid.diagnosis.scoring.columns import as_measured
+from robotid.diagnosis.nonparametric.settings import CURVES
+from robotid.diagnosis.scoring.measured_motion import as_measured
 from robotid.model.array import Array
 from robotid.model.units import on_axis
 from robotid.signals.record import Record
 from robotid.simulation.first_guess import measured_guess
 from robotid.simulation.trajectory import Trajectory
-
-EDGE = 0.5  # per cent of the samples beyond the first and the last knot
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +99,7 @@ def _signals(t: Trajectory, variable: Variable) -> tuple[Array, Array]:
 
 
 def _knots(x: Array, variable: Variable, count: int) -> Array:
-    low, high = np.percentile(x, [EDGE, 100 - EDGE])
+    low, high = np.percentile(x, [CURVES.edge_percent, 100 - CURVES.edge_percent])
     if not high > low:
         return np.zeros(0)
     if not variable.split or low >= 0 or high <= 0:

@@ -1,4 +1,4 @@
-"""What no effect of the catalogue explains: a torque free to take any shape along one variable of the motion.
+"""Free curves fitted to what a model leaves: which variable orders it best, and how much of it a curve explains.
 
 The shape is a piecewise linear curve, each of its knots a column through the joint as those of candidates are.
 """
@@ -13,7 +13,6 @@ from scipy.linalg import eigh
 from scipy.optimize import linprog
 
 from robotid.diagnosis.misfit.location import BY_SPEED, Curve
-from robotid.diagnosis.noise.whitening import whitened_energy
 from robotid.diagnosis.nonparametric.basis import (
     Basis,
     Variable,
@@ -23,34 +22,33 @@ from robotid.diagnosis.nonparametric.basis import (
     basis_at,
     variables,
 )
-from robotid.diagnosis.nonparametric.curve_term import FreeCurve, can_act, with_curve
-from robotid.diagnosis.refit.refitted_model import EvaluationData, RefittedModel
-from robotid.diagnosis.scoring.score_test import Projected, beyond, project, scan, scans
+from robotid.diagnosis.nonparametric.curve_term import FreeCurve, can_act, refit_with_curve
+from robotid.diagnosis.nonparametric.settings import CURVES
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.refit.refitted_model import RefittedModel
+from robotid.diagnosis.scoring.projection import Projected, beyond, project
+from robotid.diagnosis.scoring.scan import scan, scans
 from robotid.errors import NumericsError
+from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array
-from robotid.signals.record import Record
 from robotid.simulation.trajectory import Trajectory
-
-COARSE, FINE = 12, (24, 48)  # knots; of the finalists as many as the residual asks for
-FADED, RIDGE = 0.03, 1e-9  # energy of a curve that is left, over the whole, where the fit may have taken it
-FINALISTS = 2
-SWEEPS = 4  # of a curve that acts
-SETTLED = 1e-3  # of what a curve explains: a sweep that gains less is the last
-PRIOR = 0.5  # of the torque's RMS: as large as a missing torque is likely to be
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shape:
-    """A free curve that was fitted. energy, held_energy : of the whitened residuals that it explains on the fitted
-    records and on those held out; values (k,) : at the knots, as fitted; moved : how far the fitted parameters go
-    with it."""
+class FittedCurve:
+    """A free curve that was fitted to what a model leaves.
+
+    energy, validation_energy : of the whitened residuals that it explains on the fitted segments and on those that
+    validate, in variances of the noise; values (k,) : at the knots, as fitted [Nm], or what the variable counts;
+    moved (p,) : how far the fitted parameters go with it.
+    """
 
     basis: Basis
     curve: Curve
     energy: float
     values: Array
     moved: Array
-    held_energy: float = np.nan
+    validation_energy: float = np.nan
 
     @property
     def variable(self) -> Variable:
@@ -58,142 +56,139 @@ class Shape:
         return self.basis.variable
 
 
-def shapes(trial: RefittedModel, bench: EvaluationData) -> list[Shape]:
-    """The curves that explain most of what a model leaves, best first; all variables are seen coarsely before."""
-    kept = _measured(trial, bench)
-    coarse = _along(kept, trial, bench, variables(kept[0]), [COARSE])
-    return _along(kept, trial, bench, [one.variable for one in coarse[:FINALISTS]], FINE)
+def fit_curves(model: RefittedModel, data: EvaluationData) -> list[FittedCurve]:
+    """The curves that explain most of what a model leaves, best first; all variables are compared coarsely before."""
+    motions = _measured_motions(model)
+    coarse = _along(motions, model, data, variables(motions[0]), [CURVES.coarse_knots])
+    finalists = [one.variable for one in coarse[: CURVES.finalists]]
+    return _along(motions, model, data, finalists, CURVES.fine_knots)
 
 
-def acting_along(variable: Variable, trial: RefittedModel, bench: EvaluationData) -> Shape:
+def fit_acting_along(variable: Variable, model: RefittedModel, data: EvaluationData) -> FittedCurve:
     """The curve along a variable as it is once it acts."""
-    return in_motion(_along(_measured(trial, bench), trial, bench, [variable], FINE)[0], trial, bench)
+    return fit_acting(_along(_measured_motions(model), model, data, [variable], CURVES.fine_knots)[0], model, data)
 
 
-def _measured(trial: RefittedModel, bench: EvaluationData) -> tuple[Trajectory, ...]:
-    return tuple(map(at_measured_speed, trial.motions.fitted, bench.fitted))
-
-
-def _along(
-    kept: Sequence[Trajectory],
-    trial: RefittedModel,
-    bench: EvaluationData,
-    chosen: Sequence[Variable],
-    counts: Sequence[int],
-) -> list[Shape]:
-    """A curve along each variable, best first, of as many knots as the Bayesian information criterion asks for."""
-    n = bench.samples
-
-    def criterion(shape: Shape) -> float:
-        return n * float(np.log(max(trial.energy - shape.energy, 1e-9))) + len(shape.values) * float(np.log(n))
-
-    found = _fit(trial, bench, [basis_along(kept, v, count) for v in chosen for count in counts])
-    best: dict[Variable, Shape] = {}
-    for shape in sorted(found, key=criterion):
-        best.setdefault(shape.variable, shape)
-    return list(best.values())
-
-
-def in_motion(shape: Shape, trial: RefittedModel, bench: EvaluationData) -> Shape:
-    """The curve as it is once it acts: what is still left asks for changes of it, and the records held out are
-    simulated with it. Where it cannot act, or only does harm, the first look stays."""
-    joint = trial.problem.joint
-    if not can_act(shape.variable, joint):
-        return _held_out(shape, trial, bench)
-    whole = whitened_energy(trial.residuals, bench.whiten)
-    whole_held = whitened_energy(trial.held_residuals, bench.whiten_held)
-    best, now, after = None, shape, trial
-    for _ in range(SWEEPS):
+def fit_acting(curve: FittedCurve, model: RefittedModel, data: EvaluationData) -> FittedCurve:
+    """The curve as it is once it acts: what is still left asks for changes of it, and the validation segments are
+    simulated with it. Where it cannot act, or only does harm, the first fit stays."""
+    joint = model.joint
+    if not can_act(curve.variable, joint):
+        return _validated(curve, model)
+    best, now, after = None, curve, model
+    for _ in range(CURVES.max_sweeps):
         try:
-            after = with_curve(joint, after, bench, FreeCurve(now.variable, now.basis.knots, now.values), now.moved)
+            term = FreeCurve(now.variable, now.basis.knots, now.values)
+            after = refit_with_curve(joint, after, data, term, now.moved)
         except NumericsError:
             break
-        explained = whole - after.energy
+        explained = model.energy - after.energy
         gained = explained - (0.0 if best is None else best.energy)
         if gained <= 0.0:
             break
-        best = replace(now, energy=explained, held_energy=whole_held - after.held_energy)
-        if gained < SETTLED * explained:
+        best = replace(now, energy=explained, validation_energy=model.validation_energy - after.validation_energy)
+        if gained < CURVES.settled_gain * explained:
             break
-        now = _fit(after, bench, [basis_at(now.basis.knots, _measured(after, bench), now.variable)], now.values)[0]
-    return best or _held_out(shape, trial, bench)
+        basis = basis_at(now.basis.knots, _measured_motions(after), now.variable)
+        now = _fit(after, data, [basis], now.values)[0]
+    return best or _validated(curve, model)
 
 
-def _held_out(shape: Shape, trial: RefittedModel, bench: EvaluationData) -> Shape:
-    """The curve with what it explains on the records held out, their first states free."""
-    explained, p = 0.0, trial.problem
-    for segment, whiten in zip(trial.held_segments, bench.whiten_held, strict=True):
-        force = applied(shape.basis, at_measured_speed(segment.trajectory, segment.record), shape.values)
-        one = scan(segment, bench.output, p.columns, p.free_states, (), force[:, None])
-        signals = whiten(one.signals)
-        first, known, answer, left = signals[: one.states], signals[one.states : -2], signals[-2], signals[-1]
-        less = left - answer - shape.moved @ known
+def free_forces(segment: SimulatedSegment) -> Array:
+    """Generalised forces (nv, k, n) of coarse curves along all variables of a segment."""
+    motion = at_measured_speed(segment.trajectory, segment.record)
+    bases = [basis_along((motion,), variable, CURVES.coarse_knots) for variable in variables(motion)]
+    return np.concatenate([basis.forces[0] for basis in bases], axis=1)
+
+
+def _measured_motions(model: RefittedModel) -> tuple[Trajectory, ...]:
+    return tuple(at_measured_speed(one.trajectory, one.record) for one in model.fitted)
+
+
+def _along(
+    motions: Sequence[Trajectory],
+    model: RefittedModel,
+    data: EvaluationData,
+    chosen: Sequence[Variable],
+    counts: Sequence[int],
+) -> list[FittedCurve]:
+    """A curve along each variable, best first, of as many knots as the Bayesian information criterion asks for."""
+    n = data.samples
+
+    def criterion(curve: FittedCurve) -> float:
+        return n * float(np.log(max(model.energy - curve.energy, 1e-9))) + len(curve.values) * float(np.log(n))
+
+    found = _fit(model, data, [basis_along(motions, v, count) for v in chosen for count in counts])
+    best: dict[Variable, FittedCurve] = {}
+    for curve in sorted(found, key=criterion):
+        best.setdefault(curve.variable, curve)
+    return list(best.values())
+
+
+def _validated(curve: FittedCurve, model: RefittedModel) -> FittedCurve:
+    """The curve with what it explains on the validation segments, their first states free."""
+    explained = 0.0
+    for one in model.validation:
+        force = applied(curve.basis, at_measured_speed(one.trajectory, one.record), curve.values)
+        seen = scan(one, model.unknowns, (), force[:, None])
+        signals = seen.whitened
+        first, known, answer, left = signals[: seen.states], signals[seen.states : -2], signals[-2], signals[-1]
+        less = left - answer - curve.moved @ known
         explained += _energy(beyond(left, first)) - _energy(beyond(less, first))
-    return replace(shape, held_energy=explained)
+    return replace(curve, validation_energy=explained)
 
 
 def _energy(signal: Array) -> float:
     return float(signal @ signal)
 
 
-def free_forces(trajectory: Trajectory, record: Record) -> Array:
-    """Generalised forces (nv, k, n) of coarse curves along all variables."""
-    kept = at_measured_speed(trajectory, record)
-    bases = [basis_along((kept,), variable, COARSE) for variable in variables(kept)]
-    return np.concatenate([basis.forces[0] for basis in bases], axis=1)
-
-
 def _fit(
-    trial: RefittedModel, bench: EvaluationData, bases: Sequence[Basis], acting: Array | float = 0.0
-) -> list[Shape]:
+    model: RefittedModel, data: EvaluationData, bases: Sequence[Basis], acting: Array | float = 0.0
+) -> list[FittedCurve]:
     """Each basis by itself to the residual, all columns in one solve, best first. acting : values of the curve that
     acts already."""
-    p = trial.problem
     forces = [np.concatenate(parts, axis=1) for parts in zip(*(basis.forces for basis in bases), strict=True)]
-    projected = project(scans(trial.segments, bench.output, p.columns, p.free_states, (), forces), bench.whiten)
-    torque = PRIOR * float(np.sqrt(np.mean(np.concatenate([r.tau_m for r in bench.fitted]) ** 2)))
-    edges = np.cumsum([0, *(len(basis.knots) for basis in bases)]).tolist()
-    parts = zip(bases, edges[:-1], edges[1:], strict=True)
-    columns, whole = projected.missing, projected.whole
-    found = [
-        _with_moved(
-            _shape(columns[:, i:j], whole[:, i:j], projected.residual, basis, torque, acting), projected, slice(i, j)
-        )
-        for basis, i, j in parts
-    ]
+    projected = project(scans(model.fitted, model.unknowns, (), forces))
+    torque = np.concatenate([segment.record.tau_m for segment in data.fitted])
+    size = CURVES.likely_torque * float(np.sqrt(np.mean(torque**2)))
+    found, first = [], 0
+    for basis in bases:
+        at = slice(first, first + len(basis.knots))
+        found.append(_curve(projected, at, basis, size, acting))
+        first = at.stop
     return sorted(found, key=lambda s: -s.energy)
 
 
-def _with_moved(shape: Shape, projected: Projected, at: slice) -> Shape:
-    return replace(shape, moved=projected.moved(shape.moved, at))
-
-
-def _shape(columns: Array, whole: Array, residual: Array, basis: Basis, torque: float, acting: Array | float) -> Shape:
-    """The curve that a residual (d,) asks for through columns (d, k), no larger than is likely. whole : the columns
-    before the fitted parameters were taken out."""
+def _curve(projected: Projected, at: slice, basis: Basis, torque: float, acting: Array | float) -> FittedCurve:
+    """The curve that the residual asks for through the columns `at`, no larger than is likely. torque [Nm] : its likely
+    size."""
+    columns, whole, residual = projected.missing[:, at], projected.whole[:, at], projected.residual
     variable, knots = basis.variable, basis.knots
     covariance = np.linalg.inv(columns.T @ columns + np.eye(len(knots)) * (basis.size / torque) ** 2)
     values = covariance @ (columns.T @ residual)
-    at = basis.size if variable.counted == BY_SPEED else 1.0
+    scale = basis.size if variable.counted == BY_SPEED else 1.0
     curve = Curve(
         along=f"{variable.along},{variable.counted}" if variable.counted else variable.along,
         unit=variable.unit,
         x=knots,
-        missing_torque=at * _sparsest(values + acting, _confounded(columns, whole)),
-        spread=at * np.sqrt(np.diag(covariance)),
+        missing_torque=scale * _sparsest(values + acting, _confounded(columns, whole)),
+        spread=scale * np.sqrt(np.diag(covariance)),
         count=basis.seen,
         order=0.0,
-        at=at,
+        at=scale,
     )
     energy = float(residual @ residual - np.sum((residual - columns @ values) ** 2))
-    return Shape(basis, curve, energy, values + acting, values)
+    return FittedCurve(basis, curve, energy, values + acting, projected.moved(values, at))
 
 
 def _confounded(columns: Array, whole: Array) -> Array:
-    """Curves (m, k) of which the fitted parameters leave next to nothing: the fit may have taken or added them."""
-    ridge = RIDGE * float(np.trace(whole.T @ whole)) * np.eye(whole.shape[1])
+    """Curves (m, k) of which the fitted parameters leave next to nothing: the fit may have taken or added them.
+
+    columns, whole : after and before the fitted parameters were taken out.
+    """
+    ridge = CURVES.ridge * float(np.trace(whole.T @ whole)) * np.eye(whole.shape[1])
     left, vectors = eigh(columns.T @ columns, whole.T @ whole + ridge)
-    return np.asarray(vectors[:, left < FADED].T)
+    return np.asarray(vectors[:, left < CURVES.faded_share].T)
 
 
 def _sparsest(values: Array, free: Array) -> Array:

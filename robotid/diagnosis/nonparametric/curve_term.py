@@ -12,14 +12,15 @@ import numpy as np
 
 from robotid.diagnosis.misfit.location import BY_DIRECTION, BY_SPEED
 from robotid.diagnosis.nonparametric.basis import Variable, sides
-from robotid.diagnosis.refit.refitted_model import EvaluationData, RefittedModel, refit
+from robotid.diagnosis.nonparametric.settings import CURVES
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.refit.refit import RefitOptions, refit
+from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.port import Port
 from robotid.model.term import Motion, Partials, Term
 
-PATIENCE = 4  # windows that may fail to settle: a curve with more is no torque that exists
-MOST_ITERATIONS = 4  # of a refit: the next sweep goes on
 ARGUMENT = {"dphi_m": "v", "phi_m": "x", "twist": "x", "t": "t"}  # of a term's motion, by variable
 
 
@@ -87,13 +88,16 @@ def _piecewise(x: Array, knots: Array, values: Array) -> tuple[Array, Array]:
     return np.interp(x, knots, values), slopes[np.searchsorted(knots, x)]
 
 
-def with_curve(
-    joint: Joint, near: RefittedModel, bench: EvaluationData, term: FreeCurve, moved: Array
+def refit_with_curve(
+    joint: Joint, near: RefittedModel, data: EvaluationData, curve: FreeCurve, moved: Array
 ) -> RefittedModel:
-    """A joint refitted with a curve as it is, from the parameters of a trial close by, moved (k,) along with the curve.
-    Raises NumericsError."""
-    extended, parameters = joint.with_more(terms=[(term.port, term)]), near.parameters
+    """A joint refitted with a curve as it is, from the parameters of a model nearby, moved (k,) along with the curve.
+
+    Raises NumericsError where it cannot be simulated.
+    """
+    extended, parameters = joint.with_more(terms=[(curve.port, curve)]), near.parameters
     values = parameters.values.copy()
-    values[list(near.problem.columns)] += moved
+    values[list(near.columns)] += moved
     start = parameters.with_values(np.clip(values, parameters.lower, parameters.upper))
-    return refit(extended, [start, parameters], bench, near.motions, patience=PATIENCE, most=MOST_ITERATIONS)
+    options = RefitOptions(patience=CURVES.patience, max_iterations=CURVES.max_iterations)
+    return refit(extended, [start, parameters], data, near.trajectories, options)

@@ -6,51 +6,47 @@ strong cogging, has slipped into another valley (Bock 1983).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
-from robotid.diagnosis.noise.whitening import Whitening
-from robotid.diagnosis.refit.refitted_model import EvaluationData, Motions, RefittedModel, refit
+from robotid.diagnosis.noise.whitening import Segment
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.refit.refit import QUICK, RefitOptions, refit
+from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, Trajectories
+from robotid.diagnosis.refit.settings import REFIT
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
-from robotid.signals.record import Record
 from robotid.simulation.trajectory import Trajectory
 
-PIECES = 8  # of each record
 
-
-def try_from_pieces(
-    structure: Structure, starts: Sequence[Parameters], bench: EvaluationData, *, enough: float, below: float = np.inf
+def refit_from_pieces(
+    structure: Structure, starts: Sequence[Parameters], data: EvaluationData, options: RefitOptions = QUICK
 ) -> RefittedModel:
-    """As `try_model`, by way of short pieces. Raises NumericsError as that does."""
-    short = refit(structure, starts, _shortened(bench), enough=enough)
-    near = Motions(_joined(short.motions.fitted, bench.fitted), _joined(short.motions.held, bench.held))
-    return refit(structure, [short.parameters], bench, near, below=below)
+    """The refit by way of short pieces. Raises NumericsError as `refit` does."""
+    pieces = replace(data, fitted=_cut(data.fitted), validation=_cut(data.validation))
+    short = refit(structure, starts, pieces, options=replace(options, reject_above=np.inf))
+    near = Trajectories(_joined(short.fitted, data.fitted), _joined(short.validation, data.validation))
+    return refit(structure, [short.parameters], data, near, replace(options, start_below=0.0))
 
 
-def _shortened(bench: EvaluationData) -> EvaluationData:
-    fitted, whiten = _cut(bench.fitted, bench.whiten)
-    held, whiten_held = _cut(bench.held, bench.whiten_held)
-    return replace(bench, fitted=fitted, whiten=whiten, held=held, whiten_held=whiten_held)
+def _cut(segments: Iterable[Segment]) -> tuple[Segment, ...]:
+    """Short pieces of segments, each with its segment's whitening."""
+    return tuple(
+        replace(segment, record=piece)
+        for segment in segments
+        for piece in segment.record.pieces(segment.record.duration / REFIT.pieces)
+    )
 
 
-def _cut(records: Sequence[Record], whiten: Sequence[Whitening]) -> tuple[tuple[Record, ...], tuple[Whitening, ...]]:
-    """Pieces of records, each with its record's whitening."""
-    pairs = [(piece, w) for r, w in zip(records, whiten, strict=True) for piece in _pieces(r)]
-    return tuple(piece for piece, _ in pairs), tuple(w for _, w in pairs)
-
-
-def _pieces(record: Record) -> tuple[Record, ...]:
-    return record.pieces(record.duration / PIECES)
-
-
-def _joined(pieces: Sequence[Trajectory], records: Sequence[Record]) -> tuple[Trajectory, ...]:
-    """Trajectories of pieces, as far as they are states, as one a record."""
-    whole, first = list[Trajectory](), 0
-    for record in records:
-        last = first + len(_pieces(record))
-        whole.append(replace(pieces[first], x=np.concatenate([t.x for t in pieces[first:last]], axis=1)))
-        first = last
-    return tuple(whole)
+def _joined(pieces: Sequence[SegmentFit], segments: Sequence[Segment]) -> tuple[Trajectory, ...]:
+    """Trajectories of pieces, as far as they are states, as one a segment."""
+    counts = [len(_cut([segment])) for segment in segments]
+    edges = np.cumsum([0, *counts]).tolist()
+    found = []
+    for first, last in pairwise(edges):
+        parts = [piece.trajectory for piece in pieces[first:last]]
+        found.append(replace(parts[0], x=np.concatenate([t.x for t in parts], axis=1)))
+    return tuple(found)

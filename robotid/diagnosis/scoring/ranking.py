@@ -1,4 +1,4 @@
-"""Ranking what a model could lack: every candidate's columns, and the misfit that each would explain."""
+"""One round of the score: every candidate's columns through a model, and the misfit that each would explain."""
 
 from __future__ import annotations
 
@@ -8,102 +8,102 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.refit.refitted_model import EvaluationData, RefittedModel
-from robotid.diagnosis.scoring.candidates import Candidate, Difference, candidates, differences
-from robotid.diagnosis.scoring.periods import periods
-from robotid.diagnosis.scoring.resonances import resonances
-from robotid.diagnosis.scoring.score_test import (
-    DEPENDENT,
-    Projected,
-    Scan,
-    Score,
-    left_over,
-    project,
-    scans,
-    score,
-    significance,
-)
-from robotid.model.array import Array
+from robotid.diagnosis.noise.whitening import Segment
+from robotid.diagnosis.refit.refitted_model import RefittedModel, Unknowns
+from robotid.diagnosis.scoring.candidate import EffectCandidate, ForceGradient
+from robotid.diagnosis.scoring.catalogue_candidates import candidates
+from robotid.diagnosis.scoring.projection import Projected, left_over, project
+from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandidate, record_changes
+from robotid.diagnosis.scoring.scan import Scan, scans
+from robotid.diagnosis.scoring.score_test import Score, score, significance
+from robotid.diagnosis.scoring.settings import SCORING
 from robotid.model.structure import RECORD_CHANGE
 from robotid.simulation.sensitivities import force_gradient
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CandidateScan:
-    """A model with the columns of all candidates, `missing`, on every record of its fit."""
+    """A model with the columns of all candidates on every segment of its fit."""
 
-    trial: RefittedModel
-    missing: tuple[Candidate, ...]
+    model: RefittedModel
+    candidates: tuple[EffectCandidate, ...]
     scans: tuple[Scan, ...]
+
+    def whitened_as(self, segments: Sequence[Segment]) -> CandidateScan:
+        """The same columns under the noise of these segments."""
+        pairs = zip(self.scans, segments, strict=True)
+        return replace(self, scans=tuple(replace(one, whitening=segment.whitening) for one, segment in pairs))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Round:
-    """What one look at a model tells. trial : the model as it was looked at; inflation : energy of the residual per
-    direction that no single candidate explains."""
+    """What the score tells of a model.
 
-    trial: RefittedModel
+    model : as it was scanned; scores : of all candidates, best first; inflation : energy of the residual per direction
+    that no single candidate explains, in variances of the noise.
+    """
+
+    model: RefittedModel
     projected: Projected
     scores: tuple[Score, ...]
     inflation: float
 
+    @property
+    def best_of_each(self) -> list[Score]:
+        """The best point of each effect's grid, best first."""
+        return best_of_each(self.scores)
 
-def look(trial: RefittedModel, skip: tuple[str, ...]) -> CandidateScan:
+    def p_value(self, one: Score) -> float:
+        """p-value of the best of all candidates; the residual that other candidates could explain counts as noise."""
+        tries, k = len(self.scores), len(one.amplitude)
+        white = significance(one.energy, k, self.projected.energy, self.model.samples, tries)
+        coloured = significance(one.energy, k, one.energy + self.inflation * tries, tries, tries)
+        return max(white, coloured)
+
+
+def scan_candidates(model: RefittedModel, skip: Sequence[str]) -> CandidateScan:
     """All candidates' columns through a model. skip : effects that are out of the question."""
-    p = trial.problem
-    missing = candidates(trial.structure, p.output, skip)
-    return CandidateScan(trial, missing, scans(trial.segments, p.output, p.columns, p.free_states, missing))
+    missing = candidates(model.structure, model.output, skip)
+    return CandidateScan(model, missing, scans(model.fitted, model.unknowns, missing))
 
 
-def update_residuals(trial: RefittedModel, missing: tuple[Candidate, ...], before: Sequence[Scan]) -> CandidateScan:
-    """A model that differs little from the one that these columns are of: its residuals beside the same columns."""
-    renewed = tuple(
-        replace(one, trajectory=segment.trajectory, signals=np.concatenate([one.signals[:-1], segment.residual[None]]))
-        for one, segment in zip(before, trial.segments, strict=True)
-    )
-    return CandidateScan(trial, missing, renewed)
+def with_residuals_of(
+    model: RefittedModel, missing: tuple[EffectCandidate, ...], before: Sequence[Scan]
+) -> CandidateScan:
+    """A model that differs little from the one whose columns these are: its residuals beside the same columns."""
+    pairs = zip(before, model.fitted, strict=True)
+    return CandidateScan(model, missing, tuple(one.with_segment(segment) for one, segment in pairs))
 
 
-def rank(looked: CandidateScan, bench: EvaluationData, criteria: Criteria) -> Round:
-    """All candidates by what they would explain, and every parameter as different in each record."""
-    trial, known, seen = looked.trial, looked.missing, looked.scans
-    names = list(dict.fromkeys(record.name for record in bench.fitted))
-    wanted = len(names) > 1 and RECORD_CHANGE not in criteria.skip
-    other = differences(trial.problem.joint, trial.problem.columns, names) if wanted else ()
-    gradients = residual_gradients(looked, bench)
-    more = (*periods(known, trial, bench.fitted, gradients), *resonances(known, trial, gradients))
-    if more:
-        new = scans(trial.segments, bench.output, (), (), more)
-        seen = tuple(_with_more(*both) for both in zip(seen, new, strict=True))
-    missing = (*known, *more, *other)
-    repeated = [
-        (d.record, trial.problem.columns.index(d.column)) for c in other if isinstance(d := c.effect, Difference)
-    ]
-    projected = project(seen, bench.whiten, repeated)
-    scores = score(projected, missing)
-    best = best_of_each(scores)
-    return Round(trial, projected, tuple(scores), _inflation(projected, best))
+def rank(scan: CandidateScan, criteria: Criteria) -> Round:
+    """All candidates by what they would explain, refined where grids do not hold their shapes, and every parameter as
+    different in each record."""
+    model, seen = scan.model, scan.scans
+    changes = _record_changes(model) if RECORD_CHANGE not in criteria.skip else ()
+    refined = refine(scan.candidates, misfit_gradients(scan))
+    if refined:
+        further = scans(model.fitted, Unknowns(model.output), refined)
+        seen = tuple(one.with_columns(more.signals[:-1]) for one, more in zip(seen, further, strict=True))
+    projected = project(seen, changes)
+    scores = tuple(score(projected, (*scan.candidates, *refined, *changes)))
+    return Round(model, projected, scores, _inflation(projected, best_of_each(scores)))
 
 
-def residual_gradients(looked: CandidateScan, bench: EvaluationData) -> list[Array]:
-    """What the whitened residual of each record, less what the fit could still take, gains from a generalised force at
-    each sample, (nv, n) each."""
-    trial, residuals = looked.trial, left_over(looked.scans, bench.whiten)
-    parts = zip(trial.motions.fitted, bench.whiten, residuals, strict=True)
-    return [force_gradient(t, trial.problem.row, w.transposed(residual)) for t, w, residual in parts]
+def misfit_gradients(scan: CandidateScan) -> list[ForceGradient]:
+    """What the whitened residual of each segment, less what the fit could still take, gains from a generalised force at
+    each sample."""
+    found = []
+    for one, left in zip(scan.scans, left_over(scan.scans), strict=True):
+        segment, weights = one.segment, one.whitening.transposed(left)
+        gradient = force_gradient(segment.trajectory, scan.model.output_row, weights)
+        found.append(ForceGradient(segment, gradient))
+    return found
 
 
-def _with_more(one: Scan, new: Scan) -> Scan:
-    """A record with the columns of further candidates."""
-    return replace(one, signals=np.concatenate([one.signals[:-1], new.signals]))
-
-
-def _inflation(projected: Projected, best: Sequence[Score]) -> float:
-    """Mean energy of the residual along the directions that candidates reach and the best of them does not."""
-    u, values, _ = np.linalg.svd(projected.missing / np.where(projected.length > 0, projected.length, 1.0))
-    reached = u[:, : int(np.sum(values > DEPENDENT * values[0]))].T @ projected.residual
-    taken, k = (best[0].energy, len(best[0].amplitude)) if best else (0.0, 0)
-    return max(1.0, (float(reached @ reached) - taken) / max(1, len(reached) - k))
+def refine(missing: Sequence[EffectCandidate], gradients: Sequence[ForceGradient]) -> tuple[EffectCandidate, ...]:
+    """Further points for the candidates that a grid cannot hold, one family after the other."""
+    families = {one.family: one for one in missing if one.family is not None}
+    return tuple(point for one in families.values() for point in one.refine(gradients))
 
 
 def best_of_each(scores: Sequence[Score]) -> list[Score]:
@@ -115,9 +115,15 @@ def best_of_each(scores: Sequence[Score]) -> list[Score]:
     return list(found.values())
 
 
-def p_value(one: Score, seen: Round, bench: EvaluationData) -> float:
-    """Of the best of all candidates; the residual that other candidates could explain counts as its noise."""
-    tries, k = len(seen.scores), len(one.amplitude)
-    white = significance(one.energy, k, seen.projected.energy, bench.samples, tries)
-    coloured = significance(one.energy, k, one.energy + seen.inflation * len(seen.scores), len(seen.scores), tries)
-    return max(white, coloured)
+def _record_changes(model: RefittedModel) -> tuple[RecordChangeCandidate, ...]:
+    """Of a single record, none could tell what changed."""
+    names = list(dict.fromkeys(one.record.name for one in model.fitted))
+    return record_changes(model.joint, model.columns, names) if len(names) > 1 else ()
+
+
+def _inflation(projected: Projected, best: Sequence[Score]) -> float:
+    """Mean energy of the residual along the directions that candidates reach and the best of them does not."""
+    u, values, _ = np.linalg.svd(projected.missing / np.where(projected.length > 0, projected.length, 1.0))
+    reached = u[:, : int(np.sum(values > SCORING.dependent * values[0]))].T @ projected.residual
+    taken, k = (best[0].energy, len(best[0].amplitude)) if best else (0.0, 0)
+    return max(1.0, (float(reached @ reached) - taken) / max(1, len(reached) - k))

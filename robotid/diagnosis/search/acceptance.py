@@ -1,129 +1,199 @@
-"""Accepting a cause: the most promising candidates refitted, and the best that carries over to records held out."""
+"""Accepting a cause: the tests that a refitted candidate must stand, and the causes that lose their worth later."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.refit.refitted_model import EvaluationData, RefittedModel, reduced, refit
-from robotid.diagnosis.scoring.ranking import Round, best_of_each, p_value
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.refit.refit import refit
+from robotid.diagnosis.refit.refitted_model import RefittedModel, reduced
+from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.score_test import Score
-from robotid.diagnosis.search.refits import Tried
-from robotid.diagnosis.search.state import Found, RejectedCause, share_removed
+from robotid.diagnosis.search.refits import CandidateRefit, refit_hopeful
+from robotid.diagnosis.search.settings import ACCEPTANCE
+from robotid.diagnosis.search.state import AcceptedCause, Log, RejectedCause, SearchState, share_removed
 from robotid.errors import NumericsError
 from robotid.model.structure import rests_on
 
-SAME = 0.02  # of the energy explained: causes closer than that are not told apart
-SAME_FLOOR = 12.0  # of noise variances, inflated: as far apart as chance sets two equal models
-MOST_ALIKE = 0.1  # of the energy explained, however much chance there is
-LEAST = 1e-3  # of the first model's misfit energy: a cause that removes less is one of the simulation's own errors
-STILL = 0.1  # of what a cause explained when it was named: one without which more is lost has not lost its worth
-COLLINEAR = 0.999  # cosine at which columns are the same
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """A model before and after a cause is added. first : the model that is diagnosed."""
+
+    first: RefittedModel
+    before: RefittedModel
+    after: RefittedModel
+    data: EvaluationData
+
+    @property
+    def share(self) -> float:
+        """Share of the first model's misfit that the step removes from the fitted segments."""
+        return share_removed(self.first, self.before, self.after, self.data)
+
+    @property
+    def gain(self) -> float:
+        """Of the fit on the validation segments [% points], nan without any."""
+        return self.after.validation_fit_percent - self.before.validation_fit_percent
+
+    @property
+    def energy_a_sample(self) -> float:
+        """Energy that the step removes, a sample, in variances of the noise; on the validation segments, or on the
+        fitted ones where there are no others."""
+        if self.data.validation:
+            return (self.before.validation_energy - self.after.validation_energy) / self.data.validation_samples
+        return (self.before.energy - self.after.energy) / self.data.samples
 
 
-def accept(
-    first: RefittedModel,
-    now: RefittedModel,
-    tried: Tried,
-    seen: Round,
-    bench: EvaluationData,
-    criteria: Criteria,
-    turned: list[RejectedCause],
-) -> Found | None:
-    """The best cause of a round that stands all tests, or None."""
-    for k, (best, after) in enumerate(tried):
-        why = objection(first, now, after, bench, criteria)
-        if why is None:
-            return found(first, now, tried[k:], seen, bench)
-        gain = after.held_fit_percent - now.held_fit_percent
-        turned.append(RejectedCause(best.candidate.name, share_removed(first, now, after, bench), gain, why))
-    return None
-
-
-def objection(
-    first: RefittedModel, now: RefittedModel, after: RefittedModel, bench: EvaluationData, criteria: Criteria
-) -> str | None:
-    """Why a refitted cause is none, in words; None where it stands."""
-    if bench.held:
-        gained = now.held_energy - after.held_energy
-        samples = sum(map(len, bench.held))
-        if gained <= 0:
-            return "does not carry over: the held-out records are simulated worse with it"
-        if after.held_fit_percent <= now.held_fit_percent:
-            return "does not carry over: the fit of the held-out records falls with it"
-    else:
-        gained, samples = now.energy - after.energy, bench.samples
-    share = share_removed(first, now, after, bench)
-    if share < LEAST:
-        return f"is not worth it: explains {100 * share:.2g} % of the misfit"
-    if gained < criteria.min_improvement_sigma**2 * samples:
-        return f"is not worth it: removes {np.sqrt(max(0.0, gained) / samples):.2g} noise standard deviations"
-    return None
-
-
-def _without(now: RefittedModel, effect: str, bench: EvaluationData) -> RefittedModel | None:
-    structure, parameters = reduced(now, effect)
-    try:
-        return refit(structure, [parameters], bench, now.motions)
-    except NumericsError:
+def does_not_carry_over(step: Step, criteria: Criteria) -> str | None:
+    """A cause must help on segments that it was not fitted to."""
+    if not step.data.validation:
         return None
+    if step.energy_a_sample <= 0:
+        return "does not carry over: the held-out records are simulated worse with it"
+    if step.gain <= 0.0:
+        return "does not carry over: the fit of the held-out records falls with it"
+    return None
 
 
-def drop(
-    first: RefittedModel, causes: Sequence[Found], now: RefittedModel, bench: EvaluationData, criteria: Criteria
-) -> tuple[list[Found], RefittedModel]:
-    """The causes but for the earlier ones that the last has made worthless, and the model without them. One that gains
-    only beside others has the gain that it has there."""
-    kept = list(causes)
-    for one in causes[:-1]:
-        if any(rests_on(other.effect, one.effect) for other in kept):
-            continue
-        lean = _without(now, one.effect, bench)
-        if lean is None:
-            continue
-        lost = share_removed(first, lean, now, bench)
-        if lost < STILL * one.explained and objection(first, lean, now, bench, criteria) is not None:
-            kept.remove(one)
-            last = kept[-1]
-            both = share_removed(first, last.before, lean, bench) + one.explained
-            rival = None if last.rival is None else _without(last.rival, one.effect, bench)
-            kept[-1] = replace(last, explained=min(1.0, both), after=lean, rival=rival)
-            now = lean
-        elif one.gain <= 0.0:
-            kept[kept.index(one)] = replace(one, gain=now.held_fit_percent - lean.held_fit_percent)
-    return kept, now
+def explains_too_little(step: Step, criteria: Criteria) -> str | None:
+    """What explains less than the simulation's own errors is none of the machine's."""
+    if step.share < ACCEPTANCE.least_share:
+        return f"is not worth it: explains {100 * step.share:.2g} % of the misfit"
+    return None
 
 
-def found(first: RefittedModel, now: RefittedModel, tried: Tried, seen: Round, bench: EvaluationData) -> Found:
+def improves_too_little(step: Step, criteria: Criteria) -> str | None:
+    """A cause must remove as much as the criteria demand."""
+    if step.energy_a_sample < criteria.min_improvement_sigma**2:
+        removed = np.sqrt(max(0.0, step.energy_a_sample))
+        return f"is not worth it: removes {removed:.2g} noise standard deviations"
+    return None
+
+
+Objection = Callable[[Step, Criteria], str | None]
+
+OBJECTIONS: tuple[Objection, ...] = (does_not_carry_over, explains_too_little, improves_too_little)
+"""The tests of a cause, in the order in which they are asked. Each says in words why a cause is none, or None."""
+
+
+def objection(step: Step, criteria: Criteria) -> str | None:
+    """Why a refitted cause is none, in words; None where it stands all tests."""
+    return next((why for test in OBJECTIONS if (why := test(step, criteria)) is not None), None)
+
+
+def accept_best(state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria) -> SearchState:
+    """The state with the best cause of a round that stands all tests, and with those before it rejected."""
+    for k, one in enumerate(refits):
+        step = Step(state.first, state.model, one.model, state.data)
+        why = objection(step, criteria)
+        if why is None:
+            return state.with_cause(as_cause(state, refits[k:]))
+        state = state.with_rejected(RejectedCause(one.effect, step.share, step.gain, why))
+    return state
+
+
+def accept_pair(state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria, log: Log) -> SearchState:
+    """The state with two causes that carry over only beside each other: without the second, the fit turns the first
+    into an imitation of it."""
+    if not refits or state.share_removed(state.model, refits[0].model) < ACCEPTANCE.unknown_share:
+        return state
+    alone = as_cause(state, refits)
+    log(f"looking for a second cause beside {alone.effect}")
+    beside = state.with_model(alone.after, criteria).scored(criteria)
+    pairs = refit_hopeful(beside, criteria, log)
+    for k, one in enumerate(pairs):
+        if objection(Step(state.first, state.model, one.model, state.data), criteria) is None:
+            return state.with_cause(alone).with_cause(as_cause(beside, pairs[k:]))
+    return state
+
+
+def as_cause(state: SearchState, refits: Sequence[CandidateRefit]) -> AcceptedCause:
     """The first of the refitted candidates as a cause, and the others as far as they are not told apart from it."""
-    best, after = tried[0]
-    explained = now.energy - after.energy
-    slack = max(SAME * explained, min(SAME_FLOOR * seen.inflation, MOST_ALIKE * explained))
-    alike = [(one.candidate.name, other) for one, other in tried if other.energy - after.energy <= slack]
-    rivals = [other for name, other in alike if name != best.candidate.name]
-    twins = [name for name, _ in alike]
-    twins += [name for name in _collinear(best, seen) if name not in {one.candidate.name for one, _ in tried}]
-    return Found(
-        best.candidate.name,
-        share_removed(first, now, after, bench),
-        after.held_fit_percent - now.held_fit_percent,
-        p_value(best, seen, bench),
-        tuple(dict.fromkeys([best.candidate.name, *twins])),
-        now,
-        after,
-        rivals[0] if rivals else None,
+    best, seen = refits[0], state.round
+    step = Step(state.first, state.model, best.model, state.data)
+    slack = indistinguishable_energy(state.model.energy - best.model.energy, seen.inflation)
+    alike = [one for one in refits if one.model.energy - best.model.energy <= slack]
+    rivals = [one.model for one in alike if one.effect != best.effect]
+    refitted = {one.effect for one in refits}
+    twins = [one.effect for one in alike]
+    twins += [name for name in collinear(best.score, seen) if name not in refitted]
+    return AcceptedCause(
+        effect=best.effect,
+        explained=step.share,
+        gain=step.gain,
+        p_value=seen.p_value(best.score),
+        twins=tuple(dict.fromkeys([best.effect, *twins])),
+        before=state.model,
+        after=best.model,
+        rival=rivals[0] if rivals else None,
     )
 
 
-def _collinear(best: Score, seen: Round) -> list[str]:
+def indistinguishable_energy(explained: float, inflation: float) -> float:
+    """Energy by which two refits may differ and still not be told apart, where the better explains so much."""
+    chance = min(ACCEPTANCE.same_energy * inflation, ACCEPTANCE.max_same_share * explained)
+    return max(ACCEPTANCE.same_share * explained, chance)
+
+
+def collinear(best: Score, seen: Round) -> list[str]:
     """Effects whose columns span what those of the best do."""
     names = []
-    for one in best_of_each(seen.scores):
+    for one in seen.best_of_each:
         if one.directions.size and best.directions.size:
             cosines = np.linalg.svd(one.directions.T @ best.directions, compute_uv=False)
-            if cosines.min() > COLLINEAR and one.directions.shape[1] == best.directions.shape[1]:
+            same_size = one.directions.shape[1] == best.directions.shape[1]
+            if same_size and cosines.min() > ACCEPTANCE.collinear_cosine:
                 names.append(one.candidate.name)
     return names
+
+
+def drop_worthless(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
+    """The state without the earlier causes that the last has made worthless. One that gains only beside others has the
+    gain that it has there."""
+    if len(state.causes) > 1:
+        log("trying without the earlier causes")
+    last = state.causes[-1]
+    for one in state.causes[:-1]:
+        if any(rests_on(other.effect, one.effect) for other in state.causes):
+            continue
+        lean = _without(state.model, one.effect, state.data)
+        if lean is None:
+            continue
+        step = Step(state.first, lean, state.model, state.data)
+        if has_lost_its_worth(step.share, one.explained) and objection(step, criteria) is not None:
+            why = f"lost its worth once {last.effect} was there"
+            state = _dropped(state, one, lean)
+            state = state.with_rejected(RejectedCause(one.effect, one.explained, one.gain, why))
+        elif one.gain <= 0.0:
+            gained = replace(one, gain=step.gain)
+            state = replace(state, causes=tuple(gained if c is one else c for c in state.causes))
+    return state
+
+
+def has_lost_its_worth(lost: float, explained: float) -> bool:
+    """Whether a cause that explained so much of the misfit when it was named is worth nothing, where so little is lost
+    without it."""
+    return lost < ACCEPTANCE.worthless_share * explained
+
+
+def _dropped(state: SearchState, one: AcceptedCause, lean: RefittedModel) -> SearchState:
+    """The state without a cause; the last one takes over what it explained."""
+    kept = [cause for cause in state.causes if cause is not one]
+    last = kept[-1]
+    rival = None if last.rival is None else _without(last.rival, one.effect, state.data)
+    both = min(1.0, state.share_removed(last.before, lean) + one.explained)
+    causes = (*kept[:-1], replace(last, explained=both, after=lean, rival=rival))
+    return replace(state, causes=causes, model=lean)
+
+
+def _without(model: RefittedModel, effect: str, data: EvaluationData) -> RefittedModel | None:
+    """A model refitted without an effect, None where it cannot be."""
+    structure, parameters = reduced(model, effect)
+    try:
+        return refit(structure, [parameters], data, model.trajectories)
+    except NumericsError:
+        return None

@@ -1,78 +1,121 @@
-"""Setting up a bench: the records of a model, and the noise that shows behind it."""
+"""The first state of a search: the records of a model, and the noise that shows behind it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.noise.whitening import Whitening, whitened_energy, whitening
+from robotid.diagnosis.noise.noise_estimate import NoiseEstimate, estimate_noise
+from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment, whitening
 from robotid.diagnosis.nonparametric.curve_fit import free_forces
-from robotid.diagnosis.refit.refitted_model import EvaluationData, Motions, RefittedModel, refit
-from robotid.diagnosis.scoring.candidates import candidates
-from robotid.diagnosis.scoring.noise_estimate import estimate_noise
-from robotid.diagnosis.scoring.ranking import CandidateScan, look, update_residuals
-from robotid.diagnosis.scoring.score_test import Scan, scans, unexplained
-from robotid.estimate.fitted_model import FittedModel, Simulated
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.refit.refit import CAREFUL, refit, unknowns_of
+from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, Trajectories, Unknowns, segment_fit
+from robotid.diagnosis.scoring.catalogue_candidates import candidates
+from robotid.diagnosis.scoring.ranking import scan_candidates, with_residuals_of
+from robotid.diagnosis.scoring.scan import Scan, scan, scans
+from robotid.diagnosis.search.settings import ACCEPTANCE
+from robotid.diagnosis.search.state import SearchState
+from robotid.estimate.fitted_model import FittedModel, Simulated, SimulatedSegment
 from robotid.estimate.residual import OutputError
 from robotid.model.array import Array
-from robotid.signals.record import Record
+from robotid.model.joint import Joint
+from robotid.signals.record import Quantity, Record
 
-ALIKE = 0.02  # of the residual's energy: a refit that changes less of it leaves the model as it was looked at
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What a search is given: a model as simulated on the records of its fit, and the validation records.
+
+    horizon [s] : length of the pieces of a record that start afresh, None for whole records.
+    """
+
+    model: FittedModel
+    fitted: Sequence[Simulated]
+    validation: Sequence[Record]
+    horizon: float | None = None
 
 
-def set_up(
-    model: FittedModel,
-    fitted: Sequence[Simulated],
-    held: Sequence[Record],
-    horizon: float | None,
-    criteria: Criteria,
-    *,
-    errors: bool = False,
-) -> tuple[EvaluationData, CandidateScan]:
-    """The bench for a fitted model, its noise found in the residuals, and a look at the model refitted on it."""
-    segments = [segment for run in fitted for segment in run.segments(model.output)]
-    pieces = tuple(segment.record for segment in segments)
-    trajectories = tuple(segment.trajectory for segment in segments)
-    bare = OutputError(model.joint, model.parameters, pieces, model.output, np.ones(len(pieces)), model.estimate_states)
+def first_state(evidence: Evidence, criteria: Criteria, *, torque_errors: bool = False) -> SearchState:
+    """The state in which a search begins: the noise found in the residuals, the model refitted through its whitening,
+    and the columns of all candidates.
+
+    torque_errors : what nothing known explains counts as errors of the torque, and so as noise. Raises NumericsError
+    where the model cannot be refitted.
+    """
+    model = evidence.model
+    found = [segment for run in evidence.fitted for segment in run.segments(model.output)]
+    simulated = [segment_fit(Segment(s.record, UNIT_WHITENING), s.trajectory, model.output) for s in found]
+    unknowns = _unknowns(model)
     missing = candidates(model.joint.structure, model.output, criteria.skip)
-    seen = scans(segments, model.output, bare.columns, bare.free_states, missing)
-    whiten, reached = estimate_noise(seen, model.output, bare.row, lambda: _freed(seen, bare), errors=errors)
-    held_pieces = tuple(piece for record in held for piece in record.pieces(horizon or record.duration))
-    whiten_held = _held_whitening(bare, model.theta, whiten, held_pieces)
-    bench = EvaluationData(
-        pieces, held_pieces, whiten, whiten_held, model.output, model.estimate_states, reached, errors
+    seen = scans(simulated, unknowns, missing)
+    noise = _noise(seen, model.output, torque_errors=torque_errors)
+    pieces = [piece for r in evidence.validation for piece in r.pieces(evidence.horizon or r.duration)]
+    data = EvaluationData(
+        fitted=noise.segments,
+        validation=_with_typical_noise(pieces, noise.segments, model.joint, model.theta, model.output),
+        output=model.output,
+        estimate_states=model.estimate_states,
+        noise_reached=noise.reached,
+        torque_errors=torque_errors,
     )
-    first = refit(model.joint.structure, [model.parameters], bench, Motions(trajectories), careful=True)
-    moved = [after - before.residual for after, before in zip(first.residuals, segments, strict=True)]
-    alike = whitened_energy(moved, whiten) < ALIKE * first.energy
-    return bench, update_residuals(first, missing, seen) if alike else look(first, criteria.skip)
+    near = Trajectories(tuple(one.trajectory for one in simulated))
+    first = refit(model.joint.structure, [model.parameters], data, near, CAREFUL)
+    if _is_unchanged(simulated, first):
+        return SearchState(first, first, data, with_residuals_of(first, missing, seen))
+    return SearchState(first, first, data, scan_candidates(first, criteria.skip))
 
 
-def renew(looked: CandidateScan, bench: EvaluationData) -> tuple[EvaluationData, RefittedModel]:
-    """The bench with the noise as it shows behind a better model, never larger, and that model refitted on it."""
-    trial, seen = looked.trial, looked.scans
-    problem, theta = trial.problem, trial.parameters.values
-    whiten, _ = estimate_noise(seen, bench.output, problem.row, lambda: _freed(seen, problem), errors=bench.errors)
-    if max(w.torque for w in whiten) <= max(w.torque for w in bench.whiten):
-        bench = replace(bench, whiten=whiten, whiten_held=_held_whitening(problem, theta, whiten, bench.held))
-    return bench, refit(trial.structure, [trial.parameters], bench, trial.motions, careful=True)
+def renew_noise(state: SearchState) -> SearchState:
+    """The state with the noise as it shows behind its model, never larger, and the model refitted through it."""
+    model, data = state.model, state.data
+    noise = _noise(state.scan.scans, data.output, torque_errors=data.torque_errors)
+    if _torque_noise(noise.segments) <= _torque_noise(data.fitted):
+        records = [segment.record for segment in data.validation]
+        typical = _with_typical_noise(records, noise.segments, model.joint, model.parameters.values, data.output)
+        data = replace(data, fitted=noise.segments, validation=typical)
+    refitted = refit(model.structure, [model.parameters], data, model.trajectories, CAREFUL)
+    return replace(state, model=refitted, data=data, scan=state.scan.whitened_as(data.fitted))
 
 
-def _freed(seen: Sequence[Scan], problem: OutputError) -> list[Array]:
-    """What of each residual neither candidates nor free curves explain, (n,) each."""
-    segments = [one.segment for one in seen]
-    more = [free_forces(segment.trajectory, segment.record) for segment in segments]
-    curves = scans(segments, problem.output, problem.columns, problem.free_states, (), more)
-    both = (np.concatenate([one.signals[:-1], other.signals]) for one, other in zip(seen, curves, strict=True))
-    return [unexplained(replace(one, signals=signals)) for one, signals in zip(curves, both, strict=True)]
+def _unknowns(model: FittedModel) -> Unknowns:
+    nothing = np.zeros(0)
+    return unknowns_of(OutputError(model.joint, model.parameters, (), model.output, nothing, model.estimate_states))
 
 
-def _held_whitening(
-    problem: OutputError, theta: Array, whiten: Sequence[Whitening], held: Sequence[Record]
-) -> tuple[Whitening, ...]:
-    """Records that were held out have the typical noise of the others."""
-    typical = (float(np.median([w.output for w in whiten])), float(np.median([w.torque for w in whiten])))
-    return tuple(whitening(problem.joint, theta, problem.row, record.sampling_time, typical) for record in held)
+def _is_unchanged(before: Sequence[SegmentFit], after: RefittedModel) -> bool:
+    """Whether a refit has changed so little of the residuals that columns through the model before serve as well."""
+    pairs = zip(before, after.fitted, strict=True)
+    energy = sum(Segment(new.record, new.whitening).energy(new.residual - old.residual) for old, new in pairs)
+    return energy < ACCEPTANCE.unchanged_share * after.energy
+
+
+def _noise(seen: Sequence[Scan], output: Quantity, *, torque_errors: bool) -> NoiseEstimate:
+    """The noise in the residuals of scanned segments, all that candidates and free curves explain set aside."""
+
+    def left_by_curves() -> list[SimulatedSegment]:
+        found = []
+        for one in seen:
+            curves = scan(one.segment, one.unknowns, (), free_forces(one.segment))
+            found.append(one.with_columns(curves.signals[:-1]).unexplained())
+        return found
+
+    segments, left = [one.segment for one in seen], [one.unexplained() for one in seen]
+    return estimate_noise(segments, left, left_by_curves, output, torque_errors=torque_errors)
+
+
+def _with_typical_noise(
+    records: Sequence[Record], fitted: Sequence[Segment], joint: Joint, theta: Array, output: Quantity
+) -> tuple[Segment, ...]:
+    """Validation records have the typical noise of the fitted ones, for their own residual may hold a misfit."""
+    filters = [segment.whitening for segment in fitted]
+    typical = (float(np.median([w.output for w in filters])), float(np.median([w.torque for w in filters])))
+    row = joint.output_row(output)
+    return tuple(Segment(r, whitening(joint, theta, row, r.sampling_time, typical)) for r in records)
+
+
+def _torque_noise(segments: Sequence[Segment]) -> float:
+    return max(segment.whitening.torque for segment in segments)

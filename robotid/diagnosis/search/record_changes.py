@@ -1,4 +1,4 @@
-"""What differs on records held out: one parameter at a time, found on their first half and measured on the second."""
+"""What differs on validation records: one parameter at a time, found on their first half and measured on the second."""
 
 from __future__ import annotations
 
@@ -7,27 +7,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robotid.catalogue import assemble
-from robotid.diagnosis.noise.whitening import Whitening
-from robotid.diagnosis.refit.refitted_model import PATIENCE, TOLERANCE, EvaluationData, RefittedModel, carried
-from robotid.diagnosis.scoring.candidates import Candidate, differences
+from robotid.diagnosis.noise.whitening import Segment
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, carried, segment_fit
+from robotid.diagnosis.refit.settings import REFIT
+from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandidate, record_changes
 from robotid.diagnosis.scoring.score_test import significance
+from robotid.diagnosis.search.settings import CHANGES
 from robotid.errors import NumericsError
 from robotid.estimate.least_squares import SolveOptions, solve
-from robotid.estimate.residual import Evaluation, OutputError, measured_output, observed
+from robotid.estimate.residual import Evaluation, OutputError
 from robotid.model.units import on_axis
-from robotid.signals.metrics import fit_percent
-from robotid.signals.record import Record
-
-LOUD = 2.0  # energy a sample, over that of the fitted records, from which a record asks for a reason
-CONFIRMED = 0.2  # of the second half's misfit that a difference must remove
-ALIKE = 0.02  # of the misfit: differences closer than that are not told apart
-MOST_ITERATIONS = 6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Change:
-    """A parameter that differs on a held-out record. explained : share of the misfit's energy on the second half that
-    it removes; gain : of fit there [%]; twins : what explains as much, itself first."""
+class RecordChange:
+    """A parameter that differs on a validation record.
+
+    value : its difference, in `unit`. explained : share of the misfit's energy on the second half that it removes;
+    gain : of the fit there [% points]; twins : what explains as much, itself first.
+    """
 
     effect: str
     value: float
@@ -38,68 +37,100 @@ class Change:
     twins: tuple[str, ...]
 
 
-def changes(trial: RefittedModel, bench: EvaluationData) -> tuple[Change, ...]:
-    """At most one difference for each held-out record that is simulated clearly worse than the fitted ones."""
-    usual = max(1.0, trial.energy / bench.samples)
-    found: dict[str, Change] = {}
-    for record, whiten in zip(bench.held, bench.whiten_held, strict=True):
-        half = len(record) // 2
-        parts = (record.piece(0, half), record.piece(half, len(record)))
-        before = [_run(trial, None, None, part, whiten) for part in parts]
-        if before[1] is not None and 2.0 * before[1].cost > LOUD * usual * len(parts[1]):
-            change = _best(trial, parts, whiten, before[1], usual)
-            if change is not None and record.name not in found:
-                found[record.name] = change
+@dataclass(frozen=True, slots=True, eq=False)
+class _Tried:
+    """A change found on the first half of a record. explained : of the misfit on the second, where `after` is what the
+    model simulates with it."""
+
+    candidate: RecordChangeCandidate
+    value: float
+    explained: float
+    after: SegmentFit
+
+
+def find_record_changes(model: RefittedModel, data: EvaluationData) -> tuple[RecordChange, ...]:
+    """At most one change for each validation record that is simulated clearly worse than the fitted ones."""
+    usual = max(1.0, model.energy / data.samples)
+    found: dict[str, RecordChange] = {}
+    for segment in data.validation:
+        first, second = _halves(segment)
+        before = _simulated(model, second)
+        if before is not None and asks_for_a_reason(before, usual):
+            change = _best(model, first, before, usual)
+            if change is not None:
+                found.setdefault(segment.record.name, change)
     return tuple(found.values())
 
 
-def _best(
-    trial: RefittedModel, parts: tuple[Record, Record], whiten: Whitening, before: Evaluation, usual: float
-) -> Change | None:
-    """The difference that carries over best from the first part of a record to the second."""
-    misfit = 2.0 * before.cost - usual * len(parts[1])
+def asks_for_a_reason(before: SegmentFit, usual: float) -> bool:
+    """Whether a segment is simulated clearly worse than usual. usual : energy a sample on the fitted segments."""
+    return before.energy > CHANGES.loud_energy * usual * len(before.residual)
+
+
+def _halves(segment: Segment) -> tuple[Segment, Segment]:
+    record, half = segment.record, len(segment.record) // 2
+    return replace(segment, record=record.piece(0, half)), replace(segment, record=record.piece(half, len(record)))
+
+
+def _best(model: RefittedModel, first: Segment, before: SegmentFit, usual: float) -> RecordChange | None:
+    """The change that carries over best from the first half of a record to the second, `before` without it."""
+    second = Segment(before.record, before.whitening)
+    misfit = before.energy - usual * len(before.residual)
     tried = []
-    for candidate in differences(trial.problem.joint, trial.problem.columns, [parts[0].name]):
-        found = _run(trial, candidate, None, parts[0], whiten)
-        value = None if found is None else float(found.unknowns[0])
-        after = None if value is None else _run(trial, candidate, value, parts[1], whiten)
+    for candidate in record_changes(model.joint, model.columns, [first.record.name]):
+        value = _fitted_value(model, first, candidate)
+        after = None if value is None else _simulated(model, second, candidate, value)
         if value is not None and after is not None:
-            tried.append((2.0 * (before.cost - after.cost) / misfit, candidate, value, after))
-    tried.sort(key=lambda one: -one[0])
-    if not tried or tried[0][0] < CONFIRMED:
+            tried.append(_Tried(candidate, value, (before.energy - after.energy) / misfit, after))
+    tried.sort(key=lambda one: -one.explained)
+    if not tried or tried[0].explained < CHANGES.confirmed_share:
         return None
-    explained, candidate, value, after = tried[0]
-    return Change(
-        effect=candidate.name,
-        value=value,
-        unit=on_axis(linear=trial.structure.linear)(candidate.effect.parameters[0].unit),
-        explained=min(1.0, explained),
-        gain=_fit(after, parts[1], trial) - _fit(before, parts[1], trial),
-        p_value=significance(explained * misfit / usual, 1, 2.0 * before.cost / usual, len(parts[1]), len(tried)),
-        twins=tuple(one.name for share, one, *_ in tried if share > explained - ALIKE),
+    best = tried[0]
+    removed, whole = best.explained * misfit / usual, before.energy / usual
+    return RecordChange(
+        effect=best.candidate.name,
+        value=best.value,
+        unit=on_axis(linear=model.structure.linear)(best.candidate.parameter.unit),
+        explained=min(1.0, best.explained),
+        gain=best.after.fit_percent - before.fit_percent,
+        p_value=significance(removed, 1, whole, len(before.residual), len(tried)),
+        twins=tuple(one.candidate.name for one in tried if one.explained > best.explained - CHANGES.same_share),
     )
+
+
+def _fitted_value(model: RefittedModel, segment: Segment, candidate: RecordChangeCandidate) -> float | None:
+    """The change that a segment asks for, all other parameters fixed; None where it diverges."""
+    end = _run(model, segment, candidate, None)
+    return None if end is None else float(end.unknowns[0])
+
+
+def _simulated(
+    model: RefittedModel, segment: Segment, candidate: RecordChangeCandidate | None = None, value: float = 0.0
+) -> SegmentFit | None:
+    """A segment with all parameters fixed, its first states free; None where it diverges."""
+    end = _run(model, segment, candidate, value)
+    return None if end is None else segment_fit(segment, end.trajectories[0], model.output)
 
 
 def _run(
-    trial: RefittedModel, candidate: Candidate | None, value: float | None, record: Record, whiten: Whitening
+    model: RefittedModel, segment: Segment, candidate: RecordChangeCandidate | None, value: float | None
 ) -> Evaluation | None:
-    """A record with the parameters held, but for a difference that is sought unless it is given; None on divergence."""
-    structure = trial.structure if candidate is None else trial.structure.extended(candidate.name)
+    """A segment with the parameters fixed but for a change, which is sought unless its value is given."""
+    structure = model.structure if candidate is None else model.structure.extended(candidate.name)
     start = {} if candidate is None or value is None else {candidate.name: value}
-    parameters = carried(trial.parameters, structure, start)
+    parameters = carried(model.parameters, structure, start)
     sought = [value is None and candidate is not None and name == candidate.name for name in parameters.names]
-    parameters = replace(parameters, free=np.array(sought))
-    old = trial.problem
-    joint = assemble(structure, angle=old.output == "position")
     problem = OutputError(
-        joint, parameters, (record,), old.output, np.ones(1), old.estimate_states, (whiten,), PATIENCE
+        assemble(structure, angle=model.output == "position"),
+        replace(parameters, free=np.array(sought)),
+        (segment.record,),
+        model.output,
+        np.ones(1),
+        bool(model.unknowns.first_states),
+        (segment.whitening,),
+        REFIT.patience,
     )
     try:
-        return solve(problem, problem.start(), SolveOptions(MOST_ITERATIONS, TOLERANCE)).evaluation
+        return solve(problem, problem.start(), SolveOptions(CHANGES.max_iterations, REFIT.tolerance)).evaluation
     except NumericsError:
         return None
-
-
-def _fit(evaluation: Evaluation, record: Record, trial: RefittedModel) -> float:
-    output = trial.problem.output
-    return fit_percent(measured_output(record, output), observed(evaluation.trajectories[0], output))

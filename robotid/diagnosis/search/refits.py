@@ -3,127 +3,151 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.refit.multiple_shooting import try_from_pieces
-from robotid.diagnosis.refit.refitted_model import EvaluationData, RefittedModel, extended, refit
-from robotid.diagnosis.scoring.candidates import Candidate, Difference
-from robotid.diagnosis.scoring.ranking import Round, best_of_each, p_value
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.refit.multiple_shooting import refit_from_pieces
+from robotid.diagnosis.refit.refit import RefitOptions, refit
+from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
+from robotid.diagnosis.scoring.candidate import Candidate
+from robotid.diagnosis.scoring.ranking import best_of_each
 from robotid.diagnosis.scoring.score_test import Score
-from robotid.diagnosis.search.state import Log
+from robotid.diagnosis.search.settings import CHOICE
+from robotid.diagnosis.search.state import Log, SearchState
 from robotid.errors import NumericsError
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
 
-RIVAL = 0.9  # of the best score: candidates below it are not tried against one that explains nearly all
-HOPEFUL = 0.5  # of the best score: candidates below it are not refitted
-GOES = 3  # at candidates, where none of the best can be refitted
-WAYS = (1.0, 0.5, 0.1)  # of the way to what a score promises, where refits start
-ENOUGH = 0.5  # of a model's energy: a start that leaves less is good
-DOUBTFUL = 0.5  # of the misfit: an effect that goes round and promises less is tried from other points, too
-KEPT = 0.8  # of what a score promises: a refit that removes less has lost its way
-POINTS, NEIGHBOURS = 2, 0.1  # how many, and how close (relative) they would be the same
-REACHED = 0.97  # of the misfit: a cause that explains so much explains it
 
-Tried = list[tuple[Score, RefittedModel]]
-"""Candidates refitted, the best first."""
+@dataclass(frozen=True, slots=True, eq=False)
+class CandidateRefit:
+    """A candidate as it scored, and the model refitted with it."""
+
+    score: Score
+    model: RefittedModel
+
+    @property
+    def effect(self) -> str:
+        """The candidate's name."""
+        return self.score.candidate.name
 
 
-def refit_hopeful(now: RefittedModel, seen: Round, bench: EvaluationData, criteria: Criteria, log: Log) -> Tried:
-    """The candidates of a round that score best, refitted; where none of them can be, other points of their grids and
-    the candidates that follow."""
-    points = [s for s in seen.scores if s.energy > criteria.min_improvement_sigma**2 * bench.samples]
+def refit_hopeful(state: SearchState, criteria: Criteria, log: Log) -> list[CandidateRefit]:
+    """The candidates of the last round that score best, refitted, the best first.
+
+    Where none of them can be refitted, other points of their grids and the candidates that follow.
+    """
+    least = criteria.min_improvement_sigma**2 * state.data.samples
+    points = [s for s in state.round.scores if s.energy > least]
     failed = set[str]()
-    for _ in range(GOES):
-        each = [s for s in best_of_each(points) if p_value(s, seen, bench) < criteria.significance]
-        new = [s for s in each if s.candidate.name not in failed]
-        hopeful = [s for s in new if s.energy > HOPEFUL * new[0].energy][: criteria.max_refits]
-        again = [s for s in each if s.candidate.name in failed]
-        chosen = [*again, *hopeful, *_elsewhere(now, hopeful, seen, bench)]
-        tried = list(_refit(now, chosen, seen, bench, log))
-        if tried:
-            return _in_order(tried, bench, criteria)
-        done = {s.candidate for s in chosen}
-        failed |= {candidate.name for candidate in done}
-        points = [s for s in points if s.candidate not in done]
+    for _ in range(CHOICE.max_rounds):
+        significant = [s for s in best_of_each(points) if state.round.p_value(s) < criteria.significance]
+        new = [s for s in significant if s.candidate.name not in failed]
+        again = [s for s in significant if s.candidate.name in failed]
+        best = hopeful(new)[: criteria.max_refits]
+        chosen = [*again, *best, *_elsewhere(best, state)]
+        refits = list(_refits(chosen, state, log))
+        if refits:
+            return in_order(refits, state.data, criteria)
+        tried = {s.candidate for s in chosen}
+        failed |= {candidate.name for candidate in tried}
+        points = [s for s in points if s.candidate not in tried]
     return []
 
 
-def _elsewhere(now: RefittedModel, hopeful: Sequence[Score], seen: Round, bench: EvaluationData) -> list[Score]:
+def hopeful(scores: Sequence[Score]) -> list[Score]:
+    """The scores that come near the best, which is the first."""
+    return [s for s in scores if s.energy > CHOICE.hopeful_share * scores[0].energy]
+
+
+def _elsewhere(best: Sequence[Score], state: SearchState) -> list[Score]:
     """The best effect from other numbers of periods a turn, where its columns explain so little that the best of them
     may well be the wrong one; a refit does not get from one to another."""
-    if not hopeful or hopeful[0].energy > DOUBTFUL * (now.energy - bench.samples):
+    if not best or best[0].energy > CHOICE.doubtful_share * state.misfit or not best[0].candidate.repeats:
         return []
-    if not any(p.turns for p in hopeful[0].candidate.effect.parameters):
-        return []
-    chosen = [hopeful[0]]
-    for one in seen.scores:
-        if one.candidate.name == chosen[0].candidate.name and all(_apart(one.candidate, c.candidate) for c in chosen):
+    return other_points(best[0], state.round.scores)
+
+
+def other_points(best: Score, scores: Sequence[Score]) -> list[Score]:
+    """Points of the best effect's grid that are no neighbours of it or of each other, best first."""
+    chosen = [best]
+    for one in scores:
+        if one.candidate.name == best.candidate.name and all(_apart(one.candidate, c.candidate) for c in chosen):
             chosen.append(one)
-    return chosen[1 : 1 + POINTS]
+    return chosen[1 : 1 + CHOICE.other_points]
 
 
 def _apart(one: Candidate, other: Candidate) -> bool:
     """Whether two points of a grid are no neighbours."""
-    return not np.allclose(one.values, other.values, rtol=NEIGHBOURS, atol=0.0)
+    return not np.allclose(one.values, other.values, rtol=CHOICE.neighbour_distance, atol=0.0)
 
 
-def _refit(
-    now: RefittedModel, hopeful: Sequence[Score], seen: Round, bench: EvaluationData, log: Log
-) -> Iterator[tuple[Score, RefittedModel]]:
+def _refits(chosen: Sequence[Score], state: SearchState, log: Log) -> Iterator[CandidateRefit]:
     """Refits in the order of the scores; once one explains nearly all, only what scores nearly as well is tried."""
     reached, explained = False, 0.0
-    for one in hopeful:
-        if reached and one.energy < RIVAL * hopeful[0].energy:
+    for one in chosen:
+        if reached and not rivals(one, chosen[0]):
             continue
         log(f"refitting with {one.candidate.name}")
         try:
-            after = _refitted(now, one, seen.trial, bench, explained)
+            after = _refitted(state, one, explained)
         except NumericsError:
             continue
-        explained = max(explained, now.energy - after.energy)
-        reached = explained > REACHED * (now.energy - bench.samples)
-        yield one, after
+        explained = max(explained, state.model.energy - after.energy)
+        reached = is_complete(explained, state.misfit)
+        yield CandidateRefit(one, after)
 
 
-def _in_order(tried: Tried, bench: EvaluationData, criteria: Criteria) -> Tried:
-    """By the criterion, each effect once; but what has fewer parameters goes before the best where the difference is
-    not worth a word."""
-    each: dict[str, tuple[Score, RefittedModel]] = {}
-    for one, after in sorted(tried, key=lambda pair: _criterion(pair[1], bench)):
-        each.setdefault(one.candidate.name, (one, after))
+def rivals(one: Score, best: Score) -> bool:
+    """Whether a candidate scores nearly as well as the best, so that it may be the cause as well."""
+    return one.energy >= CHOICE.rival_share * best.energy
+
+
+def is_complete(explained: float, misfit: float) -> bool:
+    """Whether a refit that removes this energy explains the whole misfit."""
+    return explained > CHOICE.complete_share * misfit
+
+
+def in_order(refits: Sequence[CandidateRefit], data: EvaluationData, criteria: Criteria) -> list[CandidateRefit]:
+    """By the information criterion, each effect once; but what has fewer parameters goes before the best where the
+    difference is below the least improvement."""
+    each: dict[str, CandidateRefit] = {}
+    for one in sorted(refits, key=lambda one: information_criterion(one.model)):
+        each.setdefault(one.effect, one)
     ordered = list(each.values())
-    least = ordered[0][1].energy + criteria.min_improvement_sigma**2 * bench.samples if ordered else 0.0
-    return sorted(ordered, key=lambda pair: len(pair[1].problem.columns) if pair[1].energy <= least else np.inf)
+    least = ordered[0].model.energy + criteria.min_improvement_sigma**2 * data.samples
+    return sorted(ordered, key=lambda one: len(one.model.columns) if one.model.energy <= least else np.inf)
 
 
-def _criterion(trial: RefittedModel, bench: EvaluationData) -> float:
-    """Bayesian information criterion, up to a constant, of a residual whose variance is unknown."""
-    return bench.samples * float(np.log(trial.energy)) + len(trial.problem.columns) * float(np.log(bench.samples))
+def information_criterion(model: RefittedModel) -> float:
+    """Bayesian information criterion, up to a constant, of a residual whose variance is unknown (Schwarz 1978)."""
+    return model.samples * float(np.log(model.energy)) + len(model.columns) * float(np.log(model.samples))
 
 
-def _refitted(
-    now: RefittedModel, one: Score, seen: RefittedModel, bench: EvaluationData, explained: float
-) -> RefittedModel:
+def _refitted(state: SearchState, one: Score, explained: float) -> RefittedModel:
     """The model with a candidate, from where its score promises the end; from part of the way where that is too far,
-    and from short pieces where it breaks a large promise. seen : the model in which the candidate was seen; explained :
-    energy that others explain. Raises NumericsError where it explains nothing."""
-    starts = [_start(seen, one, way) for way in WAYS]
-    structure, parameters, enough = starts[0][0], [p for _, p in starts], ENOUGH * now.energy
-    large = one.energy > max(explained, DOUBTFUL * (now.energy - bench.samples))
+    and from short pieces where it breaks a large promise.
+
+    explained : energy that others explain. Raises NumericsError where it explains nothing.
+    """
+    now, data = state.model, state.data
+    starts = [_start(state.round.model, one, way) for way in CHOICE.start_ways]
+    structure, parameters = starts[0][0], [start for _, start in starts]
+    options = RefitOptions(start_below=CHOICE.good_start * now.energy, reject_above=now.energy)
+    large = one.energy > max(explained, CHOICE.doubtful_share * state.misfit)
     after: RefittedModel | None = None
     try:
-        after = refit(structure, parameters, bench, now.motions, enough=enough, below=now.energy)
-        kept = now.energy - after.energy > KEPT * one.energy and after.held_energy <= now.held_energy
-        if kept or not large:
+        after = refit(structure, parameters, data, now.trajectories, options)
+        if not large or keeps_promise(one.energy, now, after):
             return after
     except NumericsError:
         if not large:
             raise
     try:
-        again = try_from_pieces(structure, parameters, bench, enough=enough, below=now.energy)
+        again = refit_from_pieces(structure, parameters, data, options)
     except NumericsError:
         if after is None:
             raise
@@ -131,14 +155,19 @@ def _refitted(
     return again if after is None or again.energy < after.energy else after
 
 
-def _start(seen: RefittedModel, one: Score, way: float) -> tuple[Structure, Parameters]:
-    """The extended structure, and its parameters a part of the way from the null to what the score promises."""
-    c, columns = one.candidate, seen.problem.columns
-    amplitude = [way * a for a in one.amplitude]
-    values = dict(zip((p.symbol for p in c.effect.parameters), c.values, strict=True))
-    values |= dict(zip((c.effect.parameters[k].symbol for k in c.scored), amplitude, strict=True))
-    whole = isinstance(c.effect, Difference)  # its name is that of its only parameter
-    named = {c.name if whole else f"{c.name}.{symbol}": value for symbol, value in values.items()}
-    old = seen.parameters
-    moved = {old.names[k]: old.values[k] + way * d for k, d in zip(columns, one.moved, strict=True)}
-    return extended(seen, c.name, moved | named)
+def keeps_promise(promised: float, before: RefittedModel, after: RefittedModel) -> bool:
+    """Whether a refit removes the energy that a score promises, or nearly so, and does no harm on validation
+    segments."""
+    removed = before.energy - after.energy
+    return removed > CHOICE.kept_promise * promised and after.validation_energy <= before.validation_energy
+
+
+def _start(scanned: RefittedModel, one: Score, way: float) -> tuple[Structure, Parameters]:
+    """The extended structure, and its parameters a part of the way from the null to what the score promises.
+
+    scanned : the model in which the candidate was seen.
+    """
+    old = scanned.parameters
+    moved = {old.names[k]: old.values[k] + way * d for k, d in zip(scanned.columns, one.moved, strict=True)}
+    values = one.candidate.start([way * a for a in one.amplitude])
+    return extended(scanned, one.candidate.name, moved | dict(values))

@@ -1,26 +1,30 @@
-"""What the search for missing effects finds: causes, what was turned down, and the curve no effect explains."""
+"""What the search knows at a time, and what it finds."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robotid.diagnosis.noise.whitening import whitened_energy
-from robotid.diagnosis.nonparametric.curve_fit import Shape
-from robotid.diagnosis.refit.refitted_model import EvaluationData, RefittedModel
-from robotid.diagnosis.scoring.ranking import Round
-from robotid.diagnosis.search.record_changes import Change
+from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.refit.refitted_model import RefittedModel
+from robotid.diagnosis.scoring.ranking import CandidateScan, Round, rank, scan_candidates
+from robotid.diagnosis.search.record_changes import RecordChange
 
 Log = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Found:
-    """A cause that was accepted. explained : share of the first model's misfit that it removes from the fitted records;
-    gain : of held-out fit in % points; twins : effects, itself first; before, after : the trials; rival : of the first
-    twin."""
+class AcceptedCause:
+    """An effect that was accepted as a cause.
+
+    explained : share of the first model's misfit that it removes from the fitted segments; gain : of the fit on the
+    validation segments [% points]; twins : effects that these data cannot tell from it, itself first; before, after :
+    the model without and with it; rival : the model with the first of its twins that was refitted.
+    """
 
     effect: str
     explained: float
@@ -34,7 +38,7 @@ class Found:
 
 @dataclass(frozen=True, slots=True)
 class RejectedCause:
-    """An effect that was turned down."""
+    """An effect that was refitted and rejected. explained and gain as of `AcceptedCause`; why : in words."""
 
     effect: str
     explained: float
@@ -43,28 +47,79 @@ class RejectedCause:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SearchResult:
-    """What a search found. first, last : the model before and with all causes; bench : the last, and what noise is
-    there. shape : the curve that explains most of what the causes leave, None where that is nothing; share : of the
-    first model's misfit. changes : what differs on records held out."""
+class SearchState:
+    """What the search knows: every step takes a state and returns another.
 
-    bench: EvaluationData
+    first : the model that is diagnosed; model : it with all causes so far; data : the records, with the noise as it
+    shows behind `model`; scan : the columns of all candidates through `model`, whitened as `data` are; rounds : of the
+    score so far, the last one of `scan` once it is scored.
+    """
+
+    first: RefittedModel
+    model: RefittedModel
+    data: EvaluationData
+    scan: CandidateScan
+    causes: tuple[AcceptedCause, ...] = ()
+    rejected: tuple[RejectedCause, ...] = ()
+    rounds: tuple[Round, ...] = ()
+
+    @property
+    def round(self) -> Round:
+        """The last round of the score."""
+        return self.rounds[-1]
+
+    @property
+    def misfit(self) -> float:
+        """Energy of the model's residuals beyond the noise, in variances of the noise."""
+        return self.model.energy - self.data.samples
+
+    def scored(self, criteria: Criteria) -> SearchState:
+        """With one more round of the score."""
+        return replace(self, rounds=(*self.rounds, rank(self.scan, criteria)))
+
+    def with_model(self, model: RefittedModel, criteria: Criteria) -> SearchState:
+        """With another model, and the candidates that it lacks."""
+        return replace(self, model=model, scan=scan_candidates(model, criteria.skip))
+
+    def with_cause(self, cause: AcceptedCause) -> SearchState:
+        """With one cause more, which the model takes."""
+        return replace(self, causes=(*self.causes, cause), model=cause.after)
+
+    def with_rejected(self, *rejected: RejectedCause) -> SearchState:
+        """With effects that were rejected."""
+        return replace(self, rejected=(*self.rejected, *rejected))
+
+    def share_removed(self, before: RefittedModel, after: RefittedModel) -> float:
+        """Share of the first model's misfit energy, by the noise as it is here, that a step removes."""
+        return share_removed(self.first, before, after, self.data)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SearchResult:
+    """What a search found.
+
+    first, last : the model before and with all causes; data : the records, with the noise behind the last. curve : the
+    free curve that explains most of what the causes leave, None where that is nothing; curve_share : of the first
+    model's misfit that it explains. changes : what differs on validation records.
+    """
+
+    data: EvaluationData
     first: RefittedModel
     last: RefittedModel
-    causes: tuple[Found, ...]
-    turned: tuple[RejectedCause, ...]
+    causes: tuple[AcceptedCause, ...]
+    rejected: tuple[RejectedCause, ...]
     rounds: tuple[Round, ...]
-    shape: Shape | None = None
-    share: float = 0.0
-    changes: tuple[Change, ...] = ()
+    curve: FittedCurve | None = None
+    curve_share: float = 0.0
+    changes: tuple[RecordChange, ...] = ()
 
 
-def misfit_energy(trial: RefittedModel, bench: EvaluationData) -> float:
-    """Energy of a model's residuals beyond the noise, as a bench sees them."""
-    return whitened_energy(trial.residuals, bench.whiten) - bench.samples
+def misfit_energy(model: RefittedModel, data: EvaluationData) -> float:
+    """Energy of a model's residuals beyond the noise, by the noise as it is in these data."""
+    return data.fitted_energy(model.fitted) - data.samples
 
 
-def share_removed(first: RefittedModel, now: RefittedModel, after: RefittedModel, bench: EvaluationData) -> float:
-    """Share of the first model's misfit energy, as this bench sees it, that a step removes."""
-    removed = misfit_energy(now, bench) - misfit_energy(after, bench)
-    return float(np.clip(removed / max(misfit_energy(first, bench), 1e-9), 0.0, 1.0))
+def share_removed(first: RefittedModel, before: RefittedModel, after: RefittedModel, data: EvaluationData) -> float:
+    """Share of the first model's misfit energy, by the noise as it is in these data, that a step removes."""
+    removed = misfit_energy(before, data) - misfit_energy(after, data)
+    return float(np.clip(removed / max(misfit_energy(first, data), 1e-9), 0.0, 1.0))

@@ -30,7 +30,7 @@ def truth(number: int, torque_noise: float = TORQUE_NOISE) -> float:
 def test_all_of_a_true_models_error_is_noise(number: int) -> None:
     found = hidden("constant_torque", NOTHING, number=number)
     (noise,) = noise_levels([segment(found)], "speed")
-    assert noise.whole
+    assert noise.alone
     assert noise.floor == pytest.approx(float(np.std(found.residual())), rel=0.1)
     assert noise.output == pytest.approx(SPEED_NOISE, rel=0.05)
 
@@ -62,7 +62,7 @@ def test_periods_show_the_noise_behind_a_misfit() -> None:
     reference = Reference("periodic", SAMPLING_TIME, np.tile(references()[2][:2000], 6), "speed", period=1.0)
     found = hidden("quadratic_friction", {"Fq": 2e-4}, reference=reference, torque_noise=0.05)
     (noise,) = noise_levels([segment(found)], "speed")
-    assert not noise.whole
+    assert not noise.alone
     assert noise.torque == pytest.approx(0.05, rel=0.35)
 
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
 from support.followed_curve import correlation_beyond, followed, imitable
-from support.small_bench import AXIS, SAMPLING_TIME, TRUTH, bench, fitted, records_of, searched, simulated
+from support.small_bench import AXIS, SAMPLING_TIME, TRUTH, begun, fitted, records_of, searched, simulated
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.misfit.location import Curve
-from robotid.diagnosis.nonparametric.curve_fit import in_motion, shapes
+from robotid.diagnosis.nonparametric.curve_fit import fit_acting, fit_curves
 from robotid.diagnosis.results import Diagnosis
 from robotid.diagnosis.verdict import verdict
 from robotid.estimate.fitted_model import fitted_model
@@ -98,8 +98,8 @@ def recorded(term: Unlisted, size: float) -> list[Record]:
 @cache
 def diagnosed(case: str) -> tuple[list[Record], Diagnosis]:
     made = recorded(*CASES[case][:2])
-    growth = searched(made, Criteria(skip=("power_friction", "record_change"), max_causes=2))
-    return made, verdict(fitted_model(fitted(made)), simulated(made), growth)
+    found = searched(made, Criteria(skip=("power_friction", "record_change"), max_causes=2))
+    return made, verdict(fitted_model(fitted(made)), simulated(made), found)
 
 
 def likeness(curve: Curve, made: list[Record], term: Unlisted) -> float:
@@ -151,14 +151,14 @@ def test_the_size_of_the_bump_is_told_in_newton_metres() -> None:
 
 @pytest.mark.parametrize(("term", "size", "knots"), [(NarrowBump(), 0.2, 48), (Product(), 1e-3, 24)])
 def test_a_curve_has_as_many_knots_as_the_residual_asks_for(term: Unlisted, size: float, knots: int) -> None:
-    benched, trial = bench(recorded(term, size))
-    assert len(shapes(trial, benched)[0].values) == knots
+    state = begun(recorded(term, size))
+    assert len(fit_curves(state.model, state.data)[0].values) == knots
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_a_curve_that_acts_explains_the_misfit_on_the_records_held_out_as_well(case: str) -> None:
-    benched, trial = bench(recorded(*CASES[case][:2]))
-    found = in_motion(shapes(trial, benched)[0], trial, benched)
-    held = sum(map(len, benched.held))
-    assert found.energy > 0.95 * (trial.energy - benched.samples)
-    assert found.held_energy > 0.9 * (trial.held_energy - held)
+    state = begun(recorded(*CASES[case][:2]))
+    model, data = state.model, state.data
+    found = fit_acting(fit_curves(model, data)[0], model, data)
+    assert found.energy > 0.95 * (model.energy - data.samples)
+    assert found.validation_energy > 0.9 * (model.validation_energy - data.validation_samples)

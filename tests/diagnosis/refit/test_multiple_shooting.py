@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import pytest
-from support.small_bench import bench, records
+from support.small_bench import begun, records
 
-from robotid.diagnosis.refit.multiple_shooting import try_from_pieces
-from robotid.diagnosis.refit.refitted_model import extended, refit
+from robotid.diagnosis.refit.multiple_shooting import refit_from_pieces
+from robotid.diagnosis.refit.refit import refit
+from robotid.diagnosis.refit.refitted_model import extended
 
 
 def test_strong_cogging_is_found_where_a_fit_of_whole_records_slips_into_another_valley() -> None:
     truth = {"motor.cogging.A": 0.15, "motor.cogging.B": -0.075, "motor.cogging.n": 12.0}
-    benched, first = bench(records(truth))
+    state = begun(records(truth))
+    data, first = state.data, state.model
     structure, start = extended(first, "motor.cogging", truth | {"motor.cogging.A": 0.135, "motor.cogging.n": 12.005})
-    astray = refit(structure, [start], benched, first.motions)
-    found = try_from_pieces(structure, [start], benched, enough=0.0)
+    astray = refit(structure, [start], data, first.trajectories)
+    found = refit_from_pieces(structure, [start], data)
     assert found.energy < 0.1 * astray.energy
-    assert found.held_energy < 0.2 * astray.held_energy
+    assert found.validation_energy < 0.2 * astray.validation_energy
     assert found.parameters["motor.cogging.n"] == pytest.approx(truth["motor.cogging.n"], abs=0.005)

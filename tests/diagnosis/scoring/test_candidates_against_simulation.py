@@ -11,20 +11,23 @@ from support.extended_joint import open_loop, values
 from support.paper_joint import STRUCTURE
 
 from robotid.catalogue import assemble
-from robotid.diagnosis.noise.whitening import Whitening
-from robotid.diagnosis.scoring.candidates import Candidate, candidates
-from robotid.diagnosis.scoring.score_test import Projected, Scan, project, scan, score
-from robotid.estimate.fitted_model import SimulatedSegment
+from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
+from robotid.diagnosis.refit.refitted_model import Unknowns, segment_fit
+from robotid.diagnosis.scoring.candidate import EffectCandidate
+from robotid.diagnosis.scoring.catalogue_candidates import candidates
+from robotid.diagnosis.scoring.projection import Projected, project
+from robotid.diagnosis.scoring.scan import Scan, scan
+from robotid.diagnosis.scoring.score_test import score
+from robotid.diagnosis.scoring.term_candidate import TermCandidate
 from robotid.estimate.residual import observed
 from robotid.model.array import Array
 from robotid.model.joint import Joint
-from robotid.model.term import Motion, Term
+from robotid.model.term import Motion
 from robotid.signals.record import Record
 from robotid.simulation.internal_states import simulate_internal_states
 from robotid.simulation.simulate import simulate
 from robotid.simulation.trajectory import Trajectory
 
-UNWHITENED = Whitening(np.ones(1), np.ones(1), 1.0, 0.0)
 BASE = STRUCTURE.without("gear.cubic_spring")
 SMALL = 1e-4  # rad/s: the change of speed to which amplitudes are set; its square is nothing beside the reversals
 CLOSE = 0.015  # of a column's length before projection: forces are means over an interval in which friction reverses
@@ -32,14 +35,16 @@ JUMPING = {"gear.backlash": 0.03}
 """Effects that come and go within a sampling interval, so that their means tell less."""
 
 
-def middle(name: str) -> Candidate:
+def middle(name: str) -> EffectCandidate:
     """The effect in the middle of its grids."""
     grid = [c for c in candidates(BASE, "speed") if c.name == name]
     return grid[len(grid) // 2]
 
 
 NAMES = list(dict.fromkeys(c.name for c in candidates(BASE, "speed")))
-WITH_MEMORY = [n for n in NAMES if isinstance(t := middle(n).effect, Term) and t.states and "third_mass" not in n]
+WITH_MEMORY = [
+    n for n in NAMES if isinstance(c := middle(n), TermCandidate) and c.effect.states and "third_mass" not in n
+]
 AMPLITUDES = [(name, k) for name in NAMES for k in middle(name).scored]
 
 
@@ -51,38 +56,38 @@ def base() -> tuple[Record, Trajectory]:
     return replace(torque, phi_m=motion.phi_m, dphi_m=motion.dphi_m), motion
 
 
-def with_effect(c: Candidate, parameter: int, amplitude: float) -> tuple[Joint, Array]:
+def with_effect(c: EffectCandidate, parameter: int, amplitude: float) -> tuple[Joint, Array]:
     """The joint with a candidate of this amplitude."""
     joint, known = assemble(BASE.extended(c.name), angle=True), base()[1]
-    own = dict(zip((f"{c.name}.{p.symbol}" for p in c.effect.parameters), c.values, strict=True))
-    own[f"{c.name}.{c.effect.parameters[parameter].symbol}"] += amplitude
+    own = dict(zip((f"{c.name}.{p.symbol}" for p in c.parameters), c.values, strict=True))
+    own[f"{c.name}.{c.parameters[parameter].symbol}"] += amplitude
     return joint, joint.parameters().with_values(dict(zip(known.joint.names, known.theta, strict=True)) | own).values
 
 
-def simulated(c: Candidate, parameter: int, amplitude: float) -> Array:
+def simulated(c: EffectCandidate, parameter: int, amplitude: float) -> Array:
     joint, theta = with_effect(c, parameter, amplitude)
     return observed(simulate(joint, theta, base()[0], np.zeros(joint.nx)), "speed")
 
 
-def scanned(missing: tuple[Candidate, ...]) -> Scan:
+def scanned(missing: tuple[EffectCandidate, ...]) -> Scan:
     """The record with the columns of all parameters, of all first states, and of candidates; nothing is left over."""
     record, motion = base()
     joint = motion.joint
     states = [k for k in range(joint.nx) if joint.state_names[k] != "phi_m"]
-    fitted = range(len(joint.names))
-    return scan(SimulatedSegment(record, motion, np.zeros(len(record))), "speed", fitted, states, missing)
+    unknowns = Unknowns("speed", tuple(range(len(joint.names))), tuple(states))
+    return scan(segment_fit(Segment(record, UNIT_WHITENING), motion, "speed"), unknowns, missing)
 
 
 def beside(one: Scan, residual: Array) -> Projected:
     """Columns and a residual as the search sees them, unwhitened."""
-    return project([replace(one, signals=np.concatenate([one.signals[:-1], residual[None]]))], [UNWHITENED])
+    return project([replace(one, signals=np.concatenate([one.signals[:-1], residual[None]]))])
 
 
 @pytest.mark.parametrize(("name", "parameter"), AMPLITUDES)
 def test_a_column_is_what_a_little_of_the_effect_changes(name: str, parameter: int) -> None:
     c = middle(name)
     one = scanned((c,))
-    column = one.signals[one.states + one.fitted + c.scored.index(parameter)]
+    column = one.signals[one.known + c.scored.index(parameter)]
     little = SMALL / np.abs(column).max()
     change = (simulated(c, parameter, little) - simulated(c, parameter, 0.0)) / little
     close = JUMPING.get(name, CLOSE) * np.linalg.norm(column)
@@ -96,7 +101,7 @@ def test_first_states_and_parameters_are_taken_out() -> None:
     """A column less its regression on all that was fitted is what projection leaves of it."""
     c = middle("motor.cogging")
     one = scanned((c,))
-    known, column = one.signals[: one.states + one.fitted], one.signals[one.states + one.fitted]
+    known, column = one.signals[: one.known], one.signals[one.known]
     scaled = known / np.linalg.norm(known, axis=1, keepdims=True)
     explained = np.linalg.lstsq(scaled.T, column, rcond=None)[0] @ scaled
     left = beside(one, np.zeros(len(column))).missing[:, 0]
@@ -109,14 +114,14 @@ def test_what_the_fit_can_take_over_is_not_scored() -> None:
     c = middle("torque.torque_gain")
     rng = np.random.default_rng(1)
     one = scanned((c,))
-    (found,) = score(beside(one, rng.standard_normal(len(one.record))), (c,))
+    (found,) = score(beside(one, rng.standard_normal(len(one.segment.record))), (c,))
     assert found.energy == 0.0
 
 
 def test_a_one_sided_effect_is_not_scored_on_its_forbidden_side() -> None:
     c = middle("gear.backlash")
     one = scanned((c,))
-    column = one.signals[one.states + one.fitted]
+    column = one.signals[one.known]
     (right,) = score(beside(one, 1e-5 * column), (c,))
     (wrong,) = score(beside(one, -1e-5 * column), (c,))
     assert right.amplitude == pytest.approx((1e-5,))
@@ -127,7 +132,7 @@ def test_a_one_sided_effect_is_not_scored_on_its_forbidden_side() -> None:
 def test_memory_follows_the_motion_as_it_does_in_a_simulation(name: str) -> None:
     """Along the motion of a joint that has the effect, the memory by itself is that of the whole simulation."""
     c = middle(name)
-    assert isinstance(c.effect, Term)
+    assert isinstance(c, TermCandidate)
     joint, theta = with_effect(c, c.scored[0], 1e-9)
     record = base()[0]
     truth = simulate(joint, theta, record, np.zeros(joint.nx))

@@ -11,7 +11,9 @@ from support.extended_joint import TERMS_IN_PLACE, TORQUE_CHANNELS, open_loop, s
 
 from robotid.catalogue import assemble
 from robotid.channels import CHANNELS
-from robotid.diagnosis.scoring.candidates import Candidate
+from robotid.diagnosis.refit.refitted_model import Unknowns
+from robotid.diagnosis.scoring.candidate import EffectCandidate
+from robotid.diagnosis.scoring.catalogue_candidates import channel_candidate, term_candidate
 from robotid.diagnosis.scoring.columns import columns
 from robotid.model.array import Array
 from robotid.model.channel import Channel
@@ -39,12 +41,14 @@ WITH_SHAPES = [(e, k) for e in VANISHING for k in ((0, -1) if any(p.is_shape for
 LEANING = [e for e in VANISHING if isinstance(kind(e), MotionTransform | Channel) or getattr(kind(e), "reads", None)]
 
 
-def candidate(effect: str, shape: int) -> Candidate:
+def candidate(effect: str, shape: int) -> EffectCandidate:
     """An effect at its null, with the first (0) or last (-1) shapes of its grids."""
     place, name = effect.split(".")
     parameters = kind(effect).parameters
     at = [p.grid[shape] if p.is_shape else p.guess if p.null is None else p.null for p in parameters]
-    return Candidate(effect, Port(place) if name in TERMS else Signal(place), kind(effect), tuple(at))
+    if name in TERMS:
+        return term_candidate(Port(place), TERMS[name], tuple(at))
+    return channel_candidate(Signal(place), CHANNELS[name], tuple(at))
 
 
 @cache
@@ -53,10 +57,10 @@ def motion(structure: Structure) -> Trajectory:
     return simulate(joint, values(joint), RECORD, x0=np.zeros(joint.nx))
 
 
-def extended(c: Candidate) -> tuple[Joint, Array, list[int]]:
+def extended(c: EffectCandidate) -> tuple[Joint, Array, list[int]]:
     """The joint with the candidate, its parameters with the candidate at its null, and which of them are scored."""
     joint = assemble(structure_with(c.name))
-    symbols = [f"{c.name}.{p.symbol}" for p in c.effect.parameters]
+    symbols = [f"{c.name}.{p.symbol}" for p in c.parameters]
     theta = values(joint, **dict(zip(symbols, c.values, strict=True)))
     return joint, theta, [joint.names.index(symbols[k]) for k in c.scored]
 
@@ -65,7 +69,7 @@ def extended(c: Candidate) -> tuple[Joint, Array, list[int]]:
 def test_column_is_that_of_the_joint_with_the_effect_at_its_null(effect: str, shape: int) -> None:
     c = candidate(effect, shape)
     without = motion(structure_with(effect).without(effect))
-    found = columns(without, replace(RECORD, phi_m=without.phi_m), "speed", (), (), (c,)).missing
+    found = columns(without, replace(RECORD, phi_m=without.phi_m), Unknowns("speed"), (c,)).candidates
     joint, theta, scored = extended(c)
     trajectory = simulate(joint, theta, RECORD, np.zeros(joint.nx), without.x if joint.nx == len(without.x) else None)
     assert trajectory.dphi_m == pytest.approx(without.dphi_m, abs=1e-5)
@@ -79,7 +83,7 @@ def test_column_is_that_of_the_joint_with_the_effect_at_its_null(effect: str, sh
 def test_column_tells_what_a_little_of_the_effect_does(effect: str) -> None:
     c = candidate(effect, -1)
     without = motion(structure_with(effect).without(effect))
-    found = columns(without, replace(RECORD, phi_m=without.phi_m), "speed", (), (), (c,)).missing
+    found = columns(without, replace(RECORD, phi_m=without.phi_m), Unknowns("speed"), (c,)).candidates
     joint, theta, scored = extended(c)
     start = np.zeros(joint.nx)
     base = simulate(joint, theta, RECORD, start)

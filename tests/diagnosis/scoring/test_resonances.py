@@ -9,9 +9,7 @@ from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH, references
 
 from robotid.catalogue import assemble
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.scoring.candidates import candidates
-from robotid.diagnosis.scoring.ranking import rank
-from robotid.diagnosis.search.data import set_up
+from robotid.diagnosis.search.data import Evidence, first_state
 from robotid.diagnosis.search.refits import refit_hopeful
 from robotid.estimate.fitted_model import fitted_model, simulate_record
 from robotid.estimate.grey_box import FitOptions, fit_model
@@ -30,15 +28,15 @@ def test_a_narrow_resonance_is_found_between_the_points_of_the_grid() -> None:
     records = [plant.record(reference, k) for k, reference in enumerate(made)]
     lean = assemble(STRUCTURE)
     model = fitted_model(fit_model("m", lean, lean.parameters().with_values(TRUTH), records, FitOptions()))
-    bench, looked = set_up(model, [simulate_record(model, r) for r in records], [], None, TERMS)
-    grid = {c.values[1] for c in candidates(looked.trial.structure, "speed") if c.name == "link.third_mass"}
+    state = first_state(Evidence(model, [simulate_record(model, r) for r in records], []), TERMS).scored(TERMS)
+    grid = {c.values[1] for c in state.scan.candidates if c.name == "link.third_mass"}
     assert min(abs(67.0 - point) for point in grid) > 5.0
-    seen = rank(looked, bench, TERMS)
+    seen = state.round
     assert seen.scores[0].candidate.name == "link.third_mass"
     assert seen.scores[0].candidate.values[1] == pytest.approx(67.0, rel=0.02)
     of_grid = [s.energy for s in seen.scores if s.candidate.name == "link.third_mass" and s.candidate.values[1] in grid]
     assert seen.scores[0].energy > 2.0 * np.max(of_grid)
-    best, after = refit_hopeful(looked.trial, seen, bench, TERMS, lambda _: None)[0]
-    assert best.candidate.name == "link.third_mass"
+    best = refit_hopeful(state, TERMS, lambda _: None)[0]
+    assert best.effect == "link.third_mass"
     for name, value in TOOL.items():
-        assert after.parameters[name] == pytest.approx(value, rel=0.1)
+        assert best.model.parameters[name] == pytest.approx(value, rel=0.1)

@@ -11,10 +11,15 @@ from scipy.signal import lfilter
 from scipy.stats import binom
 from support.small_bench import AXIS, fitted, records
 
-from robotid.diagnosis.noise.whitening import Whitening, whitening
-from robotid.diagnosis.refit.refitted_model import EvaluationData, RefittedModel, extended, refit
-from robotid.diagnosis.scoring.candidates import Candidate, candidates
-from robotid.diagnosis.scoring.score_test import Projected, Scan, Score, project, scan, score, significance
+from robotid.diagnosis.noise.whitening import Segment, whitening
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.refit.refit import refit
+from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
+from robotid.diagnosis.scoring.candidate import EffectCandidate
+from robotid.diagnosis.scoring.catalogue_candidates import candidates
+from robotid.diagnosis.scoring.projection import Projected, project
+from robotid.diagnosis.scoring.scan import Scan, scans
+from robotid.diagnosis.scoring.score_test import Score, score, significance
 from robotid.estimate.fitted_model import fitted_model
 from robotid.model.array import Array
 from robotid.signals.record import Record
@@ -38,22 +43,16 @@ ATTEMPTS = {
 def unfit(made: list[Record]) -> tuple[EvaluationData, RefittedModel]:
     """The axis without the effect on noise-free records, and the whitening of a noise that is not there."""
     fit = fitted_model(fitted(made))
-    filters = tuple(
-        whitening(fit.joint, fit.theta, fit.joint.motor_speed, r.sampling_time, (SPEED**2, TORQUE**2)) for r in made[:2]
-    )
-    bench = EvaluationData(tuple(made[:2]), (), filters, (), "speed", True, True, False)
-    return bench, refit(AXIS, [fit.parameters], bench)
+    row, variances = fit.joint.motor_speed, (SPEED**2, TORQUE**2)
+    segments = tuple(Segment(r, whitening(fit.joint, fit.theta, row, r.sampling_time, variances)) for r in made[:2])
+    data = EvaluationData(segments, (), "speed", estimate_states=True, noise_reached=True, torque_errors=False)
+    return data, refit(AXIS, [fit.parameters], data)
 
 
-def scans(trial: RefittedModel, bench: EvaluationData, missing: tuple[Candidate, ...]) -> list[Scan]:
-    p = trial.problem
-    return [scan(segment, "speed", p.columns, p.free_states, missing) for segment in trial.segments]
-
-
-def at(name: str, shapes: dict[str, float]) -> Candidate:
+def at(name: str, shapes: dict[str, float]) -> EffectCandidate:
     """A candidate at a point of its grid."""
     for c in candidates(AXIS, "speed"):
-        known = {p.symbol: v for p, v in zip(c.effect.parameters, c.values, strict=True) if p.is_shape}
+        known = {p.symbol: v for p, v in zip(c.parameters, c.values, strict=True) if p.is_shape}
         if c.name == name and known == shapes:
             return c
     raise AssertionError(f"{name} is not scored at {shapes}")
@@ -64,36 +63,36 @@ def test_the_energy_that_a_score_promises_is_what_a_refit_removes(name: str) -> 
     amplitudes, shapes = ATTEMPTS[name]
     c = at(name, shapes)
     made = records({f"{name}.{symbol}": value for symbol, value in (amplitudes | shapes).items()}, quiet=True)
-    bench, before = unfit(made)
-    (promised,) = score(project(scans(before, bench, (c,)), bench.whiten), (c,))
+    data, before = unfit(made)
+    (promised,) = score(project(scans(before.fitted, before.unknowns, (c,))), (c,))
     assert promised.energy > 1.0
     found = dict(zip(amplitudes, promised.amplitude, strict=True))
     for symbol, value in amplitudes.items():
         assert found[symbol] == pytest.approx(value, abs=0.1 * max(map(abs, amplitudes.values())))
     structure, start = extended(before, name, {f"{name}.{s}": v for s, v in (shapes | found).items()})
     held = np.array([p not in {f"{name}.{s}" for s in shapes} for p in start.names])
-    after = refit(structure, [replace(start, free=held)], bench, before.motions)
+    after = refit(structure, [replace(start, free=held)], data, before.trajectories)
     assert before.energy - after.energy == pytest.approx(promised.energy, rel=0.1)
     assert after.energy < 0.05 * before.energy
 
 
 @cache
-def columns() -> tuple[tuple[Candidate, ...], list[Scan], tuple[Whitening, ...]]:
+def columns() -> tuple[tuple[EffectCandidate, ...], tuple[Scan, ...]]:
     """The whole catalogue on the records of an axis that lacks nothing."""
     missing = candidates(AXIS, "speed")
-    bench, trial = unfit(records({}, quiet=True))
-    return missing, scans(trial, bench, missing), bench.whiten
+    _, model = unfit(records({}, quiet=True))
+    return missing, scans(model.fitted, model.unknowns, missing)
 
 
 def noises(count: int) -> tuple[Projected, Array]:
     """The catalogue beside nothing, and pure noise of speed and torque, (d, count), as the search sees both."""
-    missing, records_, whiten = columns()
+    missing, scanned = columns()
     rng, several = np.random.default_rng(11), []
-    for one, w in zip(records_, whiten, strict=True):
-        white = rng.standard_normal((count, len(one.record)))
-        shaped = lfilter(w.denominator, w.numerator, white, axis=1)
+    for one in scanned:
+        white = rng.standard_normal((count, len(one.segment.record)))
+        shaped = lfilter(one.whitening.denominator, one.whitening.numerator, white, axis=1)
         several.append(replace(one, signals=np.concatenate([one.signals[:-1], shaped, 0.0 * one.signals[-1:]])))
-    both, q = project(several, whiten), sum(len(c.scored) for c in missing)
+    both, q = project(several), sum(len(c.scored) for c in missing)
     return replace(both, missing=both.missing[:, :q], whole=both.whole[:, :q]), both.missing[:, q:]
 
 
@@ -107,7 +106,7 @@ def every_score(seen: Projected, noise: Array) -> list[Score]:
 def false_alarms(seen: Projected, noise: Array, tries: int) -> int:
     """How many draws of noise hold an effect that is significant."""
     found = every_score(seen, noise[:, 0])
-    samples, total = sum(len(one.record) for one in columns()[1]), np.sum(noise**2, axis=0)
+    samples, total = sum(len(one.segment.record) for one in columns()[1]), np.sum(noise**2, axis=0)
     p = np.ones(noise.shape[1])
     for k in {s.directions.shape[1] for s in found}:
         own = [s.directions for s in found if s.directions.shape[1] == k]
@@ -137,7 +136,7 @@ def test_a_faint_effect_is_significant() -> None:
     seen, noise = noises(SEEDS)
     one = next(s for s in every_score(seen, noise[:, 0]) if s.candidate.name == "motor.quadratic_friction")
     total, tries = float(np.sum(noise[:, 0] ** 2)), len(columns()[0])
-    samples = sum(len(s.record) for s in columns()[1])
+    samples = sum(len(s.segment.record) for s in columns()[1])
     assert one.directions.shape[1] == 1
     assert significance(81.0, 1, total + 81.0, samples, tries) < 1e-12
     assert significance(25.0, 1, total + 25.0, samples, tries) < LEVEL

@@ -5,25 +5,25 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
-from support.small_bench import AXIS, SPEED_NOISE, TRUTH, bench, fitted, records, records_of, searched, simulated
+from support.small_bench import AXIS, SPEED_NOISE, TRUTH, begun, fitted, records, records_of, searched, simulated
 
 from robotid.catalogue import assemble
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.nonparametric.curve_fit import shapes
-from robotid.diagnosis.refit.refitted_model import EvaluationData, RefittedModel, extended, refit
+from robotid.diagnosis.nonparametric.curve_fit import fit_curves
+from robotid.diagnosis.refit.refit import refit
+from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
 from robotid.diagnosis.results import Diagnosis
-from robotid.diagnosis.scoring.candidates import Candidate
-from robotid.diagnosis.scoring.ranking import Round, best_of_each, look, p_value, rank
+from robotid.diagnosis.scoring.candidate import Candidate
+from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search import refits
 from robotid.diagnosis.search import search as searching
-from robotid.diagnosis.search.acceptance import drop, objection
-from robotid.diagnosis.search.refits import Tried, refit_hopeful
-from robotid.diagnosis.search.state import Found, SearchResult, misfit_energy
+from robotid.diagnosis.search.acceptance import Step, drop_worthless, objection
+from robotid.diagnosis.search.refits import CandidateRefit, refit_hopeful
+from robotid.diagnosis.search.state import AcceptedCause, SearchResult, SearchState, misfit_energy
 from robotid.diagnosis.verdict import verdict
 from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import fitted_model
@@ -79,7 +79,7 @@ def test_nothing_is_named_where_nothing_is_missing() -> None:
 @pytest.mark.parametrize("seed", [2, 3])
 def test_nothing_is_named_under_other_noise(seed: int) -> None:
     growth = searched(records({}, seed=seed), QUICK)
-    assert (growth.causes, growth.shape, growth.changes) == ((), None, ())
+    assert (growth.causes, growth.curve, growth.changes) == ((), None, ())
 
 
 def test_a_hidden_stribeck_effect_is_named_with_its_amplitude() -> None:
@@ -99,9 +99,9 @@ def test_a_hidden_stribeck_effect_is_named_with_its_amplitude() -> None:
 def test_the_gain_that_a_cause_claims_is_that_of_its_held_out_record() -> None:
     _, growth, _ = question("stribeck")
     (found,) = growth.causes
-    assert found.gain == pytest.approx(found.after.held_fit_percent - found.before.held_fit_percent)
+    assert found.gain == pytest.approx(found.after.validation_fit_percent - found.before.validation_fit_percent)
     assert found.gain > 1.0
-    assert found.after.held_energy < 1.2 * sum(map(len, growth.bench.held))
+    assert found.after.validation_energy < 1.2 * growth.data.validation_samples
 
 
 def test_both_effects_of_a_pair_are_named() -> None:
@@ -117,9 +117,9 @@ def test_both_effects_of_a_pair_are_named() -> None:
 def test_what_causes_explain_adds_up_to_what_they_leave() -> None:
     """Though the noise is taken for smaller from cause to cause."""
     _, growth, d = question("pair")
-    left, whole = (misfit_energy(trial, growth.bench) for trial in (growth.last, growth.first))
+    left, whole = (misfit_energy(model, growth.data) for model in (growth.last, growth.first))
     assert len(d.causes) > 1
-    assert growth.bench.whiten[0].output != pytest.approx(growth.rounds[0].trial.problem.whiten[0].output, rel=0.01)
+    assert growth.data.fitted[0].whitening.output != pytest.approx(growth.first.fitted[0].whitening.output, rel=0.01)
     assert sum(cause.explained for cause in d.causes) == pytest.approx(1 - left / whole, abs=1e-3)
 
 
@@ -139,8 +139,8 @@ def test_what_differs_in_one_fitted_record_is_named_with_its_size() -> None:
 def test_an_accident_of_the_fitted_records_does_not_carry_over() -> None:
     _, growth, d = question("accident")
     assert "motor.constant_torque" not in {effect for cause in d.causes for effect in cause.twins}
-    turned = {one.effect: one for one in growth.turned}
-    one = turned["motor.constant_torque"]
+    rejected = {one.effect: one for one in growth.rejected}
+    one = rejected["motor.constant_torque"]
     assert one.why.startswith("does not carry over")
     assert one.gain < 0.0
     assert one.explained > 0.5
@@ -150,7 +150,7 @@ def test_an_accident_of_the_fitted_records_does_not_carry_over() -> None:
 def test_a_misfit_far_above_the_noise_is_not_called_clean() -> None:
     """Nothing is named there, and no shape stands; it is a misfit all the same."""
     made, growth, _ = question("accident")
-    bare = replace(growth, causes=(), changes=(), shape=None, last=growth.first)
+    bare = replace(growth, causes=(), changes=(), curve=None, last=growth.first)
     d = told(made, bare)
     assert d.misfit > 2 * d.noise_floor
     assert d.verdict == "unknown"
@@ -175,32 +175,33 @@ def test_every_rejection_tells_why_and_none_is_a_cause() -> None:
         assert all(r.why for r in d.rejected)
 
 
-def refit_but(monkeypatch: pytest.MonkeyPatch, refused: Callable[[Round, Candidate], bool]) -> tuple[Round, Tried]:
+def refit_but(
+    monkeypatch: pytest.MonkeyPatch, refused: Callable[[Round, Candidate], bool]
+) -> tuple[Round, list[CandidateRefit]]:
     """A round, and what is refitted of it where some refits fail; no candidate is asked for twice."""
-    benched, trial = bench(records(STRIBECK), QUICK)
-    seen = rank(look(trial, QUICK.skip), benched, QUICK)
+    state = begun(records(STRIBECK), QUICK).scored(QUICK)
     refitted, asked = refits._refitted, list[Candidate]()
 
-    def failing(now: RefittedModel, one: Score, *others: Any) -> RefittedModel:
+    def failing(state: SearchState, one: Score, explained: float) -> RefittedModel:
         asked.append(one.candidate)
-        if refused(seen, one.candidate):
+        if refused(state.round, one.candidate):
             raise NumericsError("not this one")
-        return refitted(now, one, *others)
+        return refitted(state, one, explained)
 
     monkeypatch.setattr(refits, "_refitted", failing)
-    tried = refits.refit_hopeful(trial, seen, benched, QUICK, lambda _: None)
+    tried = refits.refit_hopeful(state, QUICK, lambda _: None)
     assert len(set(asked)) == len(asked)
-    return seen, tried
+    return state.round, tried
 
 
 def hopeful(seen: Round) -> set[str]:
-    return {one.candidate.name for one in best_of_each(seen.scores) if one.energy > 0.5 * seen.scores[0].energy}
+    return {one.candidate.name for one in seen.best_of_each if one.energy > 0.5 * seen.scores[0].energy}
 
 
 def test_candidates_that_cannot_be_refitted_give_way_to_those_that_follow(monkeypatch: pytest.MonkeyPatch) -> None:
     seen, tried = refit_but(monkeypatch, lambda seen, one: one.name in hopeful(seen))
     assert tried
-    assert not {one.candidate.name for one, _ in tried} & hopeful(seen)
+    assert not {one.effect for one in tried} & hopeful(seen)
 
 
 def test_an_effect_that_cannot_be_refitted_from_one_point_of_its_grid_is_tried_from_another(
@@ -212,8 +213,8 @@ def test_an_effect_that_cannot_be_refitted_from_one_point_of_its_grid_is_tried_f
 
     seen, tried = refit_but(monkeypatch, refused)
     best = seen.scores[0].candidate
-    assert [one.candidate.name for one, _ in tried] == [best.name]
-    assert tried[0][0].candidate != best
+    assert [one.effect for one in tried] == [best.name]
+    assert tried[0].score.candidate != best
 
 
 def test_what_differs_on_a_record_held_out_is_told_with_its_size() -> None:
@@ -228,53 +229,60 @@ def test_what_differs_on_a_record_held_out_is_told_with_its_size() -> None:
 
 
 @cache
-def idle_then_stribeck() -> tuple[EvaluationData, RefittedModel, RefittedModel, RefittedModel]:
+def idle_then_stribeck() -> tuple[SearchState, RefittedModel, RefittedModel]:
     """The axis, with a cogging that it does not have, and with the Stribeck effect that it has besides."""
-    where, first = bench(records(STRIBECK), QUICK)
-    structure, start = extended(first, "motor.cogging", {f"motor.cogging.{k}": v for k, v in (("A", 0.01), ("n", 6.0))})
-    idle = refit(structure, [start], where, first.motions)
+    state = begun(records(STRIBECK), QUICK)
+    cogging = {f"motor.cogging.{k}": v for k, v in (("A", 0.01), ("n", 6.0))}
+    structure, start = extended(state.first, "motor.cogging", cogging)
+    idle = refit(structure, [start], state.data, state.first.trajectories)
     structure, start = extended(idle, "motor.stribeck", STRIBECK)
-    return where, first, idle, refit(structure, [start], where, idle.motions)
+    return state, idle, refit(structure, [start], state.data, idle.trajectories)
+
+
+def stribeck_step() -> Step:
+    state, idle, both = idle_then_stribeck()
+    return Step(state.first, idle, both, state.data)
 
 
 def test_a_cause_that_loses_its_worth_is_dropped() -> None:
-    where, first, idle, both = idle_then_stribeck()
-    causes = [
-        Found("motor.cogging", 0.3, 1.0, 1e-9, ("motor.cogging",), first, idle, None),
-        Found("motor.stribeck", 0.9, 1.0, 1e-9, ("motor.stribeck",), idle, both, None),
-    ]
-    kept, now = drop(first, causes, both, where, QUICK)
-    assert [one.effect for one in kept] == ["motor.stribeck"]
-    assert now.structure.effects == (*AXIS.effects, "motor.stribeck")
+    state, idle, both = idle_then_stribeck()
+    causes = (
+        AcceptedCause("motor.cogging", 0.3, 1.0, 1e-9, ("motor.cogging",), state.first, idle, None),
+        AcceptedCause("motor.stribeck", 0.9, 1.0, 1e-9, ("motor.stribeck",), idle, both, None),
+    )
+    after = drop_worthless(replace(state, model=both, causes=causes), QUICK, lambda _: None)
+    assert [one.effect for one in after.causes] == ["motor.stribeck"]
+    assert after.model.structure.effects == (*AXIS.effects, "motor.stribeck")
+    (rejected,) = after.rejected
+    assert (rejected.effect, rejected.explained) == ("motor.cogging", 0.3)
+    assert rejected.why == "lost its worth once motor.stribeck was there"
 
 
 def test_a_cause_must_be_worth_what_is_asked_on_the_records_held_out() -> None:
-    where, first, idle, both = idle_then_stribeck()
-    gained = (idle.held_energy - both.held_energy) / sum(map(len, where.held))
-    assert objection(first, idle, both, where, replace(QUICK, min_improvement_sigma=0.99 * gained**0.5)) is None
-    why = objection(first, idle, both, where, replace(QUICK, min_improvement_sigma=1.01 * gained**0.5))
+    step = stribeck_step()
+    gained = (step.before.validation_energy - step.after.validation_energy) / step.data.validation_samples
+    assert objection(step, replace(QUICK, min_improvement_sigma=0.99 * gained**0.5)) is None
+    why = objection(step, replace(QUICK, min_improvement_sigma=1.01 * gained**0.5))
     assert why is not None
     assert "is not worth it" in why
 
 
 def test_a_cause_that_explains_a_thousandth_is_an_error_of_the_simulation() -> None:
-    where, first, idle, both = idle_then_stribeck()
-    wild = replace(first, residuals=tuple(100.0 * r for r in first.residuals))
-    assert objection(first, idle, both, where, QUICK) is None
-    assert "of the misfit" in str(objection(wild, idle, both, where, QUICK))
+    step = stribeck_step()
+    wild = replace(step.first, fitted=tuple(replace(one, residual=100.0 * one.residual) for one in step.first.fitted))
+    assert objection(step, QUICK) is None
+    assert "of the misfit" in str(objection(replace(step, first=wild), QUICK))
 
 
 def test_only_what_is_significant_and_worth_it_is_refitted() -> None:
     loose = replace(QUICK, min_improvement_sigma=0.0)
-    where, trial = bench(records({}), loose)
-    seen = rank(look(trial, loose.skip), where, loose)
-    p = min(p_value(one, seen, where) for one in seen.scores)
-    worth = (seen.scores[0].energy / where.samples) ** 0.5
+    state = begun(records({}), loose).scored(loose)
+    p = min(state.round.p_value(one) for one in state.round.scores)
+    worth = (state.round.scores[0].energy / state.data.samples) ** 0.5
 
-    def tried(level: float, worth: float = 0.0) -> Tried:
-        return refit_hopeful(
-            trial, seen, where, replace(loose, significance=level, min_improvement_sigma=worth), lambda _: None
-        )
+    def tried(level: float, worth: float = 0.0) -> list[CandidateRefit]:
+        criteria = replace(loose, significance=level, min_improvement_sigma=worth)
+        return refit_hopeful(state, criteria, lambda _: None)
 
     assert tried(2.0 * p)
     assert not tried(p)
@@ -294,28 +302,31 @@ def test_errors_of_the_torque_are_allowed_for_where_sensors_explain_too_little(
     reached: bool, named: bool, shaped: bool, named_then: bool, passes: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made, one, _ = question("stribeck")
-    allowed, grown = list[bool](), list[SearchResult]()
+    allowed, ended = list[bool](), list[SearchResult]()
 
-    def set_up(*_: object, errors: bool = False) -> tuple[EvaluationData, None]:
-        allowed.append(errors)
-        return replace(one.bench, reached=reached, errors=errors), None
+    def first_state(*_: object, torque_errors: bool = False) -> SearchState:
+        allowed.append(torque_errors)
+        data = replace(one.data, noise_reached=reached, torque_errors=torque_errors)
+        return replace(idle_then_stribeck()[0], data=data)
 
-    def grow(_: None, where: EvaluationData, *__: object) -> SearchResult:
-        shape = shapes(one.first, one.bench)[0] if shaped and not where.errors else None
-        causes = one.causes if (named_then if where.errors else named) else ()
-        grown.append(replace(one, bench=where, causes=causes, shape=shape))
-        return grown[-1]
+    def find_causes(state: SearchState, *_: object) -> SearchResult:
+        curve = fit_curves(one.first, one.data)[0] if shaped and not state.data.torque_errors else None
+        causes = one.causes if (named_then if state.data.torque_errors else named) else ()
+        ended.append(replace(one, data=state.data, causes=causes, curve=curve))
+        return ended[-1]
 
-    monkeypatch.setattr(searching, "set_up", set_up)
-    monkeypatch.setattr(searching, "grow", grow)
-    assert searched(made, QUICK) is grown[-1]
+    monkeypatch.setattr(searching, "first_state", first_state)
+    monkeypatch.setattr(searching, "find_causes", find_causes)
+    assert searched(made, QUICK) is ended[-1]
     assert allowed == [False, True][:passes]
 
 
 def test_a_curve_stands_where_errors_of_the_torque_leave_no_cause(monkeypatch: pytest.MonkeyPatch) -> None:
     made, one, _ = question("stribeck")
-    first = replace(one, causes=(), shape=shapes(one.first, one.bench)[0])
+    state = idle_then_stribeck()[0]
+    first = replace(one, causes=(), curve=fit_curves(one.first, one.data)[0])
     both = iter([first, replace(one, causes=())])
-    monkeypatch.setattr(searching, "set_up", lambda *_, **__: (replace(one.bench, reached=False), None))
-    monkeypatch.setattr(searching, "grow", lambda *_: next(both))
+    unreached = replace(state, data=replace(state.data, noise_reached=False))
+    monkeypatch.setattr(searching, "first_state", lambda *_, **__: unreached)
+    monkeypatch.setattr(searching, "find_causes", lambda *_: next(both))
     assert searched(made, QUICK) is first

@@ -1,0 +1,104 @@
+"""The noise that a diagnosis reckons with: that of the sensors, and torque errors that nothing known explains."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotid.diagnosis.noise.noise_floor import noise_levels
+from robotid.diagnosis.noise.settings import NOISE
+from robotid.diagnosis.noise.spectrum import residual_spectrum, whittle
+from robotid.diagnosis.noise.whitening import Segment, whitening
+from robotid.estimate.covariance import ABSORBED
+from robotid.estimate.fitted_model import SimulatedSegment
+from robotid.signals.record import Quantity
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NoiseEstimate:
+    """segments : the records with the filters that whiten their noise; reached : all known effects and free curves
+    together leave no more than the noise of the sensors."""
+
+    segments: tuple[Segment, ...]
+    reached: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Variances:
+    """Variance of each segment's output noise, in the unit of the output squared, and of the torque's noise [Nm2]."""
+
+    output: tuple[float, ...]
+    torque: float
+
+
+def estimate_noise(
+    segments: Sequence[SimulatedSegment],
+    left: Sequence[SimulatedSegment],
+    left_by_curves: Callable[[], Sequence[SimulatedSegment]],
+    output: Quantity,
+    *,
+    torque_errors: bool,
+) -> NoiseEstimate:
+    """The whitening of every segment, and whether the noise of the sensors can be reached.
+
+    left : the segments with what of their residuals no candidate explains; left_by_curves : gives what free curves do
+    not explain either, if need be. torque_errors : whether to assume errors of the torque. Where even all candidates
+    and free curves leave more than the sensors' noise, the model lacks what no catalogue has: that may count as a white
+    error of the torque, as large as it takes, lest its every detail be explained.
+    """
+    noise = noise_levels(segments, output)
+    typical = float(np.median([n.output for n in noise]))
+    levels = tuple(max(n.output, NOISE.rest_share * typical) ** 2 for n in noise)
+    sensors = _Variances(levels, noise[0].torque ** 2)  # the torque's is the same in all
+    if _excess(left, output, sensors) > NOISE.unexplained_energy:
+        left = left_by_curves()
+    close = min(NOISE.linear_share * _excess(segments, output, sensors), NOISE.max_linear_energy)
+    reached = _excess(left, output, sensors) <= max(NOISE.unexplained_energy, close)
+    variances = _as_left(left, output, sensors) if torque_errors and not reached else sensors
+    return NoiseEstimate(_whitened(segments, output, variances), reached)
+
+
+def _as_left(left: Sequence[SimulatedSegment], output: Quantity, sensors: _Variances) -> _Variances:
+    """Noises as large as what is left shows them, none smaller than the sensors' own (Whittle 1953)."""
+    found = []
+    for one in left:
+        seen = residual_spectrum(one.trajectory, one.residual, output)
+        found.append(whittle(seen.power[ABSORBED:], seen.shapes[:, ABSORBED:])[0])
+    typical = float(np.median([f[0] for f in found]))
+    least = NOISE.rest_share**2 * typical
+    raised = tuple(max(level, float(f[0]), least) for level, f in zip(sensors.output, found, strict=True))
+    most = max(sensors.torque, float(np.median([f[1] for f in found])))
+    return _Variances(raised, _sufficient_torque(left, output, _Variances(raised, sensors.torque), most))
+
+
+def _sufficient_torque(left: Sequence[SimulatedSegment], output: Quantity, least: _Variances, most: float) -> float:
+    """The variance of the torque error with which what is left has the energy of noise, and no more than most."""
+
+    def excess(torque: float) -> float:
+        return _excess(left, output, _Variances(least.output, torque))
+
+    if excess(most) >= 1.0:
+        return most
+    low, high = np.log(max(least.torque, NOISE.min_variance_ratio * most)), np.log(most)
+    while high - low > NOISE.variance_resolution:
+        middle = (low + high) / 2
+        low, high = (low, middle) if excess(float(np.exp(middle))) < 1.0 else (middle, high)
+    return float(np.exp(high))
+
+
+def _whitened(segments: Sequence[SimulatedSegment], output: Quantity, variances: _Variances) -> tuple[Segment, ...]:
+    found = []
+    for one, level in zip(segments, variances.output, strict=True):
+        t = one.trajectory
+        row = t.joint.output_row(output)
+        found.append(Segment(one.record, whitening(t.joint, t.theta, row, t.sampling_time, (level, variances.torque))))
+    return tuple(found)
+
+
+def _excess(left: Sequence[SimulatedSegment], output: Quantity, variances: _Variances) -> float:
+    """Energy of what is left, over that of the noise."""
+    pairs = zip(_whitened(left, output, variances), left, strict=True)
+    energy = sum(segment.energy(one.residual) for segment, one in pairs)
+    return energy / sum(len(one.residual) for one in left)

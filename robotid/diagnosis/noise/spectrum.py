@@ -1,0 +1,104 @@
+"""The spectrum of a residual, as a sum of noises whose shapes are known where they arise.
+
+White noise of the output is flat; white noise of the recorded torque has the shape of the joint's squared response.
+Levels of such shapes are found by Whittle's likelihood (Whittle 1953).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+from scipy.optimize import nnls
+
+from robotid.diagnosis.noise.settings import NOISE
+from robotid.estimate.covariance import ABSORBED, impulse_response, zero_order_hold_response
+from robotid.model.array import Array
+from robotid.signals.record import Quantity
+from robotid.simulation.trajectory import Trajectory
+
+KINSHIP = 35 / 18  # neighbouring frequencies per independent one under a Hann taper: exact, no tuning
+LINES = 4096  # frequencies whose matrices are in memory at once: any number gives the same spectrum
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spectrum:
+    """Periodogram of a residual and squared response of the joint to its torque, (m,) each, at the same frequencies.
+
+    The output's noise has the same level at every frequency.
+    """
+
+    power: Array
+    response: Array
+
+    @property
+    def shapes(self) -> Array:
+        """Spectra of unit noise of the output and of the torque, (2, m)."""
+        return np.stack([np.ones_like(self.response), self.response])
+
+    @property
+    def bands(self) -> list[slice]:
+        """Octaves, above the lowest frequencies, which a fit shapes."""
+        edges, m = [ABSORBED], len(self.power)
+        while 2 * edges[-1] <= m // 2:
+            edges.append(2 * edges[-1])
+        return [slice(a, b) for a, b in zip(edges, [*edges[1:], m], strict=True)]
+
+    def explained_by(self, model: Array, bands: Sequence[slice]) -> bool:
+        """Whether the mean of every band over that of a model (m,) is one, but for chance."""
+        count = np.array([band.stop - band.start for band in bands])
+        ratio = np.array([np.mean(self.power[band] / np.maximum(model[band], 1e-300)) for band in bands])
+        return bool(np.all(np.abs(ratio - 1) * np.sqrt(count / KINSHIP) < NOISE.band_surprise))
+
+
+def residual_spectrum(trajectory: Trajectory, residual: Array, output: Quantity) -> Spectrum:
+    """Spectrum of a residual (n,) along a trajectory, under a Hann taper, lest a slow drift leaks everywhere."""
+    n, row = len(residual), trajectory.joint.output_row(output)
+    taper = scipy.signal.windows.hann(n + 2)[1:-1]
+    if output == "position":
+        response = _squared_response(trajectory, row, n)
+    else:
+        impulse = impulse_response(trajectory.joint, trajectory.theta, row, trajectory.sampling_time, n)
+        response = (np.abs(np.fft.rfft(impulse, 2 * n)) ** 2)[::2]
+    return Spectrum(np.abs(np.fft.rfft(taper * residual)) ** 2 / np.sum(taper**2), response)
+
+
+def _squared_response(trajectory: Trajectory, row: int, n: int) -> Array:
+    """Squared response of state `row` to a torque that is held, at the frequencies of n samples.
+
+    Without end, for that of a position does not fade as a speed's does. Where a steady torque drives it away, the
+    lowest frequency stands for none.
+    """
+    A, b = zero_order_hold_response(trajectory.joint, trajectory.theta, trajectory.sampling_time)
+    z = np.exp(2j * np.pi * np.arange(1, n // 2 + 1) / n)
+    found = [
+        np.linalg.solve(part[:, None, None] * np.eye(len(b)) - A, b[:, None])[:, row, 0]
+        for part in np.array_split(z, len(z) // LINES + 1)
+    ]
+    squared = np.abs(np.concatenate(found)) ** 2
+    return np.concatenate([squared[:1], squared])
+
+
+def steady_spectrum(seen: Spectrum, residual: Array) -> Spectrum:
+    """The spectrum that half the time stays below (Welch 1967, with medians): bursts, as at reversals, do not show."""
+    length = len(residual) // NOISE.record_parts
+    frequency, power = scipy.signal.welch(residual, nperseg=length, detrend=False, average="median")
+    return Spectrum(power / 2, np.interp(frequency, np.linspace(0, 0.5, len(seen.response)), seen.response))
+
+
+def whittle(power: Array, shapes: Array) -> tuple[Array, float]:
+    """Levels (k,) >= 0 of shapes (k, m) that explain a periodogram (m,) best, and minus twice the log-likelihood."""
+    size = shapes.mean(axis=1, keepdims=True)
+    shapes = shapes / size
+    model, least, before = np.full(len(power), power.mean()), 1e-12 * power.mean(), np.zeros(len(shapes))
+    for _ in range(NOISE.max_fisher_steps):
+        weighted = shapes / model
+        root = np.linalg.cholesky(weighted @ weighted.T + NOISE.ridge * np.eye(len(shapes)))
+        levels, _ = nnls(root.T, np.linalg.solve(root, weighted @ (power / model)))
+        model = np.maximum(levels @ shapes, least)
+        if np.abs(levels - before).max() <= NOISE.settled_change * levels.max():
+            break
+        before = levels
+    return levels / size[:, 0], 2 / KINSHIP * float(np.sum(np.log(model) + power / model))

@@ -1,0 +1,164 @@
+"""The refit: all free parameters and first states of a model, through the whitening of its records."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robotid.catalogue import assemble
+from robotid.diagnosis.noise.whitening import Segment
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.refit.refitted_model import UNKNOWN, RefittedModel, Trajectories, Unknowns, segment_fit
+from robotid.diagnosis.refit.settings import REFIT
+from robotid.errors import NumericsError
+from robotid.estimate.least_squares import SolveOptions, solve
+from robotid.estimate.residual import Evaluation, OutputError
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.model.parameters import Parameters
+from robotid.model.structure import Structure
+from robotid.signals.record import Record
+from robotid.simulation.first_guess import measured_guess
+from robotid.simulation.trajectory import Trajectory
+
+
+@dataclass(frozen=True, slots=True)
+class RefitOptions:
+    """How far a refit goes.
+
+    start_below : energy of a start that is low enough, so that no other start is tried. reject_above : energy that a
+    refit must undercut. careful : the closer to the minimum the less misfit is left, and however many windows fail to
+    settle, as the model that is diagnosed deserves. patience : windows that may fail to settle, unless careful.
+    """
+
+    start_below: float = 0.0
+    reject_above: float = np.inf
+    careful: bool = False
+    patience: int = REFIT.patience
+    max_iterations: int = REFIT.max_iterations
+
+
+QUICK = RefitOptions()
+CAREFUL = RefitOptions(careful=True)
+
+
+def refit(
+    model: Structure | Joint,
+    starts: Sequence[Parameters],
+    data: EvaluationData,
+    near: Trajectories = UNKNOWN,
+    options: RefitOptions = QUICK,
+) -> RefittedModel:
+    """Refit all free parameters from the best of `starts`, the boldest first, or the first that is low enough.
+
+    near : trajectories of the same segments by a model nearby. Raises NumericsError where the model cannot be
+    simulated, or its energy is not below what the options ask for.
+    """
+    joint = model if isinstance(model, Joint) else assemble(model, angle=data.output == "position")
+    problem, at = _best_start(joint, starts, data, near.fitted, options)
+    effort = solve_effort(data.samples, 2.0 * at.cost, options)
+    solution = solve(problem, at.unknowns, effort, initial=at)
+    end = solution.evaluation
+    if 2.0 * end.cost >= options.reject_above:
+        raise NumericsError("the fit is no better than without")
+    parameters = problem.parameters.with_values(problem.theta(end.unknowns))
+    fitted = zip(data.fitted, end.trajectories, strict=True)
+    validated = zip(data.validation, _validate(problem, parameters, data, near.validation), strict=True)
+    return RefittedModel(
+        joint=joint,
+        parameters=parameters,
+        unknowns=unknowns_of(problem),
+        factor=solution.factor,
+        fitted=tuple(segment_fit(segment, t, data.output) for segment, t in fitted),
+        validation=tuple(segment_fit(segment, t, data.output) for segment, t in validated),
+    )
+
+
+def unknowns_of(problem: OutputError) -> Unknowns:
+    """What a fit of this problem shapes."""
+    return Unknowns(problem.output, problem.columns, problem.free_states)
+
+
+def solve_effort(samples: int, energy: float, options: RefitOptions) -> SolveOptions:
+    """When a fit ends that starts at this energy: a misfit hides what finer steps would gain."""
+    misfit = max(0.0, 1.0 - samples / max(energy, 1e-300))
+    if options.careful and misfit < REFIT.little_misfit:
+        return SolveOptions(options.max_iterations, REFIT.careful_tolerance)
+    tolerance = max(REFIT.tolerance, REFIT.misfit_tolerance * misfit)
+    return SolveOptions(options.max_iterations, tolerance, max_small_steps=1)
+
+
+def _best_start(
+    joint: Joint, starts: Sequence[Parameters], data: EvaluationData, near: Sequence[Trajectory], options: RefitOptions
+) -> tuple[OutputError, Evaluation]:
+    """The problem at the start of least cost. Raises NumericsError where none can be simulated."""
+    enough = options.start_below
+    best: tuple[OutputError, Evaluation] | None = None
+    for k, start in enumerate(starts):
+        problem = _problem(joint, start, data.fitted, data, None if options.careful else options.patience)
+        most = 0.5 * REFIT.hopeless_start * enough or np.inf
+        try:
+            at = _begin(problem, near, most if best is None else best[1].cost)
+            if best is None and len(at.residuals) < len(data.fitted):
+                raise NumericsError("the start is far from the records")
+        except NumericsError:
+            if k == len(starts) - 1 and best is None:
+                raise
+            continue
+        if best is not None and at.cost >= best[1].cost:
+            break
+        best = (problem, at)
+        if 2.0 * at.cost <= enough:
+            break
+    assert best is not None
+    return best
+
+
+def _problem(
+    joint: Joint, parameters: Parameters, segments: Sequence[Segment], data: EvaluationData, patience: int | None
+) -> OutputError:
+    records, filters = tuple(s.record for s in segments), tuple(s.whitening for s in segments)
+    weights = np.ones(len(records))
+    return OutputError(joint, parameters, records, data.output, weights, data.estimate_states, filters, patience)
+
+
+def _begin(problem: OutputError, near: Sequence[Trajectory], most: float = np.inf) -> Evaluation:
+    """A problem where its iteration starts: at its parameters, and at trajectories nearby as far as these are known.
+
+    most : cost that is of interest, as of `OutputError.evaluate`.
+    """
+    unknowns, own = problem.start(), len(problem.free_states)
+    guesses = []
+    for k, (record, known) in enumerate(zip(problem.records, near, strict=False)):
+        guess = _guess(problem.joint, problem.parameters.values, record, known)
+        guesses.append(guess)
+        first = len(problem.columns) + k * own
+        unknowns[first : first + own] = guess[list(problem.free_states), 0]
+    return problem.evaluate(np.clip(unknowns, *problem.bounds()), guesses=guesses, max_cost=most)
+
+
+def _guess(joint: Joint, theta: Array, record: Record, known: Trajectory) -> Array:
+    """States (nx, n) of a joint as far as another's trajectory has them, the others as measured."""
+    guess = measured_guess(joint, joint.in_record(theta, record.name), record)
+    row = {name: i for i, name in enumerate(known.joint.state_names)}
+    for i, name in enumerate(joint.state_names):
+        if name in row:
+            guess[i] = known.x[row[name]]
+    return guess
+
+
+def _validate(
+    problem: OutputError, parameters: Parameters, data: EvaluationData, near: Sequence[Trajectory]
+) -> list[Trajectory]:
+    """The validation segments with the parameters fixed, each from the first states that suit it best."""
+    alone = replace(problem, parameters=parameters.all_fixed, weights=np.ones(1))
+    effort = SolveOptions(REFIT.max_validation_iterations, REFIT.validation_tolerance, max_small_steps=1)
+    found = []
+    for k, segment in enumerate(data.validation):
+        one = replace(alone, records=(segment.record,), whiten=(segment.whitening,))
+        at = _begin(one, near[k : k + 1])
+        end = solve(one, at.unknowns, effort, initial=at).evaluation
+        found.append(end.trajectories[0])
+    return found

@@ -1,0 +1,74 @@
+"""Every effect of the catalogue that a model could lack, over the grids of its shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from itertools import product
+
+from robotid.channels import CHANNELS
+from robotid.diagnosis.scoring.candidate import EffectCandidate
+from robotid.diagnosis.scoring.channel_candidates import SensorChannelCandidate, TorqueChannelCandidate
+from robotid.diagnosis.scoring.term_candidate import TermCandidate
+from robotid.model.channel import Channel
+from robotid.model.port import Port, Signal
+from robotid.model.structure import Structure
+from robotid.model.term import Term
+from robotid.signals.record import Quantity
+from robotid.terms import TERMS
+
+
+def candidates(structure: Structure, output: Quantity, skip: Collection[str] = ()) -> tuple[EffectCandidate, ...]:
+    """All effects of the catalogue that the structure lacks, each at its usual place; elsewhere once it is there.
+
+    skip : effects, with or without their place, that are out of the question.
+    """
+    present = {*structure.terms, *structure.channels}
+
+    def lacking(effect: Term | Channel, place: Port | Signal) -> bool:
+        return f"{place}.{effect.name}" not in present
+
+    def wanted(effect: Term | Channel, place: Port | Signal) -> bool:
+        named = {f"{place}.{effect.name}", effect.name}
+        return not named & set(skip) and any(p.null is not None for p in effect.parameters)
+
+    found: list[EffectCandidate] = []
+    for term in TERMS.values():
+        port = next((p for p in _ports(term, structure) if lacking(term, p)), None)
+        if port is not None and wanted(term, port):
+            found += [term_candidate(port, term, values) for values in _grid(term)]
+    for channel in CHANNELS.values():
+        signal = next((s for s in _signals(channel, output) if lacking(channel, s)), None)
+        if signal is not None and wanted(channel, signal):
+            found += [channel_candidate(signal, channel, values) for values in _grid(channel)]
+    return tuple(found)
+
+
+def term_candidate(port: Port, term: Term, values: tuple[float, ...]) -> TermCandidate:
+    """A term at a port as a candidate. values : of its parameters."""
+    return TermCandidate(f"{port}.{term.name}", values, port, term)
+
+
+def channel_candidate(signal: Signal, channel: Channel, values: tuple[float, ...]) -> EffectCandidate:
+    """A channel on a signal as a candidate: on the torque it drives the motion, elsewhere it only shows."""
+    kind = TorqueChannelCandidate if signal is Signal.TORQUE else SensorChannelCandidate
+    return kind(f"{signal}.{channel.name}", values, signal, channel)
+
+
+def _ports(term: Term, structure: Structure) -> list[Port]:
+    """The ports of a structure at which a term may act, the usual one first."""
+    places = {Port(name.split(".")[0]) for name in structure.terms}
+    if Port.GEAR not in places:
+        places = {Port.MOTOR}
+    hung = {Port.LINK} if term.ports[0] is Port.LINK and Port.GEAR in places else set()
+    return [port for port in term.ports if port in places | hung]
+
+
+def _signals(channel: Channel, output: Quantity) -> list[Signal]:
+    """The signals on which a channel would show in the output, the usual one first."""
+    shown = {Signal.TORQUE, Signal.ANGLE} | ({Signal.SPEED} if output == "speed" else set())
+    return [signal for signal in channel.signals if signal in shown]
+
+
+def _grid(effect: Term | Channel) -> Iterator[tuple[float, ...]]:
+    """The nulls, with the shapes at every point of their grids."""
+    yield from product(*(p.grid if p.is_shape else (p.guess if p.null is None else p.null,) for p in effect.parameters))

@@ -1,0 +1,91 @@
+"""A segment of a record with all columns that may explain its residual."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import repeat
+
+import numpy as np
+
+from robotid.diagnosis.noise.whitening import Whitening
+from robotid.diagnosis.refit.refitted_model import SegmentFit, Unknowns
+from robotid.diagnosis.scoring.candidate import EffectCandidate
+from robotid.diagnosis.scoring.columns import columns
+from robotid.diagnosis.scoring.settings import SCORING
+from robotid.estimate.fitted_model import SimulatedSegment
+from robotid.model.array import Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scan:
+    """One segment with all its columns.
+
+    signals (m, n) : derivatives of the output to the first states, to the fitted parameters, to the candidates'
+    parameters and to further forces, and last the residual, all in one array, for all go through the same whitening.
+    """
+
+    segment: SegmentFit
+    whitening: Whitening
+    unknowns: Unknowns
+    signals: Array
+
+    @property
+    def states(self) -> int:
+        """How many columns are of first states."""
+        return len(self.unknowns.first_states)
+
+    @property
+    def known(self) -> int:
+        """How many columns the fit has shaped: of first states and of fitted parameters."""
+        return self.states + len(self.unknowns.parameters)
+
+    @property
+    def whitened(self) -> Array:
+        """All signals through the whitening, (m, n)."""
+        return self.whitening(self.signals)
+
+    @property
+    def bare(self) -> Scan:
+        """The segment with what the fit has shaped, and its residual."""
+        return replace(self, signals=np.concatenate([self.signals[: self.known], self.signals[-1:]]))
+
+    def with_columns(self, more: Array) -> Scan:
+        """The segment with further columns (k, n)."""
+        return replace(self, signals=np.concatenate([self.signals[:-1], more, self.signals[-1:]]))
+
+    def with_segment(self, segment: SegmentFit) -> Scan:
+        """The same columns beside the residual that a similar model leaves, through the whitening of that."""
+        signals = np.concatenate([self.signals[:-1], segment.residual[None]])
+        return replace(self, segment=segment, whitening=segment.whitening, signals=signals)
+
+    def unexplained(self) -> SimulatedSegment:
+        """The segment with what is left of its residual when all columns may explain it."""
+        known, residual = self.signals[:-1], self.signals[-1]
+        length = np.linalg.norm(known, axis=1)
+        scaled = known[length > 0] / length[length > 0, None]
+        values, vectors = np.linalg.eigh(scaled @ scaled.T)
+        kept = values > SCORING.negligible * values[-1]
+        basis = vectors[:, kept] / np.sqrt(values[kept])
+        left = residual - (basis @ (basis.T @ (scaled @ residual))) @ scaled
+        return SimulatedSegment(self.segment.record, self.segment.trajectory, np.asarray(left))
+
+
+def scan(
+    segment: SegmentFit, unknowns: Unknowns, candidates: Sequence[EffectCandidate], forces: Array | None = None
+) -> Scan:
+    """All columns of one segment. forces : (nv, m, n) further generalised forces."""
+    found = columns(segment.trajectory, segment.record, unknowns, candidates, forces)
+    signals = [found.first_states, found.parameters, found.candidates, found.forces, segment.residual[None]]
+    return Scan(segment, segment.whitening, unknowns, np.concatenate(signals))
+
+
+def scans(
+    segments: Sequence[SegmentFit],
+    unknowns: Unknowns,
+    candidates: Sequence[EffectCandidate],
+    forces: Sequence[Array] | None = None,
+) -> tuple[Scan, ...]:
+    """All columns of every segment. forces : (nv, m, n) each; the rest as of `scan`."""
+    each: Iterator[Array | None] = repeat(None) if forces is None else iter(forces)
+    return tuple(scan(one, unknowns, candidates, force) for one, force in zip(segments, each, strict=False))

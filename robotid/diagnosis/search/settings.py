@@ -1,0 +1,52 @@
+"""Tuning constants of the search."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class RefitChoice:
+    """Which candidates are refitted, and from where."""
+
+    hopeful_share: float = 0.5  # of the best score's energy: candidates below it are not refitted
+    rival_share: float = 0.9  # of the best score's energy: below it none rivals a cause that explains nearly all
+    complete_share: float = 0.97  # of the misfit: a cause that explains so much explains it
+    max_rounds: int = 3  # of candidates, where none of the best can be refitted
+    start_ways: tuple[float, ...] = (1.0, 0.5, 0.1)  # of the way to what a score promises, where refits start
+    good_start: float = 0.5  # of a model's energy: a start that leaves less is good, and no other is tried
+    doubtful_share: float = 0.5  # of the misfit: a periodic effect that promises less is tried from other points, too
+    kept_promise: float = 0.8  # of what a score promises: a refit that removes less has lost its way
+    other_points: int = 2  # of a grid that are tried where the best is doubtful
+    neighbour_distance: float = 0.1  # relative: points of a grid that are closer lead to the same end
+
+
+@dataclass(frozen=True, slots=True)
+class AcceptanceSettings:
+    """What counts as the same, as worth nothing, and as unknown."""
+
+    unchanged_share: float = 0.02  # of the residual's energy: a refit that changes less leaves the columns as they are
+    same_share: float = 0.02  # of the energy explained: causes closer than that are not told apart
+    same_energy: float = 12.0  # noise variances, inflated: as far apart as chance sets two equal models (p = 5e-4)
+    max_same_share: float = 0.1  # of the energy explained: causes further apart are told apart, whatever the noise
+    least_share: float = 1e-3  # of the first model's misfit: less is an error of the simulation itself
+    worthless_share: float = 0.1  # of what a cause explained: if no more is lost without it, its worth is gone
+    collinear_cosine: float = 0.999  # at which columns are the same
+    unknown_share: float = 0.1  # of the misfit: a curve that explains less of it is no news
+    imitation_share: float = 0.7  # of what a free curve explains: causes that do not reach it only imitate something
+    complete_share: float = 0.97  # of the misfit: causes that explain so much are the causes, where noise is reached
+    clear_share: float = 0.02  # of the misfit, by which several causes must beat a free curve, and one may miss it
+    trusted_causes: int = 2  # that are added before the question is asked whether they only imitate
+
+
+@dataclass(frozen=True, slots=True)
+class ChangeSettings:
+    """When a parameter is said to differ on a validation record."""
+
+    loud_energy: float = 2.0  # a sample, over that of the fitted records: less asks for no reason
+    confirmed_share: float = 0.2  # of the misfit on the second half that a change must remove
+    same_share: float = 0.02  # of the misfit: changes closer than that are not told apart
+    max_iterations: int = 6  # of a fit of one parameter
+
+
+CHOICE, ACCEPTANCE, CHANGES = RefitChoice(), AcceptanceSettings(), ChangeSettings()
