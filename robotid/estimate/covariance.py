@@ -14,6 +14,7 @@ from scipy.linalg import expm, solve_toeplitz
 from scipy.optimize import minimize
 
 from robotid.model.array import Array
+from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
 from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
 
@@ -44,7 +45,7 @@ def zero_order_hold_response(joint: Joint, theta: Array, sampling_time: float) -
     """x[n + 1] = A x[n] + b u[n] with the torque held, while slipping with the spring at rest: A (nx, nx), b (nx,)."""
     x = np.zeros((joint.nx, 1))
     s = np.ones((joint.masses, 1))
-    at = joint.evaluate(x, np.zeros(1), s, np.zeros(1), theta, columns=())
+    at = joint.evaluate(x, np.zeros(1), s, np.zeros(1), theta, columns=DerivativeColumns())
     assert at.B is not None
     d = joint.nx
     block = np.zeros((d + 1, d + 1))

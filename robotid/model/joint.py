@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robotid.model.array import Array, Mask
 from robotid.model.channel import Channel
+from robotid.model.derivatives import DerivativeColumns, Derivatives, Tangent, absent, combine
 from robotid.model.geometry import Selection
 from robotid.model.layout import Layout
 from robotid.model.linear_algebra import clear_sticking, inverse, product, stacked, with_sticking
 from robotid.model.port import Port, Signal
-from robotid.model.port_motion import Lever, Placed, PortMotion, Tangent, absent, bent, combine, own_tangent
+from robotid.model.port_motion import Lever, Placed, PortMotion, transformed
 from robotid.model.reads import Reads
 from robotid.model.term import Motion, MotionTransform, Term
 
@@ -22,7 +23,8 @@ from robotid.model.term import Motion, MotionTransform, Term
 class Dynamics:
     """Right-hand side and derivatives at n points.
 
-    f (nx, n); A = df/dx (nx, nx, n); B = df/d(theta[columns], u) (nx, k + 1, n), or None.
+    f (nx, n); A = df/dx (nx, nx, n); B (nx, width, n), df to the wanted parameters and forces and to the motor torque,
+    or None.
     """
 
     f: Array
@@ -30,8 +32,25 @@ class Dynamics:
     B: Array | None
 
 
+@dataclass(slots=True)
+class EdgeDistances:
+    """Distances of all edges at n points and their derivatives.
+
+    value (edges, n); to_states (edges, nx, n); to_columns (edges, width, n), or None.
+    """
+
+    value: Array
+    to_states: Array
+    to_columns: Array | None
+
+
 class Joint(Layout):
-    """Equations of motion of one joint, vectorised over samples. Arguments as of `Layout`."""
+    """Equations of motion of one joint, vectorised over samples. Arguments as of `Layout`.
+
+    Arguments of its methods: x (nx, n) states; s (nv, n) directions of motion, with the sides of all edges below them
+    (nv + edges, n) where these are not to be those of the distances; t (n,) time in the record; theta (p,) parameters
+    in the order of `names`; u (n,) motor torque.
+    """
 
     def with_more(
         self,
@@ -45,11 +64,11 @@ class Joint(Layout):
         return Joint(self.structure, [*self.terms, *terms], [*self.channels, *channels], angle=angle)
 
     def motions(self, x: Array, ddq: Array | None, s: Array, t: Array, theta: Array) -> list[Motion]:
-        """What each term feels at states x (nx, n), accelerations ddq (nv, n) or None for rest, directions s."""
-        felts = self._feel(x, s, t, theta)
+        """The motion that each term acts on, at accelerations ddq (nv, n), or None for rest."""
+        motions = self._port_motions(x, s, t, theta)
         return [
-            felt.m if ddq is None else felt.accelerated(_sum(place.q, ddq)).m
-            for place, felt in zip(self.placed, felts, strict=True)
+            motion.m if ddq is None else motion.accelerated(_sum(place.q, ddq)).m
+            for place, motion in zip(self.placed, motions, strict=True)
         ]
 
     def settled(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
@@ -63,36 +82,108 @@ class Joint(Layout):
 
     def force(self, x: Array, u: Array, s: Array, t: Array, theta: Array) -> Array:
         """Generalised force B u - sum S^T tau(x, v, 0), (nv, n)."""
-        return self._force(self._feel(x, s, t, theta), u, theta)
+        return self._force(self._port_motions(x, s, t, theta), u, theta)
 
     def slopes(self, x: Array, s: Array, t: Array, theta: Array) -> tuple[Array, Array]:
         """d(force)/dx (nv, nx, n) without accelerations, and the mass matrix (nv, nv, 1 or n)."""
-        felts = self._feel(x, s, t, theta)
+        motions = self._port_motions(x, s, t, theta)
         jacobian = np.zeros((self.masses, self.nx, x.shape[1]))
-        for place, felt in zip(self.placed, felts, strict=True):
-            self._add_torque(place, felt, theta, jacobian, None, {})
-        return jacobian, self._mass_matrix(felts, theta)
+        for place, motion in zip(self.placed, motions, strict=True):
+            self._add_torque(place, motion, theta, Derivatives(jacobian, None, {}))
+        return jacobian, self._mass_matrix(motions, theta)
 
-    def _feel(
+    def directions(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
+        """Directions of motion s (nv, n) and, below them, the sides of all edges, (nv + edges, n)."""
+        if not self.edges:
+            return s
+        motions = self._port_motions(x, s[: self.masses], t, theta)
+        sides = [motion.m.side for place, motion in zip(self.placed, motions, strict=True) if place.term.edges]
+        return np.concatenate([s[: self.masses], *sides])
+
+    def distances(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
+        """Distances of all edges, (edges, n)."""
+        return self._distances(self._port_motions(x, s, t, theta), x, theta)
+
+    def distance_slopes(
+        self, x: Array, s: Array, t: Array, theta: Array, columns: DerivativeColumns | None = None
+    ) -> EdgeDistances:
+        """Distances of all edges with their derivatives to the states and to what is wanted besides."""
+        motions = self._port_motions(x, s, t, theta)
+        found = Derivatives.zeros(self.edges, self.nx, x.shape[1], columns)
+        for place, motion in zip(self.placed, motions, strict=True):
+            partials = place.term.distance_partials(motion.m, place.values(theta))
+            for row, d in enumerate(partials, start=place.side.start - self.masses):
+                found.add(row, motion.chain(d, place.tangent(d)))
+        assert found.states is not None
+        return EdgeDistances(self._distances(motions, x, theta), found.states, found.columns)
+
+    def evaluate(
+        self,
+        x: Array,
+        u: Array,
+        s: Array,
+        t: Array,
+        theta: Array,
+        sticking: Mask | None = None,
+        columns: DerivativeColumns | None = None,
+    ) -> Dynamics:
+        """Right-hand side and its derivatives.
+
+        sticking : (nv, n) coordinates that friction keeps at rest. columns : what derivatives are wanted to beside the
+        states; None for the states alone.
+        """
+        n, nv = x.shape[1], self.masses
+        motions = self._port_motions(x, s, t, theta)
+        force, mass = self._force(motions, u, theta), self._mass_matrix(motions, theta)
+        if sticking is not None:
+            force, mass = np.where(sticking, 0.0, force), with_sticking(mass, sticking)
+        gain = inverse(mass)
+        ddq = product(gain, force)
+        forces, rates = (Derivatives.zeros(rows, self.nx, n, columns) for rows in (nv, self.nx))
+        assert forces.states is not None
+        assert rates.states is not None
+        f, flow = np.empty((self.nx, n)), len(self.positions)
+        f[:flow], f[self.speeds] = self.positions @ x[self.speeds], ddq
+        rates.states[:flow, self.speeds] = self.positions[:, :, None]
+        for place, motion in zip(self.placed, motions, strict=True):
+            moving = motion.accelerated(_sum(place.q, ddq)) if place.reads_acceleration else motion
+            self._add_torque(place, moving, theta, forces)
+            if place.term.states:
+                self._add_memory(place, motion, theta, f, rates)
+        if forces.columns is not None and columns is not None:
+            forces.columns[0, -1] = 1.0
+            for k, j in enumerate(columns.forces, start=len(columns.parameters)):
+                forces.columns[j, k] = 1.0
+        if sticking is not None:
+            clear_sticking(forces.states, sticking)
+            if forces.columns is not None:
+                clear_sticking(forces.columns, sticking)
+        product(gain, forces.states, out=rates.states[self.speeds])
+        if forces.columns is not None and rates.columns is not None:
+            product(gain, forces.columns, out=rates.columns[self.speeds])
+        return Dynamics(f, rates.states, rates.columns)
+
+    def _port_motions(
         self, x: Array, s: Array, t: Array, theta: Array, places: Sequence[Placed] | None = None
     ) -> list[PortMotion]:
-        """What each place feels: the motion of its port, bent by the bends there, and the torque it reads."""
+        """The motion that the term at each place acts on: its port's, behind the transforms there, with the torque that
+        it reads."""
         places = self.placed if places is None else places
         ports = {port: self._raw(place, x, s, t) for port, place in {p.port: p for p in places}.items()}
-        felts: dict[int, PortMotion] = {}
+        motions: dict[int, PortMotion] = {}
         transforms = [(k, place.transform) for k, place in enumerate(places) if place.transform is not None]
         # Errors of the teeth come before play between them, whatever the order of the list.
         for k, transform in sorted(transforms, key=lambda one: one[1].watches is None):
             place = places[k]
-            felts[k] = self._at(place, ports[place.port], x, s, theta)
+            motions[k] = self._with_memory(place, ports[place.port], x, s, theta)
             watched = self._watched(transform, x, s, t)
-            ports[place.port] = bent(place, ports[place.port], felts[k].m, watched, place.values(theta), self.nx)
+            ports[place.port] = transformed(place, ports[place.port], motions[k].m, watched, place.values(theta))
         for k, place in enumerate(places):
-            if k not in felts:
-                felts[k] = self._at(place, ports[place.port], x, s, theta)
-        read = {k: self._read(place, places, felts, theta) for k, place in enumerate(places) if place.term.reads}
+            if k not in motions:
+                motions[k] = self._with_memory(place, ports[place.port], x, s, theta)
+        read = {k: self._read(place, places, motions, theta) for k, place in enumerate(places) if place.term.reads}
         return [
-            replace(felts[k], m=replace(felts[k].m, tau=read[k][0]), tau=read[k][1]) if k in read else felts[k]
+            replace(motions[k], m=replace(motions[k].m, tau=read[k][0]), tau=read[k][1]) if k in read else motions[k]
             for k in range(len(places))
         ]
 
@@ -101,59 +192,29 @@ class Joint(Layout):
         v, zero = _sum(place.v, x), np.zeros(1)
         direction = s[place.q[0][0]] * np.sign(place.q[0][1]) if len(place.q) == 1 else np.sign(v)
         m = Motion(_sum(place.x, x) if place.x else zero, v, zero, direction, t, x[:0])
-        return PortMotion(m, dict(place.x), dict(place.v), {}, {}, tuple(Lever(j, c) for j, c in place.q))
+        levers = tuple(Lever(j, c) for j, c in place.q)
+        return PortMotion(m, Tangent(dict(place.x)), Tangent(dict(place.v)), Tangent(), Tangent(), levers)
 
-    def _at(self, place: Placed, felt: PortMotion, x: Array, s: Array, theta: Array) -> PortMotion:
+    def _with_memory(self, place: Placed, motion: PortMotion, x: Array, s: Array, theta: Array) -> PortMotion:
         """The same motion with the term's own memory and sides; sides not given are those of the distances."""
         term = place.term
         if not term.states and not term.edges:
-            return felt
-        m = replace(felt.m, z=x[place.z])
+            return motion
+        m = replace(motion.m, z=x[place.z])
         if term.edges:
             given = place.acts and len(s) > self.masses
             m = replace(m, side=s[place.side] if given else np.sign(stacked(term.distance(m, place.values(theta)), x)))
-        return replace(felt, m=m)
-
-    def directions(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
-        """Directions of motion s (nv, n) and, below them, the sides of all edges, (nv + edges, n)."""
-        if not self.edges:
-            return s
-        felts = self._feel(x, s[: self.masses], t, theta)
-        sides = [felt.m.side for place, felt in zip(self.placed, felts, strict=True) if place.term.edges]
-        return np.concatenate([s[: self.masses], *sides])
-
-    def distances(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
-        """Distances of all edges, (edges, n). Arguments as of `evaluate`."""
-        felts = zip(self.placed, self._feel(x, s, t, theta), strict=True)
-        found = [place.term.distance(felt.m, place.values(theta)) for place, felt in felts]
-        return stacked([distance for own in found for distance in own], x)
-
-    def distance_slopes(
-        self, x: Array, s: Array, t: Array, theta: Array, columns: Sequence[int] | None = None
-    ) -> tuple[Array, Array, Array | None]:
-        """Distances of all edges, and their derivatives to x (edges, nx, n) and to theta[columns] and u,
-        (edges, k + 1, n)."""
-        slopes = np.zeros((self.edges, self.nx, x.shape[1]))
-        response = None if columns is None else np.zeros((self.edges, len(columns) + 1, x.shape[1]))
-        where = {} if columns is None else {self.nx + c: k for k, c in enumerate(columns)}
-        for place, felt in zip(self.placed, self._feel(x, s, t, theta), strict=True):
-            partials = place.term.distance_partials(felt.m, place.values(theta))
-            for row, d in enumerate(partials, start=place.side.start - self.masses):
-                tangent = felt.chain(d, own_tangent(place, d, self.nx))
-                for in_state, k, value in _entries(tangent, self.nx, response, where):
-                    matrix = slopes if in_state else response
-                    if matrix is not None:
-                        matrix[row, k] += value
-        return self.distances(x, s, t, theta), slopes, response
+        return replace(motion, m=m)
 
     def _watched(self, transform: MotionTransform, x: Array, s: Array, t: Array) -> PortMotion | None:
+        """The motion of the port that a transform watches, if it watches one."""
         if transform.watches is None:
             return None
         port = self._place(transform.watches, transform, 0, 0, 0, Reads(x=True, a=False, s=False), acts=True)
         return self._raw(port, x, s, t)
 
     def _read(
-        self, reader: Placed, places: Sequence[Placed], felts: dict[int, PortMotion], theta: Array
+        self, reader: Placed, places: Sequence[Placed], motions: dict[int, PortMotion], theta: Array
     ) -> tuple[Array | float, Tangent]:
         """The torque that a term reads, as it acts on the reader's coordinate, with its tangent."""
         reading = reader.term.reads
@@ -165,28 +226,29 @@ class Joint(Layout):
             plain = place.acts and place.term.reads is None and not place.reads_acceleration
             meant = place.term.friction or not reading.friction
             if plain and meant and place.port is (reading.port or reader.port):
-                p, felt = place.values(theta), felts[k]
+                p, motion = place.values(theta), motions[k]
                 factor = dict(place.q).get(j, 0.0) / own
-                total = total + factor * place.term.torque(felt.m, p)
-                d = place.term.partials(felt.m, p)
-                parts.append((factor, felt.chain(d, own_tangent(place, d, self.nx))))
+                total = total + factor * place.term.torque(motion.m, p)
+                d = place.term.partials(motion.m, p)
+                parts.append((factor, motion.chain(d, place.tangent(d))))
         return total, combine(parts)
 
-    def _force(self, felts: Sequence[PortMotion], u: Array, theta: Array) -> Array:
+    def _force(self, motions: Sequence[PortMotion], u: Array, theta: Array) -> Array:
+        """B u - sum S^T tau at the given motions, (nv, n)."""
         force = np.zeros((self.masses, len(u)))
         force[0] = u
-        for place, felt in zip(self.placed, felts, strict=False):
-            tau = place.term.torque(felt.m, place.values(theta))
-            for lever in felt.levers:
+        for place, motion in zip(self.placed, motions, strict=False):
+            tau = place.term.torque(motion.m, place.values(theta))
+            for lever in motion.levers:
                 force[lever.j] -= lever.c * tau
         return force
 
-    def _mass_matrix(self, felts: Sequence[PortMotion], theta: Array) -> Array:
+    def _mass_matrix(self, motions: Sequence[PortMotion], theta: Array) -> Array:
         """M = sum S^T (dtau/da) S, (nv, nv, n), or (nv, nv, 1) where it does not change."""
         mass = np.zeros((self.masses, self.masses, 1))
-        for place, felt in zip(self.placed, felts, strict=False):
+        for place, motion in zip(self.placed, motions, strict=False):
             if place.reads_acceleration:
-                a = place.term.partials(felt.m, place.values(theta)).a
+                a = place.term.partials(motion.m, place.values(theta)).a
                 added = np.zeros((self.masses, self.masses, np.size(a)))
                 for i, ci in place.q:
                     for j, cj in place.q:
@@ -194,109 +256,35 @@ class Joint(Layout):
                 mass = mass + added
         return mass
 
-    def evaluate(
-        self,
-        x: Array,
-        u: Array,
-        s: Array,
-        t: Array,
-        theta: Array,
-        sticking: Mask | None = None,
-        columns: Sequence[int] | None = None,
-    ) -> Dynamics:
-        """Right-hand side and its derivatives.
+    def _distances(self, motions: Sequence[PortMotion], x: Array, theta: Array) -> Array:
+        pairs = zip(self.placed, motions, strict=True)
+        found = [place.term.distance(motion.m, place.values(theta)) for place, motion in pairs]
+        return stacked([distance for own in found for distance in own], x)
 
-        x : (nx, n); u : (n,) motor torque; s : (nv, n) directions of motion, with the sides of all edges below them
-        (nv + edges, n) where these are not to be those of the distances; t : (n,); theta : (p,). sticking : (nv, n)
-        coordinates that stick. columns : indices into theta of the derivatives wanted; -1 - j asks for that to a force
-        on coordinate j.
-        """
-        n, nv = x.shape[1], self.masses
-        felts = self._feel(x, s, t, theta)
-        force, mass = self._force(felts, u, theta), self._mass_matrix(felts, theta)
-        if sticking is not None:
-            force, mass = np.where(sticking, 0.0, force), with_sticking(mass, sticking)
-        gain = inverse(mass)
-        ddq = product(gain, force)
-        jacobian = np.zeros((nv, self.nx, n))
-        response = None if columns is None else np.zeros((nv, len(columns) + 1, n))
-        f, A = np.empty((self.nx, n)), np.zeros((self.nx, self.nx, n))
-        B = None if columns is None else np.zeros((self.nx, len(columns) + 1, n))
-        flow = len(self.positions)
-        f[:flow], f[self.speeds] = self.positions @ x[self.speeds], ddq
-        A[:flow, self.speeds] = self.positions[:, :, None]
-        where = {} if columns is None else {self.nx + c: k for k, c in enumerate(columns)}
-        for place, felt in zip(self.placed, felts, strict=True):
-            moving = felt.accelerated(_sum(place.q, ddq)) if place.reads_acceleration else felt
-            self._add_torque(place, moving, theta, jacobian, response, where)
-            if place.term.states:
-                self._add_memory(place, felt, theta, f, A, B, where)
-        if response is not None and columns is not None:
-            response[0, -1] = 1.0
-            for k, c in enumerate(columns):
-                if c < 0:
-                    response[-1 - c, k] = 1.0
-        if sticking is not None:
-            clear_sticking(jacobian, sticking)
-            if response is not None:
-                clear_sticking(response, sticking)
-        product(gain, jacobian, out=A[self.speeds])
-        if response is not None and B is not None:
-            product(gain, response, out=B[self.speeds])
-        return Dynamics(f, A, B)
-
-    def _add_torque(
-        self,
-        place: Placed,
-        felt: PortMotion,
-        theta: Array,
-        jacobian: Array | None,
-        response: Array | None,
-        where: dict[int, int],
-    ) -> None:
+    def _add_torque(self, place: Placed, motion: PortMotion, theta: Array, forces: Derivatives) -> None:
         """What a term's torque adds to the derivatives of the force; at the null of a candidate the rest vanishes."""
         if place.transform is not None:
             return
         p = place.values(theta)
-        d = place.term.partials(felt.m, p)
-        own = own_tangent(place, d, self.nx, parameters=response is not None)
-        for target, k, value in _entries(felt.chain(d, own) if place.acts else own, self.nx, response, where):
-            matrix = jacobian if target else response
-            if matrix is not None:
-                for lever in felt.levers:
-                    if not absent(lever.c):
-                        matrix[lever.j, k] -= lever.c * value
-        turning = [lever for lever in felt.levers if lever.dc] if place.acts else []
-        tau = place.term.torque(felt.m, p) if turning else 0.0
-        for lever in turning:
-            for target, k, value in _entries(lever.dc, self.nx, response, where):
-                matrix = jacobian if target else response
-                if matrix is not None:
-                    matrix[lever.j, k] -= value * tau
+        d = place.term.partials(motion.m, p)
+        own = place.tangent(d, parameters=forces.columns is not None)
+        tangent = motion.chain(d, own) if place.acts else own
+        for lever in motion.levers:
+            if not absent(lever.c):
+                forces.add(lever.j, tangent, -lever.c)
+        turning = [(lever.j, lever.dc) for lever in motion.levers if lever.dc is not None] if place.acts else []
+        tau = place.term.torque(motion.m, p) if turning else 0.0
+        for j, turns in turning:
+            forces.add(j, turns, -tau)
 
-    def _add_memory(
-        self, place: Placed, felt: PortMotion, theta: Array, f: Array, A: Array, B: Array | None, where: dict[int, int]
-    ) -> None:
+    def _add_memory(self, place: Placed, motion: PortMotion, theta: Array, f: Array, rates: Derivatives) -> None:
+        """The rates of a term's own states, and their derivatives."""
         p = place.values(theta)
-        rates, slopes = place.term.rate(felt.m, p), place.term.rate_partials(felt.m, p)
-        for row, rate, d in zip(range(place.z.start, place.z.stop), rates, slopes, strict=True):
+        partials = place.term.rate_partials(motion.m, p)
+        rows = range(place.z.start, place.z.stop)
+        for row, rate, d in zip(rows, place.term.rate(motion.m, p), partials, strict=True):
             f[row] = rate
-            tangent = felt.chain(d, own_tangent(place, d, self.nx))
-            for in_state, k, value in _entries(tangent, self.nx, B, where):
-                matrix = A if in_state else B
-                if matrix is not None:
-                    matrix[row, k] += value
-
-
-def _entries(
-    tangent: Tangent, nx: int, response: Array | None, where: dict[int, int]
-) -> Iterator[tuple[bool, int, Array | float]]:
-    """Where the parts of a tangent go: (to the state or else to the wanted parameters, column, value)."""
-    for key, value in tangent.items():
-        if key < nx:
-            yield True, key, value
-        elif response is not None and key in where:
-            yield False, where[key], value
+            rates.add(row, motion.chain(d, place.tangent(d)))
 
 
 def _sum(selection: Selection, rows: Array) -> Array:

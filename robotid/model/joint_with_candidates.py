@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from robotid.model.array import Array
+from robotid.model.derivatives import Derivatives, Tangent, absent
 from robotid.model.joint import Joint
 from robotid.model.port import Port
-from robotid.model.port_motion import PortMotion, absent
+from robotid.model.port_motion import PortMotion
 from robotid.model.reads import reads_of
 from robotid.model.term import Motion, Term
 
@@ -28,39 +29,41 @@ class JointWithCandidates(Joint):
         self.candidates = tuple(placed)
 
     def candidate_motions(self, x: Array, s: Array, t: Array, theta: Array) -> list[Motion]:
-        """What each candidate feels, its memory zero. Arguments as of `candidate_forces`, x (nx, n)."""
+        """The motion that each candidate acts on, its memory zero. Arguments as of `candidate_forces`, x (nx, n)."""
         places = (*self.placed, *self.candidates)
         rows = sum(len(place.term.states) for place in self.candidates)
-        felts = self._feel(np.concatenate([x, np.zeros((rows, x.shape[1]))]), s, t, theta, places)
-        return [felt.m for felt in felts[len(self.placed) :]]
+        motions = self._port_motions(np.concatenate([x, np.zeros((rows, x.shape[1]))]), s, t, theta, places)
+        return [motion.m for motion in motions[len(self.placed) :]]
 
     def candidate_forces(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
         """Generalised forces that the candidates' parameters add, each per unit, mean over the intervals between the
         samples, (nv, k, n - 1).
 
         x : (nx + their memory, n) states; s : (nv, n) directions; t : (n,); theta : (p + k,), each candidate at its
-        null. A bent speed may jump where the bent position does not: there it counts by the change of the position.
+        null. A transformed speed may jump where the transformed position does not: there it counts by the change of the
+        position.
         """
         places, first = (*self.placed, *self.candidates), len(self.names)
-        felts = self._feel(x, s, t, theta, places)
+        motions = self._port_motions(x, s, t, theta, places)
         forces = np.zeros((self.masses, len(theta) - first, x.shape[1]))
-        where = {self.nx + c: c - first for c in range(first, len(theta))}
-        follow = [place.at for place in self.candidates if getattr(place.term, "follows", False)]
+        wanted = Derivatives(None, forces, {c: c - first for c in range(first, len(theta))})
+        follow = [place.at for place in self.candidates if place.transform is not None and place.transform.follows]
         jumping = [c for at in follow for c in range(at.start, at.stop)]
-        for place, felt in zip(places, felts, strict=True):
-            steady = {key: value for key, value in felt.v.items() if key - self.nx not in jumping}
-            self._add_torque(place, replace(felt, v=steady), theta, None, forces, where)
+        for place, motion in zip(places, motions, strict=True):
+            steady = {c: value for c, value in motion.v.parameters.items() if c not in jumping}
+            self._add_torque(place, replace(motion, v=Tangent(motion.v.states, steady)), theta, wanted)
         means = np.asarray((forces[:, :, 1:] + forces[:, :, :-1]) / 2)
-        means[:, [c - first for c in jumping]] += np.diff(self._momenta(felts, theta, jumping), axis=2) / np.diff(t)
+        means[:, [c - first for c in jumping]] += np.diff(self._momenta(motions, theta, jumping), axis=2) / np.diff(t)
         return means
 
-    def _momenta(self, felts: Sequence[PortMotion], theta: Array, columns: Sequence[int]) -> Array:
-        """Generalised momenta of what dampers feel of changes of position with theta[columns], (nv, k, n)."""
-        momenta = np.zeros((self.masses, len(columns), felts[0].m.v.size))
-        for place, felt in zip(self.placed, felts, strict=False):
-            slope = place.term.partials(felt.m, place.values(theta)).v
-            for k, c in enumerate(columns):
-                moved = felt.x.get(self.nx + c, 0.0)
-                for lever in () if absent(slope) or absent(moved) else felt.levers:
+    def _momenta(self, motions: Sequence[PortMotion], theta: Array, jumping: Sequence[int]) -> Array:
+        """Generalised momenta of what dampers absorb of changes of position with the parameters `jumping`,
+        (nv, k, n)."""
+        momenta = np.zeros((self.masses, len(jumping), motions[0].m.v.size))
+        for place, motion in zip(self.placed, motions, strict=False):
+            slope = place.term.partials(motion.m, place.values(theta)).v
+            for k, c in enumerate(jumping):
+                moved = motion.x.parameters.get(c, 0.0)
+                for lever in () if absent(slope) or absent(moved) else motion.levers:
                     momenta[lever.j, k] -= lever.c * slope * moved
         return momenta

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotid.model.array import Array
+from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
 from robotid.model.port import Signal
 
@@ -61,7 +62,7 @@ def linearise(joint: Joint, theta: Array, speed: float = 0.0) -> LinearJoint:
     x = joint.settled(x, s, zero, theta)
     slopes, mass = joint.slopes(x, s, zero, theta)
     K, D = -slopes[:, : joint.speeds.start, 0] @ joint.positions, -slopes[:, joint.speeds, 0]
-    point = joint.evaluate(x, zero, s, zero, theta, columns=())
+    point = joint.evaluate(x, zero, s, zero, theta, columns=DerivativeColumns())
     assert point.B is not None
     return LinearJoint(K, D, mass[..., 0], point.A[..., 0], point.B[:, -1, 0], joint.speeds.start)
 

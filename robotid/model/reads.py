@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotid.model.port_motion import absent
+from robotid.model.derivatives import absent
 from robotid.model.term import Motion, Partials, Term
 
 

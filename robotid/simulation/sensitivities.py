@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from robotid.model.array import Array, blocks
-from robotid.model.joint import Joint
+from robotid.model.derivatives import DerivativeColumns
 from robotid.signals.record import Record
 from robotid.simulation.actuator import torque_columns
 from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
@@ -35,7 +35,7 @@ def sensitivities(
     forces = np.zeros((joint.masses, 0, n)) if forces is None else forces
     moved = joint.sources(columns, record.name)
     mechanical = list(dict.fromkeys(k for k in moved if k is not None and k < joint.n_theta))  # each once
-    inputs = _force_columns(joint) if forces.size else []
+    wanted = DerivativeColumns(tuple(mechanical), tuple(range(joint.masses)) if forces.size else ())
     through_torque = torque_columns(joint, trajectory.theta, record.sampling_time, record.tau_m)
     first_force = len(columns) + len(free_states)
     width = first_force + forces.shape[1]
@@ -44,7 +44,7 @@ def sensitivities(
     start[list(free_states), len(columns) + np.arange(len(free_states))] = 1.0
     out[:, :, 0] = start[list(rows)]
     for at in blocks(n - 1, BLOCK):
-        steps = trajectory.linearise(at, [*mechanical, *inputs])
+        steps = trajectory.linearise(at, wanted)
         assert steps.S is not None
         forcing = np.zeros((width, at.stop - at.start + 1, joint.nx)).transpose(2, 0, 1)
         forcing[:, :, 0] = start
@@ -56,7 +56,7 @@ def sensitivities(
             elif column in through_torque:
                 forcing[:, k, 1:] = steps.S[:, -1] * through_torque[column][at]
         to_forces = steps.S[:, len(mechanical) : -1]
-        np.einsum("ijn,jqn->iqn", to_forces, forces[: len(inputs), :, at], out=forcing[:, first_force:, 1:])
+        np.einsum("ijn,jqn->iqn", to_forces, forces[: len(wanted.forces), :, at], out=forcing[:, first_force:, 1:])
         z = solve_block_bidiagonal(steps.G, forcing)
         out[:, :, at.start : at.stop + 1] = z[list(rows)]
         start = z[:, :, -1]
@@ -69,10 +69,11 @@ def force_gradient(trajectory: Trajectory, row: int, weights: Array) -> Array:
     The force is constant over the interval after its sample. One adjoint solve a block, from the last to the first.
     """
     joint, n = trajectory.joint, len(trajectory.u)
+    wanted = DerivativeColumns(forces=tuple(range(joint.masses)))
     gradient, later = np.zeros((joint.masses, n)), np.zeros(joint.nx)
     later[row] = weights[-1]
     for at in reversed(list(blocks(n - 1, BLOCK))):
-        steps = trajectory.linearise(at, _force_columns(joint))
+        steps = trajectory.linearise(at, wanted)
         assert steps.S is not None
         right_side = np.zeros((joint.nx, 1, at.stop - at.start + 1))
         right_side[row, 0, :-1] = weights[at]
@@ -81,8 +82,3 @@ def force_gradient(trajectory: Trajectory, row: int, weights: Array) -> Array:
         gradient[:, at] = np.einsum("ijn,in->jn", steps.S[:, : joint.masses], z[:, 1:])
         later = z[:, 0]
     return gradient
-
-
-def _force_columns(joint: Joint) -> list[int]:
-    """What asks `Joint.evaluate` for the derivative to a force on each coordinate."""
-    return [-1 - j for j in range(joint.masses)]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from robotid.model.array import Array, blocks
+from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
 from robotid.simulation.friction.crossing import linearise_steps
 from robotid.simulation.friction.mode import friction_mode
@@ -53,13 +53,13 @@ class Trajectory:
             parts.append(joint.evaluate(x, inputs.u, mode.s, inputs.t, self.theta, mode.sticking).f[row])
         return np.concatenate(parts)
 
-    def step_inputs(self, at: slice, columns: Sequence[int] | None = None) -> StepInputs:
-        """What acts in the intervals after these samples. columns : parameters to differentiate to, as of
-        `Joint.evaluate`."""
+    def step_inputs(self, at: slice, columns: DerivativeColumns | None = None) -> StepInputs:
+        """What acts in the intervals after these samples. columns : what to differentiate to
+        besides the states."""
         problem = Problem(self.joint, self.theta, self.u, self.sampling_time, self.x, begin=self.begin)
         return problem.inputs(at, columns)
 
-    def linearise(self, at: slice, columns: Sequence[int] | None = None) -> Steps:
+    def linearise(self, at: slice, columns: DerivativeColumns | None = None) -> Steps:
         """The steps of the intervals after these samples, the last of all excepted, with derivatives to parameters."""
         x1 = self.x[:, at.start + 1 : at.stop + 1]
         return linearise_steps(self.step_inputs(at, columns), self.x[:, at], x1)

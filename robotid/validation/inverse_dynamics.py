@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from robotid.model.array import Array, blocks
+from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
 from robotid.signals.differentiate import Kinematics, bandwidth, decimate, differentiate
 from robotid.signals.metrics import error_percent
@@ -75,7 +76,7 @@ def _balance(joint: Joint, theta: Array, x: Array, acceleration: Array, t: Array
     torque, motor = np.empty(x.shape[1]), joint.motor_speed
     for at in blocks(len(torque), BLOCK):
         still = np.zeros(len(t[at]))
-        free = joint.evaluate(x[:, at], still, np.sign(x[joint.speeds, at]), t[at], theta, columns=())
+        free = joint.evaluate(x[:, at], still, np.sign(x[joint.speeds, at]), t[at], theta, columns=DerivativeColumns())
         assert free.B is not None
         torque[at] = (acceleration[at] - free.f[motor]) / free.B[motor, -1]
     return torque

@@ -12,9 +12,9 @@ import pytest
 
 from robotid.channels import CHANNELS
 from robotid.model.channel import Channel
+from robotid.model.derivatives import absent
 from robotid.model.describe import describe
 from robotid.model.port import Port, Signal
-from robotid.model.port_motion import absent
 from robotid.model.term import Motion, MotionTransform, Oscillation, Role, Term
 from robotid.terms import TERMS
 

@@ -14,6 +14,7 @@ import numpy as np
 from robotid.diagnosis.misfit.smoother import Chain, Smoothed
 from robotid.errors import NumericsError
 from robotid.model.array import Array, blocks
+from robotid.model.derivatives import DerivativeColumns
 from robotid.signals.record import Quantity, Record
 from robotid.simulation.first_guess import follow_motor, measured_guess
 from robotid.simulation.newton.problem import Problem
@@ -99,7 +100,7 @@ def _linearised(trajectory: Trajectory, x: Array, w: Array) -> tuple[Array, Arra
     G, g, b = np.empty((joint.nx, joint.nx, n - 1)), np.empty((joint.nx, n - 1)), np.empty((joint.nx, n - 1))
     for at in blocks(n - 1, BLOCK):
         x0, x1 = x[:, at], x[:, at.start + 1 : at.stop + 1]
-        steps = moved.linearise(at, ())
+        steps = moved.linearise(at, DerivativeColumns())
         assert steps.S is not None
         G[:, :, at], b[:, at] = steps.G, steps.S[:, -1]
         g[:, at] = x1 + steps.c - np.einsum("ijn,jn->in", steps.G, x0) - b[:, at] * w[at]

@@ -13,6 +13,7 @@ from typing import ClassVar
 import numpy as np
 
 from robotid.model.array import Array
+from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
 from robotid.signals.reference import Reference
 from robotid.simulation.actuator import effective_torque
@@ -88,7 +89,7 @@ class ClosedLoop:
         """Intervals first .. last - 1 linearised at their nodes x (nx + 1, last - first + 1)."""
         nx, h, c = self.joint.nx, self.sampling_time, self._controlled.controller
         error, slope = self._apply_command(first, last, x[:, :-1])
-        steps = linearise_steps(self._open.inputs(slice(first, last), ()), x[:nx, :-1], x[:nx, 1:])
+        steps = linearise_steps(self._open.inputs(slice(first, last), DerivativeColumns()), x[:nx, :-1], x[:nx, 1:])
         assert steps.S is not None
         gain = self._error_gain()
         G = np.zeros((nx + 1, nx + 1, last - first))

@@ -42,7 +42,7 @@ class Crossing:
 class SwitchingSurface:
     """The function that changes its sign at a crossing, of m steps.
 
-    value : (m,); slopes : (nx, m) its derivatives to the states; response : (k + 1, m) to theta[columns] and u, or
+    value : (m,); slopes : (nx, m) its derivatives to the states; response : (width, m) to the inputs' columns, or
     None; at_rest : the states (rows, steps) that are exactly zero on the surface.
     """
 
@@ -117,17 +117,17 @@ def _switching_surface(inputs: StepInputs, x: Array, s: Array, row: Index) -> Sw
     """The surface on which row (m,) of the mode changes its sign, at x (nx, m)."""
     joint, m = inputs.joint, len(row)
     value, slopes = np.zeros(m), np.zeros((joint.nx, m))
-    response = None if inputs.columns is None else np.zeros((len(inputs.columns) + 1, m))
+    response = None if inputs.columns is None else np.zeros((inputs.columns.width, m))
     reversals = np.flatnonzero(row < joint.masses)
     at_rest = joint.speeds.start + row[reversals], reversals
     value[reversals], slopes[at_rest] = x[at_rest], 1.0
     at = np.flatnonzero(row >= joint.masses)
     if at.size:
         edge, here = row[at] - joint.masses, np.arange(at.size)
-        d, to_x, to_theta = joint.distance_slopes(x[:, at], s[:, at], inputs.t[at], inputs.theta, inputs.columns)
-        value[at], slopes[:, at] = d[edge, here], to_x[edge, :, here].T
-        if response is not None and to_theta is not None:
-            response[:, at] = to_theta[edge, :, here].T
+        edges = joint.distance_slopes(x[:, at], s[:, at], inputs.t[at], inputs.theta, inputs.columns)
+        value[at], slopes[:, at] = edges.value[edge, here], edges.to_states[edge, :, here].T
+        if response is not None and edges.to_columns is not None:
+            response[:, at] = edges.to_columns[edge, :, here].T
     return SwitchingSurface(value, slopes, response, at_rest)
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from robotid.model.array import Array, Index
+from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
 
 
@@ -14,7 +14,7 @@ class StepInputs:
     """What acts during n steps.
 
     theta : (p,) parameters of the joint; u : (n,) motor torque, constant during each step; t, h : (n,) start times and
-    lengths [s]; columns : the parameters to differentiate to, as of `Joint.evaluate`, None for no such derivatives.
+    lengths [s]; columns : what to differentiate to besides the states, None for nothing.
     """
 
     joint: Joint
@@ -22,7 +22,7 @@ class StepInputs:
     u: Array
     t: Array
     h: Array
-    columns: Sequence[int] | None = None
+    columns: DerivativeColumns | None = None
 
     def take(self, where: Index) -> StepInputs:
         """The steps at these indices."""

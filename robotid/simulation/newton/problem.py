@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar, Protocol
 
 import numpy as np
 
 from robotid.model.array import Array
+from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
 from robotid.simulation.friction.crossing import linearise_steps
 from robotid.simulation.friction.step import StepInputs, Steps
@@ -73,8 +73,8 @@ class Problem:
         """Intervals first .. last - 1 linearised at their nodes x (nx, last - first + 1)."""
         return linearise_steps(self.inputs(slice(first, last)), x[:, :-1], x[:, 1:])
 
-    def inputs(self, at: slice, columns: Sequence[int] | None = None) -> StepInputs:
-        """What acts in these intervals. columns : parameters to differentiate to, as of `Joint.evaluate`."""
+    def inputs(self, at: slice, columns: DerivativeColumns | None = None) -> StepInputs:
+        """What acts in these intervals. columns : what to differentiate to besides."""
         h = self.sampling_time
         t = self.begin + np.arange(at.start, at.stop, dtype=np.float64) * h
         return StepInputs(self.joint, self.theta, self.u[at], t, np.full(len(t), h, dtype=np.float64), columns)
