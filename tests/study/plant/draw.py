@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from study.plant.experiment import Array, Loop, Recording, experiment
+from study.plant.conditions import CONDITIONS, Condition
+from study.plant.experiment import SUBSTEPS, Array, Loop, Recording, experiment
 from study.plant.references import multisine, square, triangle
 from study.plant.rig import Base, Rig
 
@@ -33,11 +34,28 @@ class Draw:
     loop: Loop
     plans: tuple[Plan, ...]
     seed: int
+    condition: Condition = CONDITIONS["white noise"]
 
     def record(self, rig: Rig, number: int) -> Recording:
-        """The rig on one of the plans."""
-        ref = self.plans[number].ref
-        return experiment(rig, self.loop, ref, SAMPLING_TIME, self.seed + number)
+        """The rig on one of the plans, under the condition of the recording."""
+        condition, ref = self.condition, self.plans[number].ref[:: self.condition.every]
+        rng = np.random.default_rng([self.seed, number])
+        rig, offsets = condition.of(rig, rng), condition.offsets(len(ref), rng)
+        h, substeps = SAMPLING_TIME * condition.every, SUBSTEPS * condition.every
+        made = experiment(rig, self.loop, ref, h, self.seed + number, substeps, offsets)
+        return condition.recorded(made, rng)
+
+    def under(self, condition: Condition) -> Draw:
+        """The same machine and experiments, recorded under a condition."""
+        louder, loop = condition.louder, self.loop
+        loop = replace(loop, torque_noise=louder * loop.torque_noise, speed_noise=louder * loop.speed_noise)
+        fitted = tuple(plan for plan in self.plans if plan.role == "estimate")
+        plans = {
+            "other": self.plans,
+            "none": fitted,
+            "same": (*fitted, replace(fitted[-1], name="check", role="validate", use="both")),
+        }
+        return replace(self, loop=loop, plans=plans[condition.held_out], condition=condition)
 
 
 def draw(rng: np.random.Generator) -> Draw:

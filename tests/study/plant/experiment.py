@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,9 +32,10 @@ class Loop:
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """Signals (n,) as recorded, and the states (n,) that no recorder sees."""
+    """Signals (n,) as recorded at times t (n,) [s], and the states (n,) that no recorder sees."""
 
     sampling_time: float
+    t: Array
     torque: Array
     angle: Array
     speed: Array
@@ -41,9 +43,16 @@ class Recording:
 
 
 def experiment(
-    rig: Rig, loop: Loop, ref: Array, sampling_time: float, seed: int, substeps: int = SUBSTEPS
+    rig: Rig,
+    loop: Loop,
+    ref: Array,
+    sampling_time: float,
+    seed: int,
+    substeps: int = SUBSTEPS,
+    offsets: Sequence[int] = (),
 ) -> Recording:
-    """Follow a reference speed (n,) [rad/s] from rest."""
+    """Follow a reference speed (n,) [rad/s] from rest. offsets (n,) : substeps after the controller's instants at which
+    the recorder takes its samples; none, and it takes them at those instants."""
     machine, sensor = rig.machine(), rig.sensor
     rng = np.random.default_rng(seed)
     n, dt = len(ref), sampling_time / substeps
@@ -52,15 +61,18 @@ def experiment(
     y, integral = at_rest(machine), 0.0
     states, torque, angle, speed = [], [], [], []
     line.append(0.0)
-    for wanted, noise in zip(ref.tolist(), speed_noise, strict=True):
-        states.append(y)
-        angle.append(sensor.angle(y.phi_m))
-        speed.append(line[0] + noise)
-        error = wanted - speed[-1]
+    late = list(offsets) or [0] * n
+    for wanted, noise, taken in zip(ref.tolist(), speed_noise, late, strict=True):
+        error = wanted - (line[0] + noise)
         torque.append(loop.kp * error + loop.ki * integral)
         integral += sampling_time * error
-        for u in acting(torque[-1]):
+        for k, u in enumerate(acting(torque[-1])):
+            if k == taken:
+                states.append(y)
+                angle.append(sensor.angle(y.phi_m))
+                speed.append(line[0] + noise)
             y = step(y, u, dt)
             line.append(sensor.speed(y.phi_m, y.dphi_m))
     noisy = np.array(torque) + loop.torque_noise * rng.standard_normal(n)
-    return Recording(sampling_time, noisy, np.array(angle), np.array(speed), tuple(states))
+    t = np.arange(n) * sampling_time + np.array(late) * dt
+    return Recording(sampling_time, t, noisy, np.array(angle), np.array(speed), tuple(states))

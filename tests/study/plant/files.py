@@ -17,11 +17,11 @@ COLUMNS = "time [s],torque [Nm],angle [rad],speed [rad/s]"
 BASE = ("motor.inertia", "motor.viscous", "motor.coulomb", "gear.spring", "gear.damper", "arm.inertia")
 
 
-def write_csv(file: Path, recording: Recording) -> None:
-    """Nine digits are more than any of the signals holds."""
-    t = np.arange(len(recording.torque)) * recording.sampling_time
-    table = np.column_stack([t, recording.torque, recording.angle, recording.speed])
-    np.savetxt(file, table, fmt="%.9g", delimiter=",", header=COLUMNS, comments="")
+def write_csv(file: Path, recording: Recording, *, speed: bool = True) -> None:
+    """Nine digits are more than any of the signals holds. speed : whether the recorder keeps it."""
+    signals = [recording.t, recording.torque, recording.angle, recording.speed][: 4 if speed else 3]
+    header = ",".join(COLUMNS.split(",")[: len(signals)])
+    np.savetxt(file, np.column_stack(signals), fmt="%.9g", delimiter=",", header=header, comments="")
 
 
 def write_config(

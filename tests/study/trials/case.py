@@ -12,6 +12,7 @@ from study.plant.draw import Draw
 from study.plant.experiment import Recording
 from study.plant.files import BASE, write_config, write_csv
 from study.plant.rig import Rig
+from study.plant.strangers import EVENTFUL, STRANGERS
 from robotid.channels import CHANNELS
 from robotid.terms import TERMS
 
@@ -29,6 +30,9 @@ class Hidden:
 
     def into(self, rig: Rig, record: str) -> Rig:
         """The rig with the effect, where it is there on this record."""
+        if self.name in STRANGERS:
+            stranger = STRANGERS[self.name]
+            return rig if stranger.event and record != EVENTFUL else stranger.build(rig, self.size, self.shape)
         if self.name in UNKNOWN:
             law = UNKNOWN[self.name].law(self.size, self.shape)
             return replace(rig, extra=rig.extra.with_motor(law))
@@ -38,7 +42,7 @@ class Hidden:
 
     def truth(self) -> dict[str, float]:
         """Values of the tool's parameters by their full names, as far as the tool has such parameters."""
-        if self.name in UNKNOWN or self.name.startswith("record_change"):
+        if self.name in UNKNOWN or self.name in STRANGERS or self.name.startswith("record_change"):
             return {}
         effect = EFFECTS[self.name]
         values = effect.truth(self.size * self.shape["sign"], self.shape)
@@ -62,11 +66,13 @@ class Case:
         """Effects that the tool is told of: the base's without what is hidden, or all."""
         cubic = ("gear.cubic_spring",) if self.draw.base.k3 else ()
         told = tuple(e for e in (*BASE, *cubic) if e not in self.names)
-        return (*told, *(n for n in self.names if n not in UNKNOWN)) if true else told
+        return (*told, *(n for n in self.names if n not in UNKNOWN and n not in STRANGERS)) if true else told
 
     def samples(self, role: str) -> dict[str, int]:
         """Lengths of the records of a role, by name."""
-        return {plan.name: len(plan.ref) for plan in self.draw.plans if plan.role == role}
+        return {
+            plan.name: len(plan.ref[:: self.draw.condition.every]) for plan in self.draw.plans if plan.role == role
+        }
 
     def records(self) -> dict[str, Recording]:
         """Every record of the plan, by name. Seconds each."""
@@ -83,7 +89,7 @@ class Case:
         folder.mkdir(parents=True, exist_ok=True)
         made = self.records()
         for name, recording in made.items():
-            write_csv(folder / f"{name}.csv", recording)
+            write_csv(folder / f"{name}.csv", recording, speed=self.draw.condition.logs_speed)
         self.write_configs(folder)
         return made
 

@@ -14,12 +14,13 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from support.paths import ROOT
 from study.trials.plan import Spec
 from study.trials.trial import Result, run
 
+T = TypeVar("T")
 PARTS = ("model", "terms", "channels", "signals", "simulation", "estimate", "diagnosis", "extension", "stages")
 TRIAL = ("trial.py", "case.py", "sizing.py", "tool.py", "shape.py", "plan.py")
 
@@ -69,21 +70,28 @@ def _one(spec: Spec, folder: Path, patience: int) -> Result:
     code = digest()  # before the trial: an edit meanwhile must not pass for what was tried
     signal.signal(signal.SIGALRM, _too_long)
     signal.alarm(patience)
-    scratch = Path(tempfile.mkdtemp(prefix="trial-"))
-    os.environ["ROBOTID_CACHE"] = str(scratch / "cache")
     try:
-        result = run(spec, scratch)
+        result = in_scratch(lambda scratch: run(spec, scratch))
     except Exception:  # a bug is a result as well, and must not end the study
         last = traceback.format_exc().splitlines()
         result = Result(spec.key, spec.kind, spec.names, 0.0, error=" | ".join([last[-1], *last[-3:-1]]))
     finally:
         signal.alarm(0)
-        shutil.rmtree(scratch, ignore_errors=True)
     text = json.dumps({"code": code, **asdict(result)})
     unfinished = folder / f"{spec.key}.part"
     unfinished.write_text(text)
     unfinished.replace(folder / f"{spec.key}.json")
     return result
+
+
+def in_scratch(trial: Callable[[Path], T]) -> T:
+    """A trial in a folder of its own, the simulator's cache included, that is gone afterwards."""
+    scratch = Path(tempfile.mkdtemp(prefix="trial-"))
+    os.environ["ROBOTID_CACHE"] = str(scratch / "cache")
+    try:
+        return trial(scratch)
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
 
 
 def _too_long(*_: object) -> None:

@@ -34,6 +34,8 @@ def fit(config: Path) -> Fitted:
     best = contents["fit"].models[contents["fit"].best]
     model = fitted_model(best)
     held = [r for r in contents["collect"].records if r.role == "validate"]
+    if not held:  # a condition without such records
+        return Fitted(run, float("nan"), {p.name: p.value for p in best.parameters})
     residuals = np.concatenate([r.dphi_m - simulate_record(model, r).signal("speed") for r in held])
     return Fitted(run, float(np.sqrt(np.mean(residuals**2))), {p.name: p.value for p in best.parameters})
 

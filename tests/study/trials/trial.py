@@ -123,10 +123,10 @@ def prepare(spec: Spec, asked: float, folder: Path) -> Sized:
     """The case of a trial, its effects sized, each alone."""
     rng = spec.rng()
     drawn = draw(rng)
-    effects = [_drawn(name, rng) for name in spec.names]
+    effects = [drawn_effect(name, rng) for name in spec.names]
     if len(effects) == 1:
-        return _alone(drawn, effects[0], asked, folder)
-    each = [_alone(drawn, one, asked, folder / one[0]).case.hidden for one in effects]
+        return alone(drawn, effects[0], asked, folder)
+    each = [alone(drawn, one, asked, folder / one[0]).case.hidden for one in effects]
     case = Case(drawn, tuple(h for hidden in each for h in hidden))
     return _as_it_is(case, folder)
 
@@ -135,13 +135,15 @@ Drawn = tuple[str, float, float, Mapping[str, float]]
 """Name of an effect, size to start from, largest size, shape."""
 
 
-def _drawn(name: str, rng: np.random.Generator) -> Drawn:
+def drawn_effect(name: str, rng: np.random.Generator) -> Drawn:
+    """An effect of the catalogue, or an unknown one, with its shape."""
     if name in UNKNOWN:
         return name, UNKNOWN[name].size, np.inf, UNKNOWN[name].shape(rng)
     return name, EFFECTS[name].size, EFFECTS[name].largest, EFFECTS[name].shape(rng)
 
 
-def _alone(drawn: Draw, effect: Drawn, asked: float, folder: Path) -> Sized:
+def alone(drawn: Draw, effect: Drawn, asked: float, folder: Path) -> Sized:
+    """A machine with one effect of the size that costs what is asked."""
     name, start, largest, shape = effect
     return sized(lambda size: Case(drawn, (Hidden(name, size, shape),)), start * asked / USUAL, largest, asked, folder)
 
