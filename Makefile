@@ -58,7 +58,7 @@ docs: $(STAMP)
 	PYTHONPATH=tests $(BIN)/python -m support.manual
 
 # One rule a stage. What make finds stale by time, robotid checks by content: what turns out fresh is only touched.
-# Measured files are those that the configuration names; one that is missing is left for robotid to complain of.
+# Measured files are those that the configuration names; one that is missing is left for robotid to report.
 HERE := $(dir $(CONFIG))
 NAMED := $(shell sed -n 's/^[^\#]*file: *//p' $(CONFIG) 2>/dev/null | sed 's/[ ,}\#].*//' | tr -d "'\"")
 FILES := $(wildcard $(patsubst $(HERE)/%,/%,$(addprefix $(HERE),$(NAMED))))

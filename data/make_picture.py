@@ -1,4 +1,4 @@
-"""Draws the picture of the README: what is wrong, where, why, and what mending it gains.
+"""Draws the picture of the README: what is wrong, where, why, and what the correction gains.
 
 Run from the project's root, after `robotid run configs/hidden.yaml`: python data/make_picture.py runs/hidden
 data/picture.svg. `make picture` does both.
@@ -13,7 +13,8 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from robotid.artifacts.store import load
-from robotid.diagnosis.results import Diagnosis, Extension
+from robotid.diagnosis.results import Diagnosis
+from robotid.extension.results import Extension
 from robotid.report.axes import legend, new_figure
 from robotid.report.causes import draw_causes
 from robotid.report.gain import draw_gain
@@ -21,7 +22,7 @@ from robotid.report.location import best_of_each, draw_curve
 from robotid.report.time import draw_strips, extended_plot
 
 SIZE = (9.6, 5.6)  # [inch]
-RECORD = "check"  # held out of every fit
+RECORD = "check"  # a validation record
 
 
 def picture(diagnosis: Diagnosis, extension: Extension) -> Figure:
@@ -38,7 +39,7 @@ def picture(diagnosis: Diagnosis, extension: Extension) -> Figure:
     draw_causes(why, diagnosis, most_rejected=4)
     why.set_title("why: effects of the catalogue, ranked", fontsize=10, loc="left")
     draw_gain([gain], extension, ("held-out records",))
-    gain.set_title("what mending it gains, held out", fontsize=10, loc="left")
+    gain.set_title("gain on the validation record", fontsize=10, loc="left")
     return figure
 
 

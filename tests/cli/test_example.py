@@ -122,6 +122,8 @@ def test_a_wheel_brings_an_example_that_runs(tmp_path: Path) -> None:
     (wheel,) = tmp_path.glob("*.whl")
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(tmp_path / "site")
+    pages = {page.name for page in (ROOT / "robotid" / "docs").glob("*.md")}
+    assert {page.name for page in (tmp_path / "site" / "robotid" / "docs").iterdir()} == pages
     here = os.environ | {"PYTHONPATH": str(tmp_path / "site")}
     for words in (["example", "demo"], ["excite", "demo/demo.yaml"], ["collect", "demo/demo.yaml", "--json"]):
         command = [sys.executable, "-m", "robotid", *words]

@@ -98,6 +98,15 @@ def test_the_readme_shows_a_part_of_the_same(desk: Desk) -> None:
     assert yaml.safe_load(shown) == yaml.safe_load(CONFIGURATION)
 
 
+def test_the_python_of_the_readme_finds_the_same(desk: Desk) -> None:
+    (shown,) = FRONT.fenced("python")
+    asked = "print(*(cause.effect for cause in found.causes), *better.added)"
+    command = [sys.executable, "-c", f"{shown}\n{asked}"]
+    done = subprocess.run(command, cwd=desk.folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == ["motor.stribeck", "motor.stribeck"]
+
+
 @pytest.mark.parametrize("stage", ["init-rigid", "fit", "validate", "diagnose", "extend"])
 def test_the_json_of_a_stage_has_the_keys_of_the_contract(stage: str, desk: Desk) -> None:
     shown = CONTRACT.text.partition(f"`{stage} --json`")[2].partition("```text\n")[2].partition("```")[0]

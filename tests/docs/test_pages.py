@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 import tomllib
 from pathlib import Path
 
@@ -87,6 +88,11 @@ def test_configurations_that_are_shown_are_valid(page: Page, tmp_path: Path) -> 
         shown = tmp_path / "shown.yaml"
         records = yaml.safe_load(block)["records"]
         assert [record.name for record in parse(block, str(shown)).records] == [record["name"] for record in records]
+
+
+@pytest.mark.parametrize("script", sorted((ROOT / "data").glob("*.py")), ids=lambda path: path.name)
+def test_scripts_beside_the_data_find_what_they_import(script: Path) -> None:
+    assert {"main", "__doc__"} <= set(runpy.run_path(str(script), run_name="imported"))
 
 
 def test_the_readme_is_the_front_page_and_short() -> None:
