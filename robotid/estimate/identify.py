@@ -13,6 +13,7 @@ from robotid.estimate.rigid import RigidResult, fit_rigid
 from robotid.model.joint import Joint
 from robotid.model.parameters import KnownParameter, Parameters
 from robotid.model.structure import Structure
+from robotid.signals.differentiate import ParallelFilter
 from robotid.signals.record import Record, Use
 
 Known = Mapping[str, KnownParameter]
@@ -44,7 +45,7 @@ def initialise_rigid(
     """
     joint = assemble(structure)
     parameters, serving = joint.parameters().with_known(known), _serving(records, "rigid")
-    return fit_rigid(joint, parameters, serving, options.cutoff, options.order, options.min_speed)
+    return fit_rigid(joint, parameters, serving, ParallelFilter(options.cutoff, options.order, options.min_speed))
 
 
 def initialise_flexible(

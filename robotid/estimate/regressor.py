@@ -16,23 +16,10 @@ from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.port import GROUNDED
 from robotid.model.port_motion import Placed
-from robotid.signals.differentiate import Kinematics, decimate, differentiate
+from robotid.signals.differentiate import Kinematics, ParallelFilter
 from robotid.signals.record import Record
 
-POSITION_CUTOFF = (
-    5.0  # of the position's filter, in cut-offs of the parallel filter: it must not shape what that one passes
-)
 PARALLEL = 1e-6  # distance, in parts of its length, at which one column is the multiple of another
-
-
-@dataclass(frozen=True, slots=True)
-class Filtering:
-    """How a record is filtered. cutoff [Hz] of the parallel filter; order of the Butterworth filters; samples slower
-    than min_speed [rad/s] are left out."""
-
-    cutoff: float
-    order: int = 4
-    min_speed: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,10 +49,10 @@ class Merged:
     ratios: tuple[float, ...]
 
 
-def regress(joint: Joint, parameters: Parameters, record: Record, filtering: Filtering) -> Regression:
+def regress(joint: Joint, parameters: Parameters, record: Record, parallel: ParallelFilter) -> Regression:
     """The linear regression of one record. Parameters that are not free, shape parameters and memory are held."""
     h = record.sampling_time
-    motion = differentiate(record.phi_m, h, POSITION_CUTOFF * filtering.cutoff, filtering.order)
+    motion = parallel.motion(record.phi_m, h)
     names, own, motor_side = [], [], []
     held = np.zeros(len(record))
     for place, factor in moving(joint):
@@ -79,8 +66,8 @@ def regress(joint: Joint, parameters: Parameters, record: Record, filtering: Fil
                 motor_side.append(there[k - place.at.start])
                 held -= parameters.values[k] * own[-1]
     signals = np.vstack([*own, *motor_side, record.tau_m, record.tau_m - held, motion.speed])
-    *rows, torque, tau, speed = decimate(signals, h, filtering.cutoff, filtering.order)
-    kept = np.abs(speed) >= filtering.min_speed
+    *rows, torque, tau, speed = parallel.apply(signals, h)
+    kept = np.abs(speed) >= parallel.min_speed
     columns = np.array(rows).reshape(2, len(names), len(tau))[:, :, kept]
     return Regression(tuple(names), columns[0], columns[1], torque[kept], tau[kept])
 

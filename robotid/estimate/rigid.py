@@ -10,17 +10,17 @@ import numpy as np
 from robotid.display import Displayed
 from robotid.errors import NumericsError
 from robotid.estimate.linear_regression import Block, Solution, relative_error, solve, too_few
-from robotid.estimate.regressor import Filtering, Merged, Regression, merge, regress
+from robotid.estimate.regressor import Merged, Regression, merge, regress
 from robotid.estimate.result import Estimate
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.term import Role
-from robotid.signals.differentiate import bandwidth
+from robotid.signals.differentiate import AUTOMATIC, ParallelFilter, bandwidth
 from robotid.signals.record import Record
 
-CANDIDATES = 8  # cut-offs tried for a flexible joint
-FEWEST_PERIODS = 10.0  # of the lowest of them, in a record
+CUTOFF_CANDIDATES = 8  # tried for a flexible joint
+MIN_PERIODS = 10.0  # of the lowest of them, in a record
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -47,18 +47,16 @@ def fit_rigid(
     joint: Joint,
     parameters: Parameters,
     records: Sequence[Record],
-    cutoff: float | None = None,
-    order: int = 4,
-    min_speed: float = 0.0,
+    parallel: ParallelFilter = AUTOMATIC,
 ) -> RigidResult:
     """Least squares of the motor torque on the rigid motion of all records.
 
-    parameters : those that are free are estimated, the others keep their value. cutoff [Hz], absent : chosen for each
-    record by `choose_cutoff`. Raises NumericsError where the records cannot tell the parameters.
+    parameters : those that are free are estimated, the others keep their value. parallel : without a cut-off,
+    `choose_cutoff` finds one for each record. Raises NumericsError where the records cannot tell the parameters.
     """
     if not records:
         raise NumericsError("no record serves the rigid initialisation", where="init_rigid", hint="give one use: rigid")
-    filters = [Filtering(cutoff or choose_cutoff(joint, parameters, r, order), order, min_speed) for r in records]
+    filters = [_chosen(joint, parameters, record, parallel) for record in records]
     regressions = [regress(joint, parameters, *pair) for pair in zip(records, filters, strict=True)]
     unknowns = merge(regressions)
     if not unknowns:
@@ -72,10 +70,15 @@ def fit_rigid(
             record.name: relative_error(residual, g.torque)
             for record, residual, g in zip(records, solution.residuals, regressions, strict=True)
         },
-        cutoff={record.name: f.cutoff for record, f in zip(records, filters, strict=True)},
+        cutoff={record.name: f.cutoff or 0.0 for record, f in zip(records, filters, strict=True)},
         guesses=_share_out(joint, unknowns, solution.theta),
         remarks=_remarks(joint, unknowns),
     )
+
+
+def _chosen(joint: Joint, parameters: Parameters, record: Record, parallel: ParallelFilter) -> ParallelFilter:
+    """The filter of one record."""
+    return parallel if parallel.cutoff else parallel.at(choose_cutoff(joint, parameters, record, parallel.order))
 
 
 def choose_cutoff(joint: Joint, parameters: Parameters, record: Record, order: int = 4) -> float:
@@ -89,14 +92,14 @@ def choose_cutoff(joint: Joint, parameters: Parameters, record: Record, order: i
         raise NumericsError("the torque is constant", where=record.name, hint="record a motion that excites the joint")
     if joint.masses == 1:
         return highest
-    lowest = FEWEST_PERIODS / record.duration  # below it, too few samples are left
-    candidates = np.geomspace(max(lowest, highest), lowest, CANDIDATES).tolist()
-    return float(min(candidates, key=lambda cutoff: _misfit(joint, parameters, record, Filtering(cutoff, order))))
+    lowest = MIN_PERIODS / record.duration  # below it, too few samples are left
+    candidates = np.geomspace(max(lowest, highest), lowest, CUTOFF_CANDIDATES).tolist()
+    return float(min(candidates, key=lambda cutoff: _misfit(joint, parameters, record, ParallelFilter(cutoff, order))))
 
 
-def _misfit(joint: Joint, parameters: Parameters, record: Record, filtering: Filtering) -> float:
+def _misfit(joint: Joint, parameters: Parameters, record: Record, parallel: ParallelFilter) -> float:
     """Of the rigid model at a cut-off, infinite where too little of the record is left to fit it."""
-    g = regress(joint, parameters, record, filtering)
+    g = regress(joint, parameters, record, parallel)
     if too_few(g.columns):
         return np.inf
     theta = np.linalg.lstsq(g.columns.T, g.tau, rcond=None)[0]

@@ -6,7 +6,7 @@ filtering; Gautier & Poignet 2001; Janot, Gautier & Brunot 2019).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -15,6 +15,7 @@ from robotid.model.array import Array
 
 NYQUIST_SHARE = 0.8  # a cut-off beyond this share of the Nyquist frequency filters nothing worth having
 SAMPLES_A_CUTOFF = 4.0  # samples kept a period of the cut-off
+POSITION_CUTOFF = 5.0  # of a position's filter, in cut-offs of the parallel filter: it must not shape what that passes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,6 +25,37 @@ class Kinematics:
     position: Array
     speed: Array
     acceleration: Array
+
+
+@dataclass(frozen=True, slots=True)
+class ParallelFilter:
+    """The zero-phase filter that a motion and its torque both pass.
+
+    cutoff [Hz], None where each record decides; order : of the Butterworth filters; min_speed [rad/s] : slower samples
+    are left out.
+    """
+
+    cutoff: float | None = None
+    order: int = 4
+    min_speed: float = 0.0
+
+    def at(self, cutoff: float) -> ParallelFilter:
+        """The same filter with its cut-off where it has none yet."""
+        return self if self.cutoff else replace(self, cutoff=cutoff)
+
+    def motion(self, position: Array, sampling_time: float) -> Kinematics:
+        """Position (n,) and its derivatives, filtered so little that the parallel filter alone shapes them."""
+        assert self.cutoff is not None
+        return differentiate(position, sampling_time, POSITION_CUTOFF * self.cutoff, self.order)
+
+    def apply(self, signals: Array, sampling_time: float) -> Array:
+        """Signals (..., n) filtered and decimated, (..., n / step)."""
+        assert self.cutoff is not None
+        return decimate(signals, sampling_time, self.cutoff, self.order)
+
+
+AUTOMATIC = ParallelFilter()
+"""A filter whose cut-off each record decides."""
 
 
 def low_pass(signal: Array, sampling_time: float, cutoff: float, order: int = 4) -> Array:

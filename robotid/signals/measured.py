@@ -16,7 +16,7 @@ from robotid.signals.differentiate import central_difference
 from robotid.signals.quality import Report, inspect
 from robotid.signals.readers.table import Table
 from robotid.signals.record import Quantity, Record, Role, Use
-from robotid.signals.repair import mend
+from robotid.signals.repair import repair
 from robotid.signals.sampling import Findings, Policy
 from robotid.signals.speed_check import speed_lag, speed_scale
 
@@ -63,12 +63,12 @@ def measured_record(chosen: Selection, table: Table) -> tuple[Record, Report]:
     flaws = Findings(table, chosen.policy, np.flatnonzero(kept))
     signals = {name: signal.values[kept] for name, signal in found.items() if name != "t"}
     cut = None if t is None else t[kept]
-    mended = mend(flaws, signals, cut, chosen.sampling_time, {} if chosen.linear else _turns(found))
-    record = _record(chosen, mended.signals, mended.grid.sampling_time, found)
-    remarks += mended.remarks
+    repaired = repair(flaws, signals, cut, chosen.sampling_time, {} if chosen.linear else _turns(found))
+    record = _record(chosen, repaired.signals, repaired.grid.sampling_time, found)
+    remarks += repaired.remarks
     if len(record) > 2:
         remarks += _speed_remarks(table, chosen, record, derived="dphi_m" not in found)
-    return record, inspect(record, table.path, mended, tuple(remarks))
+    return record, inspect(record, table.path, repaired, tuple(remarks))
 
 
 def _turns(found: Mapping[str, Signal]) -> dict[str, tuple[float, ...]]:

@@ -10,7 +10,7 @@ from robotid.errors import InputError, NumericsError
 from robotid.model.array import Array
 from robotid.signals.differentiate import bandwidth
 from robotid.signals.record import Record
-from robotid.signals.repair import Mended
+from robotid.signals.repair import RepairedSignals
 
 FEWEST = 50  # samples of a record
 LARGEST_LEAST_STEP = 12  # quanta that the shortest step of a fast motion may be
@@ -20,7 +20,7 @@ LARGEST_LEAST_STEP = 12  # quanta that the shortest step of a fast motion may be
 class Report:
     """One record as it was found. jitter : largest deviation of a sampling interval, share of the sampling time.
 
-    missing, duplicated, not_finite, wraps : samples mended. quantum : of the motor angle, 0 where none shows.
+    missing, duplicated, not_finite, wraps : samples repaired. quantum : of the motor angle, 0 where none shows.
     saturation : share of samples at the largest or smallest torque. reversals : of the motor. still : share of samples
     at rest. torque_bandwidth : 95 % of the torque's energy is below.
     """
@@ -63,7 +63,9 @@ class Recordings:
         return next(record for record in self.records if record.name == name)
 
 
-def inspect(record: Record, source: str, mended: Mended | None = None, remarks: tuple[str, ...] = ()) -> Report:
+def inspect(
+    record: Record, source: str, repaired: RepairedSignals | None = None, remarks: tuple[str, ...] = ()
+) -> Report:
     """Report on a record. Raises InputError for too short a record, NumericsError for one without excitation."""
     if len(record) < FEWEST:
         what = f"a record of {len(record)} samples is too short, the least is {FEWEST}"
@@ -79,12 +81,12 @@ def inspect(record: Record, source: str, mended: Mended | None = None, remarks: 
         source=source,
         samples=len(record),
         sampling_time=record.sampling_time,
-        jitter=mended.grid.jitter if mended else 0.0,
-        jitter_rms=mended.grid.jitter_rms if mended else 0.0,
-        missing=mended.grid.missing if mended else 0,
-        duplicated=mended.duplicated if mended else 0,
-        not_finite=mended.not_finite if mended else 0,
-        wraps=mended.wraps if mended else 0,
+        jitter=repaired.grid.jitter if repaired else 0.0,
+        jitter_rms=repaired.grid.jitter_rms if repaired else 0.0,
+        missing=repaired.grid.missing if repaired else 0,
+        duplicated=repaired.duplicated if repaired else 0,
+        not_finite=repaired.not_finite if repaired else 0,
+        wraps=repaired.wraps if repaired else 0,
         torque_range=_range(record.tau_m),
         angle_range=_range(record.phi_m),
         speed_range=_range(v),

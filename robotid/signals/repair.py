@@ -1,4 +1,4 @@
-"""Flaws of a recording: mended aloud where they are few, refused in one line where they are not."""
+"""Flaws of a recording: repaired and reported where they are few, refused in one line where they are not."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from robotid.errors import InputError
 from robotid.model.array import Array
 from robotid.signals.sampling import Findings, Grid, distinct, few, longest_run, regular
 
-FARTHEST_STEP = 0.4  # of a turn; half a turn between samples could be either way
+MAX_STEP = 0.4  # of a turn, between samples; half a turn could be either way
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Mended:
+class RepairedSignals:
     """Signals (n,) on a regular grid, and how many samples were duplicated, not finite, or past a wrap-around."""
 
     signals: dict[str, Array]
@@ -26,13 +26,13 @@ class Mended:
     remarks: tuple[str, ...]
 
 
-def mend(
+def repair(
     found: Findings,
     signals: Mapping[str, Array],
     t: Array | None,
     sampling_time: float | None,
     turns: Mapping[str, tuple[float, ...]],
-) -> Mended:
+) -> RepairedSignals:
     """Signals as they should have been recorded.
 
     signals : (n,) each; t : (n,) [s] or None; turns : angles at which a signal may wrap around.
@@ -52,7 +52,7 @@ def mend(
         continuous, holes = finite(found, name, unwrapped, grid.at)
         signals[name] = grid.fill(continuous)
         wraps, bad = wraps + count, bad + holes
-    return Mended(signals, grid, lost, bad, wraps, tuple(found.remarks))
+    return RepairedSignals(signals, grid, lost, bad, wraps, tuple(found.remarks))
 
 
 def finite(found: Findings, name: str, values: Array, at: Array) -> tuple[Array, int]:
@@ -85,7 +85,7 @@ def unwrap(found: Findings, name: str, values: Array, turns: tuple[float, ...]) 
         return values, 0
     wraps = jump > 0.5 * turn
     where = found.where(int(good[np.argmax(wraps) + 1]))
-    if float(np.minimum(jump, np.abs(turn - jump)).max()) > FARTHEST_STEP * turn:
+    if float(np.minimum(jump, np.abs(turn - jump)).max()) > MAX_STEP * turn:
         hint = "record faster, or record an angle that does not wrap around"
         raise InputError(f"{name} turns too far between samples to be unwrapped", where=where, hint=hint)
     if found.policy.wrap == "refuse":

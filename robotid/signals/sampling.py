@@ -12,15 +12,15 @@ from robotid.errors import InputError
 from robotid.model.array import Array, Mask
 from robotid.signals.readers.table import Table
 
-FEW = 3  # samples in a row that are mended unasked
-FEW_OF_ALL = 0.01  # share of all samples that is mended unasked
+FEW = 3  # samples in a row that are repaired unasked
+FEW_OF_ALL = 0.01  # share of all samples that is repaired unasked
 LARGEST_JITTER = 0.3  # of the sampling time, by which a step may deviate
 COARSE = 0.1  # share of repeated times from which the time is written with too few digits
 
 
 @dataclass(frozen=True, slots=True)
 class Policy:
-    """What to do about each flaw: "refuse", the named repair, or None to mend a few and refuse many."""
+    """What to do about each flaw: "refuse", the named repair, or None to repair a few and refuse many."""
 
     gaps: str | None = None
     nan: str | None = None
@@ -62,7 +62,7 @@ class Grid:
 
 
 def few(count: int, longest: int, n: int) -> bool:
-    """Whether so many flaws of n samples, at most so many in a row, are mended unasked."""
+    """Whether so many flaws of n samples, at most so many in a row, are repaired unasked."""
     return longest <= FEW and count <= max(FEW, FEW_OF_ALL * n)
 
 
@@ -141,8 +141,8 @@ def _period(found: Findings, t: Array, declared: float | None) -> float:
 def _bridge(found: Findings, counts: NDArray[np.intp], missing: int) -> None:
     """Say that gaps are filled, or refuse."""
     longest = int(counts.max()) - 1
-    mended = found.policy.gaps is None and few(missing, longest, int(counts.sum()) + 1)
-    refused = found.policy.gaps != "interpolate" and not mended
+    repaired = found.policy.gaps is None and few(missing, longest, int(counts.sum()) + 1)
+    refused = found.policy.gaps != "interpolate" and not repaired
     k = int(np.argmax(counts) if refused else np.argmax(counts > 1)) + 1
     where = found.where(k)
     plural = f"{missing} samples are missing" if missing > 1 else "1 sample is missing"

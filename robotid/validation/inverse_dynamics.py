@@ -12,7 +12,7 @@ import numpy as np
 from robotid.model.array import Array, blocks
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
-from robotid.signals.differentiate import Kinematics, bandwidth, decimate, differentiate
+from robotid.signals.differentiate import AUTOMATIC, Kinematics, ParallelFilter, bandwidth
 from robotid.signals.metrics import error_percent
 from robotid.signals.record import Record
 from robotid.simulation.actuator import effective_torque
@@ -20,7 +20,6 @@ from robotid.simulation.first_guess import follow_motor, measured_guess
 from robotid.simulation.newton.problem import Problem
 from robotid.simulation.trajectory import BLOCK
 
-POSITION_CUTOFF = 5.0  # cut-off of the motion's filter in those of the parallel one, as in step 1
 SWEEPS = 4  # each leaves about a tenth of the error
 
 
@@ -29,26 +28,24 @@ def torque_error(
     theta: Array,
     record: Record,
     first_state: Array,
-    cutoff: float | None = None,
-    order: int = 4,
-    min_speed: float = 0.0,
+    parallel: ParallelFilter = AUTOMATIC,
 ) -> float | None:
     """100 ||tau - tau_hat|| / ||tau|| [%], both through the same zero-phase filter; None for a constant torque.
 
-    first_state : (nx,) of which the motor's part is overruled by the measurement. cutoff [Hz], absent: 99 % of the
-    torque's energy lies below. Samples slower than min_speed [rad/s] are left out.
+    first_state : (nx,) of which the motor's part is overruled by the measurement. parallel : without a cut-off, 99 %
+    of the torque's energy lies below the one that it gets.
     """
     h = record.sampling_time
-    cutoff = cutoff or (bandwidth(record.tau_m, h) if np.ptp(record.tau_m) > 0 else 0.0)
-    if cutoff <= 0:
+    parallel = parallel.at(bandwidth(record.tau_m, h) if np.ptp(record.tau_m) > 0 else 0.0)
+    if not parallel.cutoff:
         return None
-    motion = differentiate(record.phi_m, h, POSITION_CUTOFF * cutoff, order)
+    motion = parallel.motion(record.phi_m, h)
     needed = required_torque(joint, theta, record, motion, first_state)
     # Between samples the torque is constant: at a sample it is, on average, the mean of what was before and what comes.
     torque = effective_torque(joint, theta, h, record.tau_m)
     applied = (torque + np.concatenate([torque[:1], torque[:-1]])) / 2
-    tau, tau_hat, speed = decimate(np.vstack([applied, needed, motion.speed]), h, cutoff, order)
-    kept = np.abs(speed) >= min_speed
+    tau, tau_hat, speed = parallel.apply(np.vstack([applied, needed, motion.speed]), h)
+    kept = np.abs(speed) >= parallel.min_speed
     return error_percent(tau[kept], tau_hat[kept]) if kept.any() else None
 
 

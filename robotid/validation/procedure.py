@@ -13,6 +13,7 @@ from robotid.estimate.result import FitResult, Fits
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.progress import Log, Progress
+from robotid.signals.differentiate import ParallelFilter
 from robotid.signals.frf import Frf
 from robotid.signals.metrics import fit_percent, rmse
 from robotid.signals.record import Record
@@ -162,4 +163,5 @@ def _moved(simulated: Simulated, errors: Mapping[str, float]) -> Iterator[str]:
 
 def _torque_error(joint: Joint, theta: Array, simulated: Simulated, options: ValidationOptions) -> float | None:
     first_state = simulated.trajectories[0].x[:, 0]
-    return torque_error(joint, theta, simulated.record, first_state, options.cutoff, options.order, options.min_speed)
+    parallel = ParallelFilter(options.cutoff, options.order, options.min_speed)
+    return torque_error(joint, theta, simulated.record, first_state, parallel)

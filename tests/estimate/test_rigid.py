@@ -16,6 +16,7 @@ from robotid.estimate.rigid import RigidResult, fit_rigid
 from robotid.model.array import Array
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
+from robotid.signals.differentiate import ParallelFilter
 from robotid.signals.record import Record
 
 EMPS = SHARED / "emps" / "DATA_EMPS.mat"
@@ -60,7 +61,7 @@ def fit(
     terms: tuple[str, ...], *records: Record, fixed: Mapping[str, float] | None = None, cutoff: float | None = 20.0
 ) -> RigidResult:
     joint = assemble(Structure(terms, gear_ratio=None if terms[-1].startswith("motor") else R))
-    return fit_rigid(joint, hold(joint.parameters(), fixed or {}), records, cutoff=cutoff)
+    return fit_rigid(joint, hold(joint.parameters(), fixed or {}), records, ParallelFilter(cutoff))
 
 
 def hold(parameters: Parameters, fixed: Mapping[str, float]) -> Parameters:
@@ -145,7 +146,7 @@ def test_slow_samples_may_be_left_out() -> None:
     slow = np.abs(stuck.dphi_m) < 15.0
     stuck = replace(stuck, tau_m=np.where(slow, stuck.tau_m + 0.3, stuck.tau_m))
     with_slow, without = (
-        fit_rigid(joint, joint.parameters(), [stuck], cutoff=100.0, min_speed=s)["motor.coulomb.Fc"].value
+        fit_rigid(joint, joint.parameters(), [stuck], ParallelFilter(100.0, min_speed=s))["motor.coulomb.Fc"].value
         for s in (0.0, 20.0)
     )
     assert abs(without - 0.5) < 0.02
@@ -210,7 +211,7 @@ def emps() -> Record:
 
 def fit_emps(emps: Record, *more: str, cutoff: float | None = None) -> RigidResult:
     joint = assemble(Structure((*FRICTION, *(f"motor.{name}" for name in more)), linear=True))
-    return fit_rigid(joint, joint.parameters(), [emps], cutoff=cutoff)
+    return fit_rigid(joint, joint.parameters(), [emps], ParallelFilter(cutoff))
 
 
 @pytest.mark.parametrize("cutoff", [None, 20.0, 40.0])

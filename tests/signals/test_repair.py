@@ -1,4 +1,4 @@
-"""Every flaw is mended, said and counted, or refused."""
+"""Every flaw is repaired, said and counted, or refused."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 from robotid.errors import InputError
 from robotid.model.array import Array
 from robotid.signals.readers.table import Table
-from robotid.signals.repair import Mended, mend
+from robotid.signals.repair import RepairedSignals, repair
 from robotid.signals.sampling import Findings, Policy, usual_step
 
 H = 0.01
@@ -26,10 +26,10 @@ def run(
     policy: Policy | None = None,
     declared: float | None = None,
     turn: float = 2 * np.pi,
-) -> Mended:
+) -> RepairedSignals:
     n = len(next(iter(found.values())))
     table = Table("a.csv", {}, lines=np.arange(n) + 2.0)
-    return mend(Findings(table, policy or Policy(), np.arange(n)), found, t, declared, {"phi_m": (turn,)})
+    return repair(Findings(table, policy or Policy(), np.arange(n)), found, t, declared, {"phi_m": (turn,)})
 
 
 def without(rows: list[int]) -> tuple[dict[str, Array], Array]:
@@ -37,18 +37,24 @@ def without(rows: list[int]) -> tuple[dict[str, Array], Array]:
 
 
 def test_a_clean_record_stays_as_it_is() -> None:
-    mended = run(signals(), T)
-    assert mended.remarks == ()
-    assert (mended.grid.sampling_time, mended.grid.missing, mended.duplicated, mended.not_finite, mended.wraps) == (
+    repaired = run(signals(), T)
+    assert repaired.remarks == ()
+    assert (
+        repaired.grid.sampling_time,
+        repaired.grid.missing,
+        repaired.duplicated,
+        repaired.not_finite,
+        repaired.wraps,
+    ) == (
         H,
         0,
         0,
         0,
         0,
     )
-    assert mended.grid.jitter < 1e-9
+    assert repaired.grid.jitter < 1e-9
     for name, values in signals().items():
-        np.testing.assert_array_equal(mended.signals[name], values)
+        np.testing.assert_array_equal(repaired.signals[name], values)
 
 
 def test_without_a_time_column() -> None:
@@ -56,14 +62,14 @@ def test_without_a_time_column() -> None:
 
 
 def test_a_short_gap_is_filled() -> None:
-    mended = run(*without([100, 101, 250]))
-    assert mended.grid.missing == 3
-    assert mended.remarks == ("3 samples are missing and interpolated, the first before a.csv:102",)
-    np.testing.assert_allclose(mended.signals["phi_m"], np.sin(3 * T), atol=2e-3)
+    repaired = run(*without([100, 101, 250]))
+    assert repaired.grid.missing == 3
+    assert repaired.remarks == ("3 samples are missing and interpolated, the first before a.csv:102",)
+    np.testing.assert_allclose(repaired.signals["phi_m"], np.sin(3 * T), atol=2e-3)
 
 
 @pytest.mark.parametrize(
-    ("rows", "mended"),
+    ("rows", "repaired"),
     [
         ([100, 101, 102], True),
         ([100, 101, 102, 103], False),
@@ -71,8 +77,8 @@ def test_a_short_gap_is_filled() -> None:
         ([50, 110, 170, 230, 290], False),
     ],
 )
-def test_three_in_a_row_and_one_in_a_hundred_are_mended(rows: list[int], mended: bool) -> None:
-    if mended:
+def test_three_in_a_row_and_one_in_a_hundred_are_mended(rows: list[int], repaired: bool) -> None:
+    if repaired:
         assert run(*without(rows)).grid.missing == len(rows)
     else:
         with pytest.raises(InputError, match=f"{len(rows)} samples are missing"):
@@ -90,10 +96,10 @@ def test_samples_that_were_not_numbers() -> None:
     found = signals()
     found["tau_m"][[5, 6]] = np.nan
     found["tau_m"][90] = np.inf
-    mended = run(found, T)
-    assert mended.not_finite == 3
-    assert mended.remarks == ("tau_m: 3 samples that were not numbers are interpolated, the first at a.csv:7",)
-    np.testing.assert_allclose(mended.signals["tau_m"], np.cos(3 * T), atol=2e-3)
+    repaired = run(found, T)
+    assert repaired.not_finite == 3
+    assert repaired.remarks == ("tau_m: 3 samples that were not numbers are interpolated, the first at a.csv:7",)
+    np.testing.assert_allclose(repaired.signals["tau_m"], np.cos(3 * T), atol=2e-3)
 
 
 def test_a_time_that_was_not_a_number() -> None:
@@ -104,18 +110,18 @@ def test_a_time_that_was_not_a_number() -> None:
 
 def test_duplicates_are_dropped() -> None:
     found = {name: np.insert(values, 42, values[42]) for name, values in signals().items()}
-    mended = run(found, np.insert(T, 42, T[42]))
-    assert mended.duplicated == 1
-    assert mended.remarks == ("1 duplicated sample is dropped, the first at a.csv:45",)
-    np.testing.assert_array_equal(mended.signals["phi_m"], np.sin(3 * T))
+    repaired = run(found, np.insert(T, 42, T[42]))
+    assert repaired.duplicated == 1
+    assert repaired.remarks == ("1 duplicated sample is dropped, the first at a.csv:45",)
+    np.testing.assert_array_equal(repaired.signals["phi_m"], np.sin(3 * T))
 
 
 @pytest.mark.parametrize("turn", [2 * np.pi, 360.0])
 def test_wrap_arounds_are_unwrapped(turn: float) -> None:
     angle = turn * (0.3 + 2.5 * np.sin(T))
-    mended = run({"phi_m": (angle + turn / 2) % turn - turn / 2}, T, turn=turn)
-    assert mended.wraps > 3
-    np.testing.assert_allclose(np.diff(mended.signals["phi_m"]), np.diff(angle), atol=1e-9 * turn)
+    repaired = run({"phi_m": (angle + turn / 2) % turn - turn / 2}, T, turn=turn)
+    assert repaired.wraps > 3
+    np.testing.assert_allclose(np.diff(repaired.signals["phi_m"]), np.diff(angle), atol=1e-9 * turn)
 
 
 def test_a_gap_at_a_wrap_around_is_bridged_on_the_way_that_the_motor_went() -> None:
@@ -123,8 +129,8 @@ def test_a_gap_at_a_wrap_around_is_bridged_on_the_way_that_the_motor_went() -> N
     wrapped = angle % (2 * np.pi)
     k = int(np.argmax(np.diff(wrapped) < 0))
     wrapped[k] = np.nan
-    mended = run({"phi_m": np.delete(wrapped, k + 1)}, np.delete(T, k + 1))
-    np.testing.assert_allclose(mended.signals["phi_m"], angle, atol=1e-9)
+    repaired = run({"phi_m": np.delete(wrapped, k + 1)}, np.delete(T, k + 1))
+    np.testing.assert_allclose(repaired.signals["phi_m"], angle, atol=1e-9)
 
 
 def test_a_dropout_is_no_wrap_around() -> None:
@@ -141,9 +147,9 @@ def test_a_turn_that_is_too_fast_to_follow() -> None:
 
 def test_jitter_is_measured() -> None:
     rng = np.random.default_rng(1)
-    mended = run(signals(), T + 0.05 * H * rng.uniform(-1, 1, N))
-    assert 0.02 < mended.grid.jitter_rms < mended.grid.jitter < 0.1
-    assert mended.grid.sampling_time == pytest.approx(H, rel=1e-3)
+    repaired = run(signals(), T + 0.05 * H * rng.uniform(-1, 1, N))
+    assert 0.02 < repaired.grid.jitter_rms < repaired.grid.jitter < 0.1
+    assert repaired.grid.sampling_time == pytest.approx(H, rel=1e-3)
 
 
 def test_time_with_too_few_digits_is_told() -> None:

@@ -11,6 +11,7 @@ from support.paper_joint import TRUTH
 
 from robotid.catalogue import assemble
 from robotid.model.structure import Structure
+from robotid.signals.differentiate import ParallelFilter
 from robotid.validation.inverse_dynamics import torque_error
 
 
@@ -43,10 +44,14 @@ def test_a_constant_torque_has_no_error():
     still = replace(clean_records()[0], tau_m=np.full(3000, 0.2))
     m = model({})
     assert torque_error(m.joint, m.theta, still, np.zeros(m.joint.nx)) is None
-    assert torque_error(m.joint, m.theta, clean_records()[0], np.zeros(m.joint.nx), min_speed=1e3) is None
+    assert (
+        torque_error(m.joint, m.theta, clean_records()[0], np.zeros(m.joint.nx), ParallelFilter(min_speed=1e3)) is None
+    )
 
 
 def test_slow_samples_can_be_left_out():
     m, record = model({"motor.coulomb.Fc": 0.5}), clean_records()[0]
-    fast = torque_error(m.joint, m.theta, record, np.zeros(3), min_speed=float(np.abs(record.dphi_m).max()) / 2)
+    fast = torque_error(
+        m.joint, m.theta, record, np.zeros(3), ParallelFilter(min_speed=float(np.abs(record.dphi_m).max()) / 2)
+    )
     assert fast != pytest.approx(error({"motor.coulomb.Fc": 0.5}), rel=1e-3)
