@@ -1,4 +1,4 @@
-"""What can go wrong, said in one line: where, what, what to do. One exit code a class."""
+"""What can go wrong, in one line: where, what, what to do. One exit code a class."""
 
 from __future__ import annotations
 

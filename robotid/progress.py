@@ -1,4 +1,4 @@
-"""What a stage tells while it works, for whoever watches."""
+"""The events of a stage while it works, for whoever shows them."""
 
 from __future__ import annotations
 
@@ -41,5 +41,5 @@ class Step:
 
 
 Log = Callable[[Begun | Progress | Step], None]
-"""What a stage with `logs` takes. Code below the stages that wants to talk takes a plain callable, of a text say, and
+"""What a stage with `logs` takes. Code below the stages takes a callable of a text, and
 its stage hands it on: lambda text: log(Progress(text))."""

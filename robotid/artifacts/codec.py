@@ -58,8 +58,8 @@ def read(group: h5py.Group, cls: type[T]) -> T:
 
 def _unit(field: Field[Any], content: Any, units: Units) -> str | tuple[str, ...]:
     if "unit_in" in field.metadata:
-        said: str | tuple[str, ...] = getattr(content, field.metadata["unit_in"])
-        return said
+        unit: str | tuple[str, ...] = getattr(content, field.metadata["unit_in"])
+        return unit
     return units(field.metadata.get("unit", ""))
 
 

@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from robotid import __version__
-from robotid.cli.console import say
+from robotid.cli.console import print_message
 from robotid.cli.options import AsJson, ConfigPath, Debug, Out, Set
 from robotid.cli.stages import add_stages
 from robotid.errors import InputError, RobotidError
@@ -29,7 +29,7 @@ app = typer.Typer(
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command line (by default the process's own) and return its exit code."""
     arguments = sys.argv[1:] if arguments is None else arguments
-    # many small matrices: threads cost far more than they bring, and must be told before numpy is imported
+    # many small matrices: threads cost far more than they bring, and the library reads this before numpy is imported
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         app(list(arguments), prog_name="robotid")
@@ -38,13 +38,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except RobotidError as error:
         if "--debug" in arguments:
             traceback.print_exc()
-        say(str(error))
+        print_message(str(error))
         return error.exit_code
     except OSError as error:
         return _system(error, debug="--debug" in arguments)
     except Exception:
         traceback.print_exc()
-        say("this is a bug of ours; please report it with the lines above")
+        print_message("this is a bug in robotid; please report it with the lines above")
         return 1
     return 0
 
@@ -53,7 +53,7 @@ def _system(error: OSError, *, debug: bool) -> int:
     """A full disk or a forbidden folder is nobody's bug."""
     if debug or error.filename is None:
         traceback.print_exc()
-    say(f"{error.filename or 'system'}: {error.strerror or error}")
+    print_message(f"{error.filename or 'system'}: {error.strerror or error}")
     return InputError.exit_code
 
 

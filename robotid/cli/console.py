@@ -21,7 +21,7 @@ TEXT = 24  # characters to which a column of sentences may shrink
 GAP = 3  # between columns
 
 
-def say(text: str, *, quiet: bool = False) -> None:
+def print_message(text: str, *, quiet: bool = False) -> None:
     """One line of talk."""
     if not quiet:
         print(text, file=sys.stderr, flush=True)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from robotid.cli.console import print_json, print_tables, say
+from robotid.cli.console import print_json, print_message, print_tables
 from robotid.config.suggest import suggest
 from robotid.errors import ConfigError, InputError
 from robotid.report.tables.table import Table
@@ -96,7 +96,7 @@ def write_example(name: str, folder: Path | None) -> None:
         raise InputError(why, where=str(target), hint=hint) from error
     for path in files:
         print(target / path)
-    say(f"next: robotid run {target / name}.yaml")
+    print_message(f"next: robotid run {target / name}.yaml")
 
 
 def _write_folder(target: Path, files: Mapping[str, bytes]) -> None:

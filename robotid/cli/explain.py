@@ -1,4 +1,4 @@
-"""The command explain: the catalogue of effects, told by the effects themselves."""
+"""The command explain: the catalogue of effects, as they describe themselves."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def list_effects(*, as_json: bool = False) -> None:
 
 def explain_effect(name: str, *, as_json: bool = False) -> None:
     """Print all that is declared of one effect: `coulomb`, `arm.coulomb` or `arm.coulomb.Fc`. Raises ConfigError."""
-    told = describe(effect_named(name))
+    description = describe(effect_named(name))
     if as_json:
-        print_json(effects.document(told))
+        print_json(effects.document(description))
     else:
-        print_tables(effects.tables(told))
+        print_tables(effects.tables(description))

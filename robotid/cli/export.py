@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from robotid.cli.console import say
+from robotid.cli.console import print_message
 from robotid.export.write import check_format, write_columns, write_tree
 from robotid.pipeline.exports import Wanted, export_of
 
@@ -16,12 +16,12 @@ def export_artifact(file: Path, to: Path, *, model: str | None, record: str | No
     read or written.
     """
     check_format(to)
-    found = export_of(file, Wanted(model, record, speed, say))
+    found = export_of(file, Wanted(model, record, speed, print_message))
     if to.suffix.lower() != ".csv":
         write_tree(to, found.tree())
-        say(f"{to} written: {found.summary}")
+        print_message(f"{to} written: {found.summary}")
         return
     for name, columns in found.columns.items():
         one = to if len(found.columns) == 1 else to.with_name(f"{to.stem}_{name}{to.suffix}")
         write_columns(one, columns)
-        say(f"{one} written: {found.summary}" if len(found.columns) == 1 else f"{one} written")
+        print_message(f"{one} written: {found.summary}" if len(found.columns) == 1 else f"{one} written")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import yaml
 
-from robotid.cli.console import print_tables, say
+from robotid.cli.console import print_message, print_tables
 from robotid.config.template import measured, virtual
 from robotid.errors import ConfigError, InputError
 from robotid.files import atomic_write
@@ -30,14 +30,14 @@ def write_configuration(name: str, data: Path | None, *, force: bool) -> None:
         raise ConfigError("this file exists", where=str(path), hint="choose another NAME, or --force to overwrite it")
     if data is None:
         atomic_write(path, virtual(path.stem, str(path)))
-        say(f"{path} written: it runs as it is, on a virtual robot; put your own in its place")
+        print_message(f"{path} written: it runs as it is, on a virtual robot; replace its records by your own")
         return
     if not data.is_file():
         raise InputError("there is no such file", where=str(data), hint="give --from-data a recording")
     found = propose(data)
     atomic_write(path, _configuration(path, found))
     print_tables([_guessed(found)])
-    say(f"{path} written: look at its columns, then `robotid run {path}`")
+    print_message(f"{path} written: check its columns, then `robotid run {path}`")
 
 
 def _configuration(path: Path, found: Proposal) -> str:
@@ -49,7 +49,9 @@ def _configuration(path: Path, found: Proposal) -> str:
 
 def _columns(found: Proposal) -> str:
     """The columns block, and what a person should look at as comments."""
-    lines = [f"      {signal}: {_flow(_said(column))}{_to_edit(column)}" for signal, column in found.columns.items()]
+    lines = [
+        f"      {signal}: {_flow(_shortest(column))}{_to_edit(column)}" for signal, column in found.columns.items()
+    ]
     head = ["    columns:                       # guessed: check them"] if lines else []
     step = found.sampling_time
     time = (
@@ -60,16 +62,16 @@ def _columns(found: Proposal) -> str:
     return "\n".join([*head, *lines, time, *(f"    # {remark}" for remark in found.remarks)])
 
 
-def _said(column: Column) -> str | dict[str, str | int | float]:
-    """A column as shortly as it can be said."""
-    said: dict[str, str | int | float] = {"name": column.name}
+def _shortest(column: Column) -> str | dict[str, str | int | float]:
+    """A column as shortly as the configuration allows."""
+    entry: dict[str, str | int | float] = {"name": column.name}
     if column.column is not None:
-        said["column"] = column.column
+        entry["column"] = column.column
     if column.unit is not None and (UNITS[column.unit].factor != 1.0 or column.scale is not None):
-        said["unit"] = column.unit
+        entry["unit"] = column.unit
     if column.scale is not None:
-        said["scale"] = column.scale
-    return said if len(said) > 1 else column.name
+        entry["scale"] = column.scale
+    return entry if len(entry) > 1 else column.name
 
 
 def _to_edit(column: Column) -> str:

@@ -1,4 +1,4 @@
-"""The arguments and options that commands share, each said once."""
+"""The arguments and options that commands share, each declared once."""
 
 from pathlib import Path
 from typing import Annotated

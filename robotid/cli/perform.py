@@ -1,4 +1,4 @@
-"""Running stages: what the pipeline does, told to a person on stderr and handed to scripts on stdout."""
+"""Running stages: what the pipeline does, in lines for a person on stderr and documents for scripts on stdout."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 import typer
 
 from robotid.cli.closing import closing
-from robotid.cli.console import print_json, print_tables, say
+from robotid.cli.console import print_json, print_message, print_tables
 from robotid.cli.progress import watching
 from robotid.config.load import load
 from robotid.errors import INTERRUPTED, ThresholdError
@@ -26,7 +26,7 @@ STATES = {"made": "green", "fresh": "dim", "yes": "yellow", "no": "dim"}
 
 @dataclass(frozen=True, slots=True)
 class Manner:
-    """How stages are run and told of. figures, form : folder and format of the report's figures."""
+    """How stages are run and shown. figures, form : folder and format of the report's figures."""
 
     as_json: bool = False
     quiet: bool = False
@@ -49,7 +49,7 @@ def perform(stage: str | None, run: Run, manner: Manner) -> None:
         try:
             for outcome in _outcomes(stage, run, manner, log):
                 done.append(outcome)
-                say(_told(outcome), quiet=manner.quiet or manner.dry_run)
+                print_message(_line(outcome), quiet=manner.quiet or manner.dry_run)
         except ThresholdError as error:
             failure = error
             done.append(_kept(stage or VALIDATE.name, run))
@@ -62,9 +62,9 @@ def perform(stage: str | None, run: Run, manner: Manner) -> None:
     if failure is not None:
         raise failure
     if any(outcome.interrupted for outcome in done):
-        say("interrupted; what was reached is saved, and the next run begins this stage again")
+        print_message("interrupted; what was reached is saved, and the next run begins this stage again")
     for line in () if manner.quiet else closing(run, stage, done):
-        say(line)
+        print_message(line)
     if any(outcome.interrupted for outcome in done):
         raise typer.Exit(INTERRUPTED)
 
@@ -97,7 +97,7 @@ def _kept(stage: str, run: Run) -> Outcome:
     return Outcome(stage, run.file(STAGES[stage]), True, "", read=reader(run, STAGES[stage]))
 
 
-def _told(outcome: Outcome) -> str:
+def _line(outcome: Outcome) -> str:
     if not outcome.ran:
         return f"{outcome.stage}: {outcome.file} is fresh"
     return f"{outcome.stage}: {outcome.file} written in {fixed(outcome.seconds)} s ({outcome.why})"

@@ -9,20 +9,20 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from robotid.cli.console import say
+from robotid.cli.console import print_message
 from robotid.progress import Begun, Log, Progress, Step
 from robotid.report.numbers import duration, number
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-QUIET = 5.0  # [s] between plain lines of progress
-FEWEST = 2.0  # [s] of work from which the time left is told
+LINE_INTERVAL = 5.0  # [s] between plain lines of progress
+MIN_WORK = 2.0  # [s] of work from which the time left is shown
 
 
 @contextmanager
 def watching(*, quiet: bool) -> Iterator[Log | None]:
-    """What stages tell of themselves to; None where nobody listens."""
+    """A log for the events of stages; None where nothing is shown."""
     if quiet:
         yield None
     elif sys.stderr.isatty() and os.environ.get("TERM") not in ("dumb", "unknown", None):
@@ -33,17 +33,17 @@ def watching(*, quiet: bool) -> Iterator[Log | None]:
 
 
 class Watch:
-    """How far a stage is, from what it tells. clock : seconds, of any origin."""
+    """How far a stage is, from its events. clock : seconds, of any origin."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self.clock = clock
-        self.hear(Begun(""))
+        self.update(Begun(""))
 
-    def hear(self, event: Begun | Progress | Step) -> None:
-        """Take notice of an event."""
+    def update(self, event: Begun | Progress | Step) -> None:
+        """Take in an event."""
         if isinstance(event, Begun):
             self.stage, self.now = event.stage, Progress("")
-            self.begun = self.counted = self.heard = self.clock()
+            self.begun = self.counted = self.updated = self.clock()
             self.fits: dict[str, Step | None] = {}
         elif isinstance(event, Progress):
             self._count(event)
@@ -55,9 +55,9 @@ class Watch:
     def _count(self, event: Progress) -> None:
         now = self.clock()
         if event.total != self.now.total or event.done < self.now.done:
-            self.counted = self.heard = now
+            self.counted = self.updated = now
         elif event.done > self.now.done:
-            self.heard = now
+            self.updated = now
         self.now = event
 
     @property
@@ -68,8 +68,8 @@ class Watch:
     @property
     def left(self) -> float | None:
         """Time left of what is counted [s], at the pace so far; None where that is not known."""
-        spent, since = self.heard - self.counted, self.clock() - self.heard
-        if not self.now.done or spent + since < FEWEST:
+        spent, since = self.updated - self.counted, self.clock() - self.updated
+        if not self.now.done or spent + since < MIN_WORK:
             return None
         left = spent / self.now.done * (self.now.total - self.now.done) - since
         return left if left > 0 else None
@@ -91,15 +91,15 @@ class _Lines:
 
     def __init__(self) -> None:
         self.watch = Watch()
-        self.said = self.watch.clock()
+        self.printed = self.watch.clock()
 
     def __call__(self, event: Begun | Progress | Step) -> None:
-        self.watch.hear(event)
+        self.watch.update(event)
         if isinstance(event, Step):
-            say(_line(event))
-        elif isinstance(event, Progress) and self.watch.clock() - max(self.said, self.watch.begun) > QUIET:
-            self.said = self.watch.clock()
-            say(self.watch.line())
+            print_message(_line(event))
+        elif isinstance(event, Progress) and self.watch.clock() - max(self.printed, self.watch.begun) > LINE_INTERVAL:
+            self.printed = self.watch.clock()
+            print_message(self.watch.line())
 
 
 def _line(step: Step) -> str:
@@ -116,11 +116,13 @@ def _live() -> Iterator[Log]:
 
     console, watch = terminal(sys.stderr), Watch()
     spinner = Spinner("dots" if console.encoding.startswith("utf") else "line", style="cyan")
-    with Live(console=console, transient=True, refresh_per_second=8, get_renderable=lambda: picture(watch, spinner)):
-        yield watch.hear
+    with Live(
+        console=console, transient=True, refresh_per_second=8, get_renderable=lambda: live_display(watch, spinner)
+    ):
+        yield watch.update
 
 
-def picture(watch: Watch, spinner: RenderableType) -> RenderableType:
+def live_display(watch: Watch, spinner: RenderableType) -> RenderableType:
     """The live display: of a fit the table of its models, and a line of how far the stage is."""
     from rich.console import Group
     from rich.progress_bar import ProgressBar

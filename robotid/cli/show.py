@@ -6,7 +6,7 @@ from pathlib import Path
 
 from robotid.artifacts.provenance import Provenance
 from robotid.artifacts.store import ArtifactHeader, load, read_header
-from robotid.cli.console import print_json, print_tables, say
+from robotid.cli.console import print_json, print_message, print_tables
 from robotid.config.load import parse
 from robotid.errors import InputError
 from robotid.model.units import on_axis
@@ -38,7 +38,7 @@ def plot_artifact(file: Path, figure: Path) -> None:
     header = read_header(file)
     content = load(file, _stage(file, header).type()).content
     save_figure(draw(content, on_axis(linear=_linear(header))), figure)
-    say(f"{figure} written")
+    print_message(f"{figure} written")
 
 
 def _linear(header: ArtifactHeader) -> bool:

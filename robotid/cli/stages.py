@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from robotid.cli.console import say
+from robotid.cli.console import print_message
 from robotid.cli.options import AsJson, ConfigPath, Debug, DryRun, Force, Jobs, Out, Quiet, Set
 from robotid.errors import INTERRUPTED
 from robotid.pipeline.table import REPORT, STAGES
@@ -69,7 +69,7 @@ def _perform(
     try:
         perform(stage, open_run(config, out, overrides or []), Manner(**manner))
     except KeyboardInterrupt:
-        say("interrupted")
+        print_message("interrupted")
         raise typer.Exit(INTERRUPTED) from None
 
 

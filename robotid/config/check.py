@@ -23,7 +23,7 @@ FLEXIBLE = (Port.GEAR, Port.LINK, Port.TOOL)
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """Something to mend. loc : keys and indices that lead to it."""
+    """Something to correct. loc : keys and indices that lead to it."""
 
     loc: tuple[Step, ...]
     what: str

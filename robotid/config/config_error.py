@@ -34,8 +34,8 @@ _LIMITS = {
 }
 
 
-def complaint(error: ValidationError, root: Node, schema: type[BaseModel]) -> ConfigError:
-    """The first thing to mend: an unknown key rather than the key that is missing for it, then by line."""
+def config_error(error: ValidationError, root: Node, schema: type[BaseModel]) -> ConfigError:
+    """The first thing to correct: an unknown key rather than the key that is missing for it, then by line."""
     return _one(min(error.errors(), key=lambda detail: _rank(detail, root)), root, schema)
 
 
@@ -47,13 +47,13 @@ def _rank(detail: ErrorDetails, root: Node) -> tuple[int, int]:
 def _one(detail: ErrorDetails, root: Node, schema: type[BaseModel]) -> ConfigError:
     loc = detail["loc"]
     where, path, _ = follow(root, loc)
-    what, hint = _said(detail["type"], detail["input"], detail.get("ctx", {}), detail["msg"], loc)
+    what, hint = _message(detail["type"], detail["input"], detail.get("ctx", {}), detail["msg"], loc)
     if detail["type"] == "extra_forbidden":
         hint = suggest(str(loc[-1]), keys_at(schema, loc[:-1]))
     return ConfigError(what, where=f"{where}  {path}".rstrip(), hint=hint)
 
 
-def _said(kind: str, found: Any, context: Mapping[str, Any], message: str, loc: Sequence[Step]) -> tuple[str, str]:
+def _message(kind: str, found: Any, context: Mapping[str, Any], message: str, loc: Sequence[Step]) -> tuple[str, str]:
     """What is wrong, and a hint."""
     last = loc[-1] if loc else ""
     match kind:

@@ -16,7 +16,7 @@ def extended_text(loaded: Loaded, structure: Structure, guesses: Mapping[str, fl
     """A complete configuration for another structure, as YAML to be kept in a folder.
 
     guesses : starts of parameters, by dotted name. The virtual robot, if there is one, stays what it is; measured
-    files are told from the folder.
+    files are named relative to the folder.
     """
     config = loaded.config
     known = dict(config.robot.parameters)

@@ -1,4 +1,4 @@
-"""A configuration file, checked, with every complaint at its line."""
+"""A configuration file, checked, with every error at its line."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from yaml.nodes import MappingNode
 
 from robotid.config.check import problems
-from robotid.config.config_error import complaint
+from robotid.config.config_error import config_error
 from robotid.config.former_keys import rename_former_keys
 from robotid.config.override import override
 from robotid.config.schema import Config
@@ -71,7 +71,7 @@ def parse(text: str, name: str = "configuration", overrides: Sequence[str] = ())
         # strict JSON takes a list for a tuple and a word for an enum, and coerces nothing else
         config = Config.model_validate_json(json.dumps(_written(root)), strict=True)
     except ValidationError as error:
-        raise complaint(error, root, Config) from error
+        raise config_error(error, root, Config) from error
     for problem in problems(config):
         where, path, _ = follow(root, problem.loc)
         raise ConfigError(problem.what, where=f"{where}  {path}", hint=problem.hint)

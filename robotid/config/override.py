@@ -75,7 +75,7 @@ def _index(node: SequenceNode, path: str, words: list[str], name: str) -> int:
     names = [_name(item) for item in node.value]
     if words[0] in names:
         return names.index(words[0])
-    _complain(node, path, words[0], [n for n in names if n], name)
+    _raise_no_entry(node, path, words[0], [n for n in names if n], name)
 
 
 def _name(item: Node) -> str:
@@ -83,6 +83,6 @@ def _name(item: Node) -> str:
     return next((str(value.value) for key, value in pairs if key.value == "name"), "")
 
 
-def _complain(node: SequenceNode, path: str, word: str, names: list[str], name: str) -> NoReturn:
+def _raise_no_entry(node: SequenceNode, path: str, word: str, names: list[str], name: str) -> NoReturn:
     hint = suggest(word, names) or f"count from 0 to {len(node.value) - 1}"
     raise ConfigError(f'{path} has {len(node.value)} entries and none of them is "{word}"', where=name, hint=hint)

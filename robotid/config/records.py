@@ -39,7 +39,7 @@ class RecordSettings(Section):
         return (self.name, *(f"{self.name}_r{k}" for k in range(2, count + 1)))
 
     @field_serializer("columns")
-    def _as_said(self, columns: ColumnsSettings | None) -> dict[str, Any] | None:
+    def _as_written(self, columns: ColumnsSettings | None) -> dict[str, Any] | None:
         """A signal that is null differs from one that is left out."""
         return None if columns is None else columns.model_dump(mode="json", exclude_unset=True)
 

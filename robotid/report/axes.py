@@ -20,8 +20,8 @@ Units = Callable[[str], str]
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 BLUE, VERMILLION, GREEN, PURPLE, SKY, ORANGE = PALETTE
 INK, QUIET, FAINT, BAND, GRID = "#222222", "#5C6166", "#9A9A9A", "#DDE6EE", "#E4E4E4"
-MOST_DECADES = 2.5  # that ticks at 1, 2, 5 have room on
-MOST_POINTS = 4000  # drawn of a signal; a longer one is drawn as its envelope
+MAX_DECADES = 2.5  # that ticks at 1, 2, 5 have room on
+MAX_POINTS = 4000  # drawn of a signal; a longer one is drawn as its envelope
 
 
 def new_figure(width: float, height: float, layout: Literal["constrained"] | None = "constrained") -> Figure:
@@ -63,16 +63,16 @@ def legend(axes: Axes, columns: int = 1, *, below: bool = False) -> None:
         axes.legend(fontsize=8, frameon=False, ncols=columns)
 
 
-def plain(axis: Axis) -> None:
+def write_out_ticks(axis: Axis) -> None:
     """Ticks of a logarithmic axis written out, at 1, 2, 5 unless it spans many decades."""
     low, high = axis.get_view_interval()
-    few = high > low * 10**MOST_DECADES
+    few = high > low * 10**MAX_DECADES
     axis.set_major_locator(LogLocator(subs=(1.0,) if few else (1.0, 2.0, 5.0)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
 
 
-def envelope(t: Array, signal: Array, most: int = MOST_POINTS) -> tuple[Array, Array]:
+def envelope(t: Array, signal: Array, most: int = MAX_POINTS) -> tuple[Array, Array]:
     """A signal for drawing, (n,): of a long one the least and the largest of every stretch, in the order of time."""
     if len(signal) <= most:
         return t, signal

@@ -97,8 +97,8 @@ def view_of(content: object) -> View[Any]:
 
 def line(content: object) -> str:
     """A result in a line."""
-    told = view_of(content).line()
-    return f"<{type(content).__name__}{': ' if told else ''}{told}>"
+    line = view_of(content).line()
+    return f"<{type(content).__name__}{': ' if line else ''}{line}>"
 
 
 def text(content: object, *, brief: bool) -> str:

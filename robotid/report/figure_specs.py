@@ -86,7 +86,7 @@ def _traces(f: Findings) -> Iterator[FigureSpec]:
 
 
 def _compared(f: Findings) -> Iterator[tuple[str, TimePlot, str]]:
-    said = "Measured and simulated motor {} of {} over time, and the residual below: fit {} %"
+    text = "Measured and simulated motor {} of {} over time, and the residual below: fit {} %"
     if f.extension is not None and f.extension.added:
         e = f.extension
         for name in (name for name in e.after if name in e.before):
@@ -95,13 +95,13 @@ def _compared(f: Findings) -> Iterator[tuple[str, TimePlot, str]]:
             yield (
                 name,
                 extended_plot(name, before, after, e.output, f.units),
-                f"{said.format(e.output, name, fits)} after the extension.",
+                f"{text.format(e.output, name, fits)} after the extension.",
             )
     elif f.validation is not None:
         best = f.validation.models[f.validation.best]
         for name, record in best.records.items():
             plot = trace_plot(name, record, best.output, f.units)
-            yield name, plot, f"{said.format(best.output, name, fixed(record.fit_percent))}."
+            yield name, plot, f"{text.format(best.output, name, fixed(record.fit_percent))}."
 
 
 def _length(f: Findings, name: str) -> int:
@@ -212,8 +212,8 @@ def _causes(f: Findings) -> Iterator[FigureSpec]:
 def _gain(f: Findings) -> Iterator[FigureSpec]:
     if f.extension is not None and f.extension.added:
         pairs = gains(f.extension, used=True) | gains(f.extension, used=False)
-        said = listed([f"{name} from {fixed(a)} to {fixed(b)} %" for name, (a, b) in pairs.items()])
-        alt = f"Fit before and after the extension by record, held-out records apart: {said}."
+        text = listed([f"{name} from {fixed(a)} to {fixed(b)} %" for name, (a, b) in pairs.items()])
+        alt = f"Fit before and after the extension by record, held-out records apart: {text}."
         yield FigureSpec(
             "gain", "Causes and gain", "Fit before and after the extension", alt, partial(gain_figure, f.extension)
         )

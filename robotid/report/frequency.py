@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from matplotlib.axes import Axes
 
-from robotid.report.axes import FAINT, INK, Units, axis_label, colour, legend, plain, style_axes
+from robotid.report.axes import FAINT, INK, Units, axis_label, colour, legend, style_axes, write_out_ticks
 from robotid.report.numbers import fixed
 from robotid.signals.frf import Frf
 from robotid.validation.bode import Bode
@@ -30,8 +30,8 @@ def draw_responses(axes: Axes, frfs: Sequence[Frf], motion: Motion = "accelerati
         axes.loglog(
             frf.frequency, magnitude, color=colour(k), linewidth=WIDTHS[min(k, 2)], label=f"{frf.record}, measured"
         )
-    plain(axes.xaxis)
-    plain(axes.yaxis)
+    write_out_ticks(axes.xaxis)
+    write_out_ticks(axes.yaxis)
     style_axes(
         axes,
         "frequency [Hz]",

@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from robotid.diagnosis.misfit.location import BY_DIRECTION, BY_SPEED, Curve
 from robotid.model.array import Array
-from robotid.report.axes import BLUE, INK, VERMILLION, Units, axis_label, plain, style_axes
+from robotid.report.axes import BLUE, INK, VERMILLION, Units, axis_label, style_axes, write_out_ticks
 from robotid.report.numbers import percent, significant
 
 VARIABLES = {
@@ -80,7 +80,7 @@ def draw_curve(
     elif curve.along == "frequency":
         axes.semilogx(x, mean, "o-", color=BLUE, markersize=3, linewidth=1.4)
         axes.set_ylim(bottom=0.0)
-        plain(axes.xaxis)
+        write_out_ticks(axes.xaxis)
     else:
         axes.fill_between(x, mean - spread, mean + spread, color=BLUE, alpha=0.18, linewidth=0)
         axes.plot(x, mean, "o-", color=BLUE, markersize=2.6, linewidth=1.4)

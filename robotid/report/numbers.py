@@ -7,7 +7,7 @@ from math import isfinite
 
 NONE = "-"
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-MOST_ZEROS = 5  # powers of ten up to here are written out
+MAX_ZEROS = 5  # powers of ten up to here are written out
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -28,7 +28,7 @@ def significant(value: float | None, digits: int = 3) -> str:
     mantissa, _, power = text.partition("e")
     if not power:
         return text
-    return f"{float(text):.0f}" if 0 <= int(power) <= MOST_ZEROS else f"{mantissa}·{ten_to(int(power))}"
+    return f"{float(text):.0f}" if 0 <= int(power) <= MAX_ZEROS else f"{mantissa}·{ten_to(int(power))}"
 
 
 def ten_to(power: int) -> str:

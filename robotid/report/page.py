@@ -27,10 +27,10 @@ from robotid.report.svg import COLOURS, inline
 from robotid.report.tables.table import Table
 from robotid.report.time import Series, TimePlot
 
-MOST_SAMPLES = 100_000  # of all signals that can be zoomed, together
-FEWEST_SAMPLES = 2000  # of one of them
-LONG = 30  # characters of a cell that may be folded
-STATIC = 1200  # points of a curve where the page cannot draw: without JavaScript
+MAX_SAMPLES = 100_000  # of all signals that can be zoomed, together
+MIN_SAMPLES = 2000  # of one of them
+MAX_UNFOLDED = 30  # characters of a cell that may be folded
+STATIC_POINTS = 1200  # points of a curve where the page cannot draw: without JavaScript
 MINUS = re.compile(r"-(?=\d)")
 NUMBERS = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?(%|\*| / [-+]?[\d.]+)?")
 NUMBER = re.compile(r"[-+–−]?[\d.]+(e[-+]?\d+)?\s*[%*]?|-|–|")
@@ -47,7 +47,7 @@ class StageTables:
 def page(findings: Findings, stages: Sequence[StageTables], origin: Origin, title: str | None = None) -> str:
     """The HTML. stages : tables of each stage that has run, in order. title : the heading, absent: the robot's name."""
     every = figure_specs(findings)
-    most = max(FEWEST_SAMPLES, MOST_SAMPLES // max(1, sum(p.plot is not None for p in every)))
+    most = max(MIN_SAMPLES, MAX_SAMPLES // max(1, sum(p.plot is not None for p in every)))
     sections = [(name, [_shown(p, most) for p in group]) for name, group in groupby(every, lambda p: p.section)]
     return _template().render(
         title=title or findings.robot,
@@ -62,30 +62,30 @@ def page(findings: Findings, stages: Sequence[StageTables], origin: Origin, titl
 
 
 def _notes(f: Findings) -> dict[str, str]:
-    """What is said at the head of a section."""
+    """The note at the head of a section."""
     clean = f.diagnosis is not None and f.diagnosis.verdict == "clean"
     return {PLACES: "The verdict is clean: what these figures show lies within the noise."} if clean else {}
 
 
 @dataclass(frozen=True, slots=True)
 class _Shown:
-    """A plate as the template takes it: svg, the figure itself, and data, what the script draws in its place, None of a
+    """A figure as the template takes it: svg, the figure itself, and data, what the script draws instead, None of a
     figure that cannot be zoomed. thinned : that not all samples are drawn, where that is so."""
 
-    plate: FigureSpec
+    spec: FigureSpec
     svg: Markup
     data: Markup | None = None
     thinned: str = ""
 
 
-def _shown(plate: FigureSpec, most: int) -> _Shown:
-    if plate.plot is None:
-        return _Shown(plate, Markup(inline(plate.draw(), plate.name)))
-    still = inline(time_figure(_thinned(plate.plot, STATIC)), plate.name)
-    plot = _thinned(plate.plot, most)
+def _shown(spec: FigureSpec, most: int) -> _Shown:
+    if spec.plot is None:
+        return _Shown(spec, Markup(inline(spec.draw(), spec.name)))
+    still = inline(time_figure(_thinned(spec.plot, STATIC_POINTS)), spec.name)
+    plot = _thinned(spec.plot, most)
     drawn = max(len(series.t) for strip in plot.strips for series in strip.series)
-    said = f"{drawn} of {plate.samples} samples, the extremes of every stretch among them." * (drawn < plate.samples)
-    return _Shown(plate, Markup(still), Markup(json.dumps(_document(plot)).replace("<", "\\u003c")), said)
+    thinned = f"{drawn} of {spec.samples} samples, the extremes of every stretch among them." * (drawn < spec.samples)
+    return _Shown(spec, Markup(still), Markup(json.dumps(_document(plot)).replace("<", "\\u003c")), thinned)
 
 
 def _thinned(plot: TimePlot, most: int) -> TimePlot:
@@ -164,7 +164,7 @@ def _signed(cell: str) -> str:
 def _kind(cells: Sequence[str]) -> Markup:
     if all(NUMBER.fullmatch(cell.strip()) for cell in cells):
         return Markup(' class="number"')
-    return Markup(' class="long"' if any(len(cell) > LONG for cell in cells) else "")
+    return Markup(' class="long"' if any(len(cell) > MAX_UNFOLDED for cell in cells) else "")
 
 
 def _own(name: str) -> str:

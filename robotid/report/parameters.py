@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from robotid.estimate.result import Estimate, FitResult, Fits
-from robotid.report.axes import INK, Units, colour, legend, plain, style_axes
+from robotid.report.axes import INK, Units, colour, legend, style_axes, write_out_ticks
 from robotid.report.numbers import ten_to
 
 WIDTH = 0.6  # of the room that a parameter has, shared by the models
@@ -42,7 +42,7 @@ def draw_iterations(axes: Axes, fits: Fits) -> None:
         axes.plot(fit.cost / fit.cost[-1], "o-", markersize=3, color=colour(k), linewidth=1.2, label=name)
     if max(fit.cost.max() / fit.cost[-1] for fit in fits.models.values()) > WIDE_RANGE:
         axes.set_yscale("log")
-        plain(axes.yaxis)
+        write_out_ticks(axes.yaxis)
     style_axes(axes, "iteration", "cost over its end", "Iterations")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     legend(axes)
@@ -104,5 +104,5 @@ def _scale(estimates: Iterable[Estimate]) -> float:
 
 def _unit(unit: str, scale: float) -> str:
     power = "" if scale == 1.0 else ten_to(round(log10(scale)))
-    said = " ".join(filter(None, (power, "" if unit == "1" else unit)))
-    return f" [{said}]" if said else ""
+    text = " ".join(filter(None, (power, "" if unit == "1" else unit)))
+    return f" [{text}]" if text else ""

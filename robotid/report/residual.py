@@ -18,8 +18,8 @@ def draw_correlations(upper: Axes, lower: Axes, name: str, test: ResidualTest) -
     style_axes(upper, "", "with itself", f"{name}: residual, {'white' if test.white else 'coloured'}")
     half = len(test.crosscorrelation) // 2
     _stems(lower, np.arange(-half, half + 1), test.crosscorrelation, test.cross_band)
-    told = "no sign of the torque" if test.independent else "follows the torque"
-    style_axes(lower, "lag [samples]", "with the torque", told)
+    title = "no sign of the torque" if test.independent else "follows the torque"
+    style_axes(lower, "lag [samples]", "with the torque", title)
     lower.axvline(0.0, color=FAINT, linewidth=0.6)
 
 

@@ -21,9 +21,9 @@ from robotid.terms import TERMS
 from robotid.validation.results import RecordValidation
 
 EFFECTS: dict[str, Term | Channel] = {**TERMS, **CHANNELS}
-FEW = 3  # records that are told one by one
-NOTHING = 0.1  # of the noise: what is less is not told
-TELLING = 0.2  # share of the variance from which a variable is named
+MAX_NAMED = 3  # records that are named one by one
+MIN_REMAINING = 0.1  # of the noise: what is less is called nothing
+MIN_ORDER = 0.2  # share of the variance from which a variable is named
 
 
 def summary(findings: Findings) -> str:
@@ -66,8 +66,8 @@ def _validated(f: Findings) -> Iterator[str]:
     apart = {name: record for name, record in best.records.items() if not record.used}
     groups = [f"{_fits(used)} on the records it was fitted to"] * bool(used)
     groups += [f"{_fits(apart)} on held-out records"] * bool(apart)
-    told = listed(groups) or "nothing: it diverges on every record"
-    yield f"model {f.validation.best} of {f.robot} simulates the motor {best.output} with a fit of {told}."
+    parts = listed(groups) or "nothing: it diverges on every record"
+    yield f"model {f.validation.best} of {f.robot} simulates the motor {best.output} with a fit of {parts}."
     if not apart:
         yield "No record was held out, so this does not tell how well it does on motions it has not seen."
     unseen = [i.name for i in best.identifiability if i.verdict == "unseen"]
@@ -77,7 +77,7 @@ def _validated(f: Findings) -> Iterator[str]:
 
 
 def _fits(records: Mapping[str, RecordValidation]) -> str:
-    if len(records) <= FEW:
+    if len(records) <= MAX_NAMED:
         return listed([f"{fixed(record.fit_percent)} % ({name})" for name, record in records.items()])
     return f"{_range([record.fit_percent for record in records.values()])} %"
 
@@ -88,7 +88,7 @@ def _range(values: list[float]) -> str:
 
 
 def _records(names: list[str]) -> str:
-    return listed(names) if len(names) <= FEW else f"{len(names)} records"
+    return listed(names) if len(names) <= MAX_NAMED else f"{len(names)} records"
 
 
 def _started(f: Findings) -> Iterator[str]:
@@ -155,26 +155,26 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
         yield f"no effect of the catalogue explains {rest}, so the cause is unknown{shape}."
     elif d.causes and d.remaining < d.misfit:
         verb = "Together they leave" if len(d.causes) > 1 else "It leaves"
-        left = f"{significant(d.remaining, 2)} {unit}" if d.remaining > NOTHING * d.noise_floor else "nothing"
+        left = f"{significant(d.remaining, 2)} {unit}" if d.remaining > MIN_REMAINING * d.noise_floor else "nothing"
         yield f"{verb} {left} beyond the noise."
 
 
 def _place(f: Findings, d: Diagnosis) -> str:
-    curves = [c for c in best_of_each(d.curves) if c.along != "frequency" and c.order > TELLING]
+    curves = [c for c in best_of_each(d.curves) if c.along != "frequency" and c.order > MIN_ORDER]
     missing = axis_label("torque", f.units)
     return f"; the {missing} that it lacks follows the {variable(curves[0], f.units)} best" if curves else ""
 
 
 def _cause(f: Findings, cause: Cause) -> str:
     """An effect with what it is and does: "motor.stribeck (torque missing at small speed only; explains 97 %)"."""
-    name, look = cause.effect, ""
+    name, description = cause.effect, ""
     if cause.effect.startswith(f"{RECORD_CHANGE}."):
         record, name = changed(cause.effect)
         by = next((f" by {significant(p.value)} {f.units(p.unit)}" for p in cause.parameters), "")
-        look = f"differs in {record}{by}; "
+        description = f"differs in {record}{by}; "
     elif cause.effect.rpartition(".")[2] in EFFECTS:
-        look = f"{EFFECTS[cause.effect.rpartition('.')[2]].signature}; "
-    return f"{name} ({look}explains {percent(cause.explained, 0)} %)"
+        description = f"{EFFECTS[cause.effect.rpartition('.')[2]].signature}; "
+    return f"{name} ({description}explains {percent(cause.explained, 0)} %)"
 
 
 def _twins(d: Diagnosis) -> Iterator[str]:
@@ -194,11 +194,11 @@ def _gained(f: Findings, e: Extension) -> Iterator[str]:
     both = [name for name in e.after if name in e.before]
     apart = [name for name in both if not e.after[name].used]
     names = apart or both
-    told = [_risen(e.before[name], e.after[name], name, len(names)) for name in names[:FEW]]
-    further = f", and {len(names) - FEW} more" if len(names) > FEW else ""
+    parts = [_risen(e.before[name], e.after[name], name, len(names)) for name in names[:MAX_NAMED]]
+    further = f", and {len(names) - MAX_NAMED} more" if len(names) > MAX_NAMED else ""
     kind = f"held-out {'record' if len(names) == 1 else 'records'} " if apart else ""
     pieces = "" if f.horizon is None else f", simulated in pieces of {significant(f.horizon)} s,"
-    yield f"With {listed(list(e.added))} added{pieces or ','} the fit of {kind}{listed(told)}{further}."
+    yield f"With {listed(list(e.added))} added{pieces or ','} the fit of {kind}{listed(parts)}{further}."
     if not apart:
         yield "No record was held out, so part of this gain may be fitted noise."
     if e.dropped:

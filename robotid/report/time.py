@@ -10,7 +10,7 @@ from matplotlib.figure import FigureBase
 
 from robotid.extension.results import Score
 from robotid.model.array import Array
-from robotid.report.axes import BLUE, FAINT, INK, MOST_POINTS, VERMILLION, Units, axis_label, envelope, style_axes
+from robotid.report.axes import BLUE, FAINT, INK, MAX_POINTS, VERMILLION, Units, axis_label, envelope, style_axes
 from robotid.report.numbers import fixed
 from robotid.signals.record import Quantity, Record
 from robotid.signals.reference import Reference
@@ -108,7 +108,7 @@ def missing_plot(name: str, missing: Trace, units: Units = str, *, supplied: boo
     return TimePlot(f"{what} of {name}", (Strip(f"{what} [{units('Nm')}]", (asked, *added), 2.0, zero=True),))
 
 
-def draw_strips(pair: Sequence[Axes], plot: TimePlot, *, most: int = MOST_POINTS) -> None:
+def draw_strips(pair: Sequence[Axes], plot: TimePlot, *, most: int = MAX_POINTS) -> None:
     """A plot over as many axes as it has strips."""
     for axes, strip in zip(pair, plot.strips, strict=True):
         for series in strip.series:

@@ -18,7 +18,7 @@ from robotid.signals.quality import Recordings
 
 
 def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: FlexResult, log: Log | None = None) -> Fits:
-    """Fit all models. log is told of every iteration.
+    """Fit all models. log : gets an event for every iteration.
 
     Raises NumericsError where a model does not converge from this start.
     """

@@ -26,7 +26,7 @@ def validate(
     fits: Fits,
     log: Log | None = None,
 ) -> Validation:
-    """Validate the initial model and every fitted one on every record. log is told of each model.
+    """Validate the initial model and every fitted one on every record. log : gets an event for each model.
 
     Only the best model's parameters are perturbed. A model that diverges on a record is without that record, and says
     so. The best model's fit below a threshold is a sentence in `failed`, not an error: the artifact is saved first.

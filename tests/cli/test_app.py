@@ -62,7 +62,7 @@ def test_a_bug_of_ours(broken: Callable[..., int], capsys: pytest.CaptureFixture
     out, err = capsys.readouterr()
     assert out == ""
     assert err.startswith("Traceback")
-    assert err.endswith("this is a bug of ours; please report it with the lines above\n")
+    assert err.endswith("this is a bug in robotid; please report it with the lines above\n")
 
 
 def test_a_full_disk_is_no_bug(broken: Callable[..., int], capsys: pytest.CaptureFixture[str]) -> None:

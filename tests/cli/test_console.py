@@ -8,7 +8,7 @@ from io import StringIO
 
 import pytest
 
-from robotid.cli.console import print_json, print_tables, say
+from robotid.cli.console import print_json, print_message, print_tables
 from robotid.report.numbers import fixed, number
 from robotid.report.tables.table import Table
 
@@ -37,8 +37,8 @@ def test_a_table_in_a_file_is_plain_and_never_folded(capsys: pytest.CaptureFixtu
 
 
 def test_talk_goes_to_stderr_unless_quiet(capsys: pytest.CaptureFixture[str]) -> None:
-    say("hello")
-    say("nobody hears", quiet=True)
+    print_message("hello")
+    print_message("nobody reads", quiet=True)
     assert capsys.readouterr() == ("", "hello\n")
 
 

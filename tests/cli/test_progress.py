@@ -18,7 +18,7 @@ from support.paths import ROOT
 from support.small_axis import CONFIG
 
 from robotid.cli import progress
-from robotid.cli.progress import Watch, picture, watching
+from robotid.cli.progress import Watch, live_display, watching
 from robotid.progress import Begun, Iteration, Progress, Step
 from robotid.report.numbers import duration
 
@@ -41,7 +41,7 @@ def watch() -> Watch:
 
 def hear(watch: Watch, after: float, event: Begun | Progress | Step) -> None:
     cast(Clock, watch.clock).now += after
-    watch.hear(event)
+    watch.update(event)
 
 
 def test_the_time_left_is_that_of_what_is_not_done_at_the_pace_so_far(watch: Watch) -> None:
@@ -92,7 +92,7 @@ def test_duration(seconds: float, text: str) -> None:
 
 def drawn(watch: Watch, width: int) -> str:
     console = Console(file=StringIO(), width=width, force_terminal=True, color_system=None)
-    console.print(picture(watch, "*"))
+    console.print(live_display(watch, "*"))
     return cast(StringIO, console.file).getvalue()
 
 

@@ -73,7 +73,7 @@ def test_a_run_closes_with_what_it_reached_and_what_to_type_next(
     assert main(["run", config]) == 0
     *_, reached, _, _, page, following = capsys.readouterr().err.splitlines()
     assert reached.startswith("m1 simulates slow to 9")
-    assert page == "to look at: runs/axis/report.html"
+    assert page == "the report is runs/axis/report.html"
     assert following == "next: robotid show runs/axis/validation.h5"
     assert main(["status", config]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == following

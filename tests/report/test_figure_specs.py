@@ -30,7 +30,7 @@ NAMES = [
 
 @cache
 def by_name() -> dict[str, FigureSpec]:
-    return {plate.name: plate for plate in figure_specs(findings())}
+    return {spec.name: spec for spec in figure_specs(findings())}
 
 
 @cache
@@ -48,7 +48,7 @@ def texts(figure: Figure) -> list[str]:
 
 def test_all_figures_are_there_in_order() -> None:
     assert list(by_name()) == NAMES
-    assert all(plate.alt.endswith(".") for plate in by_name().values())
+    assert all(spec.alt.endswith(".") for spec in by_name().values())
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -60,7 +60,7 @@ def test_quantities_have_units(name: str) -> None:
 
 
 def test_measured_responses_stand_alone_only_without_a_model_beside_them() -> None:
-    names = [plate.name for plate in figure_specs(replace(findings(), validation=None))]
+    names = [spec.name for spec in figure_specs(replace(findings(), validation=None))]
     assert "responses" in names
     assert "bode-speed" not in names
 
@@ -139,7 +139,7 @@ def test_a_parameter_whose_change_diverges_is_said() -> None:
     record = replace(f.validation.models["m"].records["small"], perturbation=nan)
     models = {"m": replace(f.validation.models["m"], records={"small": record})}
     one = Findings("irb", validation=replace(f.validation, models=models))
-    figure = next(plate for plate in figure_specs(one) if plate.name == "perturbation").draw()
+    figure = next(spec for spec in figure_specs(one) if spec.name == "perturbation").draw()
     assert texts(figure) == ["diverges", "0"]
 
 
@@ -153,13 +153,13 @@ def test_parameters_have_intervals_in_handy_units() -> None:
 
 
 def test_a_sliding_axis_has_its_own_units() -> None:
-    found = {plate.name: plate for plate in figure_specs(replace(findings(), linear=True))}
+    found = {spec.name: spec for spec in figure_specs(replace(findings(), linear=True))}
     assert "motor force [N]" in labels(found["record-small"].draw())
     assert labels(found["misfit-phi_m-mod-2-pi"].draw())[0] == "motor position within a turn [m]"
     assert labels(found["misfit-phi_a-by-speed"].draw())[1].startswith("missing force\nin proportion to speed, at ")
 
 
 def test_what_is_unknown_has_a_shape() -> None:
-    found = {plate.name: plate for plate in figure_specs(Findings("irb", diagnosis=UNKNOWN))}
+    found = {spec.name: spec for spec in figure_specs(Findings("irb", diagnosis=UNKNOWN))}
     assert found["unknown"].draw().axes[0].get_xlabel() == "motor angle [rad]"
     assert not [name for name in (p.name for p in figure_specs(Findings("irb", diagnosis=CLEAN))) if name != "causes"]

@@ -17,7 +17,7 @@ from support.report_findings import diagnosis, excitation, extension, fits, flex
 from robotid.errors import ConfigError
 from robotid.estimate.flexible import FlexResult
 from robotid.model.units import sliding
-from robotid.report.axes import MOST_POINTS, envelope
+from robotid.report.axes import MAX_POINTS, envelope
 from robotid.report.figures import draw
 from robotid.signals.quality import Recordings
 
@@ -119,7 +119,7 @@ def test_the_envelope_keeps_every_peak() -> None:
     signal = np.zeros(len(t))
     signal[[777, 50_001]] = 3.0, -4.0
     _, drawn = envelope(t, signal)
-    assert len(drawn) <= MOST_POINTS
+    assert len(drawn) <= MAX_POINTS
     assert (drawn.max(), drawn.min()) == (3.0, -4.0)
 
 

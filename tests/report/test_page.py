@@ -16,7 +16,7 @@ from support.report_findings import findings
 from robotid.report.figure_specs import figure_specs
 from robotid.report.findings import Findings
 from robotid.report.origin import Origin, Source
-from robotid.report.page import MOST_SAMPLES, StageTables, page
+from robotid.report.page import MAX_SAMPLES, StageTables, page
 from robotid.report.stamp import Stamp, stamp_of
 from robotid.report.summary import summary
 from robotid.report.tables.table import Table
@@ -51,7 +51,7 @@ def test_a_page_after_every_stage(stage: str) -> None:
     document = Document(html(stage))
     shown = figure_specs(found)
     assert shown or stage == "excitation"
-    assert {f"figure-{plate.name}" for plate in shown} <= set(document.values("id"))
+    assert {f"figure-{spec.name}" for spec in shown} <= set(document.values("id"))
     assert document.tags["figure"] == len(shown)
     assert document.tags["svg"] == len(shown)
     assert summary(found) in document.text.replace("\u00a0", " ")
@@ -108,7 +108,7 @@ def test_a_long_record_is_thinned_without_losing_its_peaks() -> None:
     plot = json.loads(re.findall(r'<script type="application/json">(.*?)</script>', source)[0])
     drawn, at = plot["strips"][0]["series"][0], plot["times"][0]
     values, samples = unpacked(drawn["values"]), unpacked(at["samples"])
-    assert len(values) <= MOST_SAMPLES
+    assert len(values) <= MAX_SAMPLES
     assert (values.max(), values.min()) == (7.5, -9.25)
     t = at["start"] + at["step"] * samples
     assert t[np.argmax(values)] == pytest.approx(long.t[123_457])

@@ -1,4 +1,4 @@
-"""The records as tables and JSON: what was read, and what is to be said of it."""
+"""The records as tables and JSON: what was read, and the remarks on it."""
 
 from __future__ import annotations
 
@@ -60,8 +60,8 @@ def _sampling(recordings: Recordings) -> Table:
         for r in recordings.reports
     )
     columns = ("record", "role", "use", "samples", "Ts [ms]", "jitter [%]")
-    mended = ("missing", "duplicated", "not finite", "wraps", "source")
-    return Table("Records", (*columns, *mended), rows, "missing to wraps: samples that were mended")
+    repaired = ("missing", "duplicated", "not finite", "wraps", "source")
+    return Table("Records", (*columns, *repaired), rows, "missing to wraps: samples that were repaired")
 
 
 def _signals(recordings: Recordings) -> Table:

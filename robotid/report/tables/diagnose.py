@@ -1,4 +1,4 @@
-"""The diagnosis as tables and JSON: how much is wrong, where, why, and what the cause cannot be told from."""
+"""The diagnosis as tables and JSON: how much is wrong, where, why, and what the data cannot tell from the cause."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def sentence(diagnosis: Diagnosis) -> str:
     d, unit = diagnosis, diagnosis.unit
     if d.verdict == "clean":
         return f"{d.model} leaves nothing to explain beyond the noise of {number(d.noise_floor, 2)} {unit}"
-    causes = ", and ".join(map(_told, d.causes))
+    causes = ", and ".join(map(_clause, d.causes))
     if d.verdict == "named":
         left = f"; {number(d.remaining, 2)} of {number(d.misfit, 2)} {unit} remain" * (d.remaining < d.misfit)
         return f"{d.model} lacks {causes}{left}"
@@ -78,7 +78,7 @@ def sentence(diagnosis: Diagnosis) -> str:
     return f"{known} that no effect of the catalogue explains{place}"
 
 
-def _told(cause: Cause) -> str:
+def _clause(cause: Cause) -> str:
     """A cause as part of a sentence."""
     others = [twin for twin in cause.twins if twin != cause.effect]
     alternatives = f" (or {', '.join(others)}: these data cannot tell)" if others else ""
@@ -86,7 +86,7 @@ def _told(cause: Cause) -> str:
 
 
 def rejected_document(one: Rejected) -> Json:
-    """An effect that was tried in vain."""
+    """An effect that was tried and rejected."""
     return {
         "effect": one.effect,
         "explained": one.explained,

@@ -1,4 +1,4 @@
-"""The catalogue of effects as tables and JSON, told by the effects themselves."""
+"""The catalogue of effects as tables and JSON, as they describe themselves."""
 
 from __future__ import annotations
 

@@ -30,5 +30,5 @@ def document(report: Report) -> Json:
 
 
 def sentence(report: Report) -> str:
-    """Where to look."""
-    return f"to look at: {report.file}"
+    """Where the page is."""
+    return f"the report is {report.file}"
