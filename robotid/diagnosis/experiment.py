@@ -15,6 +15,7 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.refit.settings import REFIT
 from robotid.diagnosis.results import Cause, Diagnosis, Separation
 from robotid.diagnosis.search.state import AcceptedCause, SearchResult
+from robotid.diagnosis.settings import VERDICT
 from robotid.errors import NumericsError
 from robotid.estimate.least_squares import SolveOptions, solve
 from robotid.estimate.residual import OutputError
@@ -23,8 +24,6 @@ from robotid.signals.record import Record
 from robotid.signals.reference import Reference
 from robotid.simulation.closed_loop.controller import Controller
 from robotid.simulation.closed_loop.loop import ControlledJoint
-
-BANDWIDTH = 2 * np.pi * 5.0  # rad/s of the speed loop where none is known
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +77,8 @@ def default_speed_controller(model: RefittedModel) -> Controller:
     joint = model.joint
     _, mass = joint.slopes(np.zeros((joint.nx, 1)), np.ones((joint.masses, 1)), np.zeros(1), model.parameters.values)
     along = np.array([1.0, joint.ratio, joint.ratio])[: joint.masses]
-    kp = BANDWIDTH * float(along @ mass[:, :, 0] @ along)
-    return Controller("speed", kp, kp * BANDWIDTH / 4)
+    kp = VERDICT.speed_bandwidth * float(along @ mass[:, :, 0] @ along)
+    return Controller("speed", kp, kp * VERDICT.speed_bandwidth / 4)
 
 
 def _difference(

@@ -1,4 +1,4 @@
-"""The verdict on a model: how much is wrong, where, what caused it, and what was tried in vain."""
+"""The verdict on a model: how much is wrong, where, what caused it, and what was tried without success."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
 from robotid.diagnosis.results import Cause, Diagnosis, Misfit, Rejected, Verdict
 from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.search.state import AcceptedCause, SearchResult
+from robotid.diagnosis.settings import VERDICT
 from robotid.estimate.fitted_model import FittedModel, Simulated, joined
 from robotid.estimate.residual import measured_output
 from robotid.estimate.result import Estimate
@@ -21,11 +22,7 @@ from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
 from robotid.signals.trace import Trace, thinned
 
-MOST_REJECTED = 12  # effects that are listed as scored in vain
-FAR = 2.0  # noise floors: a misfit that large is something
 SHAPELESS = "the misfit is far above the noise, yet no curve along one variable explains much of it"
-CHANCE = 3.0  # standard deviations of the energy of noise: less is no misfit to have a share in
-LEAST = 1e-12  # of the output: where even the noise is nothing
 
 
 def verdict(model: FittedModel, simulated: Sequence[Simulated], found: SearchResult) -> Diagnosis:
@@ -71,7 +68,7 @@ def _word(found: SearchResult, misfit: float, floor: float) -> Verdict:
     """A misfit far above the noise is never clean, even where it has neither a name nor a shape."""
     if found.causes or (found.changes and found.curve is None):
         return "named"
-    return "clean" if found.curve is None and misfit <= FAR * floor else "unknown"
+    return "clean" if found.curve is None and misfit <= VERDICT.clear_misfit * floor else "unknown"
 
 
 def _segments_after(found: SearchResult) -> tuple[SegmentFit, ...]:
@@ -94,7 +91,7 @@ def _misfit(
     output = measured_output(record, model.output)
     beyond = _beyond(rmse, floor)
     left = 0.0 if after is None else _beyond(root_mean_square(after), floor)
-    explained = 0.0 if after is None else 1.0 - left**2 / max(beyond**2, LEAST)
+    explained = 0.0 if after is None else 1.0 - left**2 / max(beyond**2, 1e-12)
     return Misfit(
         role=record.role,
         fit_percent=fit_percent(output, output - residual),
@@ -125,13 +122,13 @@ def trace(run: Simulated, model: FittedModel) -> Trace:
 
 
 def _cause(found: AcceptedCause) -> Cause:
-    """A cause as it is told."""
+    """A cause as it is reported."""
     estimates = _estimates(found.after, found.effect)
     return Cause(found.effect, estimates, found.explained, found.gain, found.p_value, found.twins, None)
 
 
 def _changed(found: RecordChange) -> Cause:
-    """A difference of a held-out record as it is told; its deviation is not known."""
+    """A difference of a held-out record as it is reported; its deviation is not known."""
     nan = float("nan")
     estimate = Estimate(found.effect, found.value, found.unit, nan, nan, float("-inf"), float("inf"))
     return Cause(found.effect, (estimate,), found.explained, found.gain, found.p_value, found.twins, None)
@@ -151,23 +148,23 @@ def _estimates(model: RefittedModel, effect: str) -> tuple[Estimate, ...]:
 
 
 def _rejected(found: SearchResult, word: Verdict) -> Iterator[Rejected]:
-    """What was refitted in vain, and then what the score alone turned down in the first round.
+    """What was refitted without success, and then what the score alone turned down in the first round.
 
     Where something unknown is wrong with the model everywhere, a difference on one record only imitates it.
     """
-    told = {c.effect for c in found.causes} | {t for c in found.causes for t in c.twins}
+    reported = {c.effect for c in found.causes} | {t for c in found.causes for t in c.twins}
     for one in found.rejected:
-        if one.effect not in told:
-            told.add(one.effect)
+        if one.effect not in reported:
+            reported.add(one.effect)
             yield Rejected(one.effect, one.explained, one.gain, one.why)
     if found.curve is not None and not found.causes:
         why = f"only imitates what no effect explains along {found.curve.curve.along}"
         yield from (Rejected(c.effect, c.explained, c.gain, why) for c in found.changes)
     first = found.rounds[0]
     samples = found.data.samples
-    whole = max(first.projected.energy - samples, CHANCE * np.sqrt(2 * samples))
-    for score in first.best_of_each[:MOST_REJECTED]:
-        if score.candidate.name not in told:
+    whole = max(first.projected.energy - samples, VERDICT.chance * np.sqrt(2 * samples))
+    for score in first.best_of_each[: VERDICT.max_rejected]:
+        if score.candidate.name not in reported:
             share = float(np.clip(score.energy / whole, 0.0, 1.0))
             yield Rejected(score.candidate.name, share, float("nan"), _why(share, found, word))
 

@@ -7,20 +7,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from robotid.diagnosis.misfit.bins import edges
+from robotid.diagnosis.misfit.bins import bin_edges
 from robotid.diagnosis.misfit.missing_torque import MissingTorque
+from robotid.diagnosis.misfit.settings import MISFIT
 from robotid.model.array import Array, Index, Mask
 from robotid.model.units import on_axis
-from robotid.signals.record import Record
-from robotid.simulation.trajectory import Trajectory
 
-SLOW = 1e-3  # of the largest speed: where friction holds the motor, no torque is seen
 TURN = 2 * np.pi
-TURNS = 2  # of the motor, before what repeats every turn shows
-FINE_BINS = 36  # of a turn
-BLOCKS = 20  # of a record, predicted one by one from all the others
-RARE = 1e-3  # of the fullest bin: too little to make a mean of
-BANDS_AN_OCTAVE = 2
 
 BY_DIRECTION, BY_SPEED = " by direction", " by speed"
 
@@ -48,7 +41,7 @@ class Curve:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Variable:
+class OrderingVariable:
     """What a curve may run along. values (n,); signed : zero is a border; turn : they start again after one; gains :
     how the torque may be counted."""
 
@@ -61,71 +54,74 @@ class Variable:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Seen:
+class MovingSamples:
     """All moving samples of all records: missing torque and speed (n,), block of each, and the variables."""
 
     torque: Array
     speed: Array
     block: Index
-    variables: tuple[Variable, ...]
+    variables: tuple[OrderingVariable, ...]
 
 
-def locate(cases: Sequence[tuple[Trajectory, Record, MissingTorque]]) -> tuple[Curve, ...]:
+def locate(found: Sequence[MissingTorque]) -> tuple[Curve, ...]:
     """The missing torque of all records along everything, what orders it best first, the simpler variable at a tie."""
-    seen = _see(cases)
-    curves = [_curve(seen, variable, gain) for variable in seen.variables for gain in variable.gains]
-    return (*sorted(curves, key=lambda curve: -round(curve.order, 2)), _bands(cases))
+    samples = _moving_samples(found)
+    curves = [_curve(samples, variable, gain) for variable in samples.variables for gain in variable.gains]
+    return (*sorted(curves, key=lambda curve: -round(curve.order, 2)), _bands(found))
 
 
-def _see(cases: Sequence[tuple[Trajectory, Record, MissingTorque]]) -> Seen:
-    names = list(dict.fromkeys(record.name for _, record, _ in cases))
-    parts = [_variables(names.index(case[1].name), *case) for case in cases]
+def _moving_samples(found: Sequence[MissingTorque]) -> MovingSamples:
+    names = list(dict.fromkeys(one.segment.record.name for one in found))
+    parts = [_variables(names.index(one.segment.record.name), one) for one in found]
     moving = []
-    for trajectory, _, missing in cases:
-        speed = missing.x[trajectory.joint.motor_speed]
-        moving.append(np.abs(speed) > SLOW * np.abs(speed).max())
+    for one in found:
+        speed = one.x[one.segment.trajectory.joint.motor_speed]
+        moving.append(np.abs(speed) > MISFIT.standstill * np.abs(speed).max())
     kept = np.concatenate(moving)
-    many = max(float(np.ptp(record.phi_m)) for _, record, _ in cases) > TURNS * TURN
+    many = max(float(np.ptp(one.segment.record.phi_m)) for one in found) > MISFIT.min_turns * TURN
     joined = (_joined(same, kept) for same in zip(*parts, strict=True))
-    return Seen(
-        torque=np.concatenate([missing.torque for _, _, missing in cases])[kept],
+    return MovingSamples(
+        torque=np.concatenate([one.torque for one in found])[kept],
         speed=np.concatenate([part[0].values for part in parts])[kept],
-        block=np.concatenate([k * BLOCKS + np.arange(len(m)) * BLOCKS // len(m) for k, m in enumerate(moving)])[kept],
+        block=np.concatenate(
+            [k * MISFIT.blocks + np.arange(len(m)) * MISFIT.blocks // len(m) for k, m in enumerate(moving)]
+        )[kept],
         variables=tuple(variable for variable in joined if _varies(variable) and (many or not variable.turn)),
     )
 
 
-def _varies(variable: Variable) -> bool:
+def _varies(variable: OrderingVariable) -> bool:
     known = variable.values[np.isfinite(variable.values)]
     return bool(known.size and np.ptp(known) > 0)
 
 
-def _joined(parts: Sequence[Variable], kept: Mask) -> Variable:
+def _joined(parts: Sequence[OrderingVariable], kept: Mask) -> OrderingVariable:
     return replace(parts[0], values=np.concatenate([part.values for part in parts])[kept])
 
 
-def _variables(number: int, trajectory: Trajectory, record: Record, missing: MissingTorque) -> list[Variable]:
-    """Of one record, the speed first."""
-    joint, x, h = trajectory.joint, missing.x, record.sampling_time
+def _variables(number: int, one: MissingTorque) -> list[OrderingVariable]:
+    """The variables of one segment, the speed first."""
+    trajectory, record = one.segment.trajectory, one.segment.record
+    joint, x, h = trajectory.joint, one.x, record.sampling_time
     unit = on_axis(linear=joint.structure.linear)
     speed = x[joint.motor_speed]
     both = ("", BY_DIRECTION)
     every = (*both, BY_SPEED)
     found = [
-        Variable("dphi_m", unit("rad/s"), speed, signed=True),
-        Variable("reversal", "s", _since_reversal(speed, h), signed=True),
-        Variable("phi_m", unit("rad"), record.phi_m, gains=every),
-        Variable("ddphi_m", unit("rad/s2"), np.gradient(speed, h), signed=True, gains=both),
-        Variable("tau_m", unit("Nm"), trajectory.u, signed=True, gains=both),
-        Variable("t", "s", record.t, gains=every),
-        Variable("record", "1", np.full(len(record), float(number)), gains=every),
+        OrderingVariable("dphi_m", unit("rad/s"), speed, signed=True),
+        OrderingVariable("reversal", "s", _since_reversal(speed, h), signed=True),
+        OrderingVariable("phi_m", unit("rad"), record.phi_m, gains=every),
+        OrderingVariable("ddphi_m", unit("rad/s2"), np.gradient(speed, h), signed=True, gains=both),
+        OrderingVariable("tau_m", unit("Nm"), trajectory.u, signed=True, gains=both),
+        OrderingVariable("t", "s", record.t, gains=every),
+        OrderingVariable("record", "1", np.full(len(record), float(number)), gains=every),
     ]
     if not joint.structure.linear:
-        found.insert(2, Variable("phi_m mod 2 pi", "rad", record.phi_m % TURN, turn=True, gains=both))
+        found.insert(2, OrderingVariable("phi_m mod 2 pi", "rad", record.phi_m % TURN, turn=True, gains=both))
     if joint.masses > 1:
         arm = joint.ratio * record.phi_m - x[0]
-        found.insert(2, Variable("phi_a", unit("rad"), arm, gains=every))
-        found.insert(3, Variable("twist", unit("rad"), x[0], signed=True, gains=both))
+        found.insert(2, OrderingVariable("phi_a", unit("rad"), arm, gains=every))
+        found.insert(3, OrderingVariable("twist", unit("rad"), x[0], signed=True, gains=both))
     return found
 
 
@@ -137,17 +133,17 @@ def _since_reversal(speed: Array, h: float) -> Array:
     return np.asarray(np.where(since < 0, np.nan, direction * (n - since + 0.5) * h))
 
 
-def _curve(seen: Seen, variable: Variable, gain: str) -> Curve:
+def _curve(samples: MovingSamples, variable: OrderingVariable, gain: str) -> Curve:
     """Least squares of the torque on the gain, bin by bin."""
     known = np.isfinite(variable.values)
-    values, torque, block = variable.values[known], seen.torque[known], seen.block[known]
-    at = float(np.sqrt(np.mean(seen.speed**2))) or 1.0
-    weight = _gain(seen.speed, gain, at)[known]
+    values, torque, block = variable.values[known], samples.torque[known], samples.block[known]
+    at = float(np.sqrt(np.mean(samples.speed**2))) or 1.0
+    weight = _gain(samples.speed, gain, at)[known]
     borders = _edges(variable, values)
     size = len(borders) - 1
     bins = np.clip(np.searchsorted(borders, values, side="right") - 1, 0, size - 1)
     count = np.bincount(bins, minlength=size)
-    blocks = int(seen.block.max()) + 1
+    blocks = int(samples.block.max()) + 1
     where = block * size + bins
     across = np.bincount(where, weight * torque, blocks * size).reshape(blocks, size)
     own = np.bincount(where, weight**2, blocks * size).reshape(blocks, size)
@@ -171,10 +167,10 @@ def _curve(seen: Seen, variable: Variable, gain: str) -> Curve:
     )
 
 
-def _edges(variable: Variable, values: Array) -> Array:
+def _edges(variable: OrderingVariable, values: Array) -> Array:
     if variable.name == "record":
         return np.append(np.unique(values) - 0.5, values.max() + 0.5)
-    return np.linspace(0.0, TURN, FINE_BINS + 1) if variable.turn else edges(values, variable.signed)
+    return np.linspace(0.0, TURN, MISFIT.bins_a_turn + 1) if variable.turn else bin_edges(values, variable.signed)
 
 
 def _gain(speed: Array, counted: str, at: float) -> Array:
@@ -186,7 +182,7 @@ def _gain(speed: Array, counted: str, at: float) -> Array:
 
 def _ratio(across: Array, own: Array, centre: Array, turn: bool) -> Array:
     """Mean of each bin (bins,); of one without samples, between its neighbours."""
-    full = own > RARE * own.max()
+    full = own > MISFIT.rare_share * own.max()
     if not full.any():
         return np.zeros(len(own))
     return np.asarray(np.interp(centre, centre[full], across[full] / own[full], period=TURN if turn else None))
@@ -197,26 +193,26 @@ def _share(torque: Array, predicted: Array) -> float:
     return max(0.0, 1 - float(np.sum((torque - predicted) ** 2)) / total) if total > 0 else 0.0
 
 
-def _bands(cases: Sequence[tuple[Trajectory, Record, MissingTorque]]) -> Curve:
+def _bands(found: Sequence[MissingTorque]) -> Curve:
     """Root mean square of the missing torque in each frequency band, over all records."""
-    h = min(record.sampling_time for _, record, _ in cases)
-    longest = max(record.duration for _, record, _ in cases)
-    borders = np.geomspace(1 / longest, 0.5 / h, round(BANDS_AN_OCTAVE * np.log2(longest / 2 / h)) + 1)
+    h = min(one.segment.record.sampling_time for one in found)
+    longest = max(one.segment.record.duration for one in found)
+    borders = np.geomspace(1 / longest, 0.5 / h, round(MISFIT.bands_an_octave * np.log2(longest / 2 / h)) + 1)
     parts, counts = [], []
-    for _, record, missing in cases:
-        n = len(missing.torque)
-        power = np.abs(np.fft.rfft(missing.torque - missing.torque.mean())) ** 2 * 2 / n**2
-        frequency = np.fft.rfftfreq(n, record.sampling_time)
+    for one in found:
+        n = len(one.torque)
+        power = np.abs(np.fft.rfft(one.torque - one.torque.mean())) ** 2 * 2 / n**2
+        frequency = np.fft.rfftfreq(n, one.segment.record.sampling_time)
         parts.append(np.sqrt(np.histogram(frequency, borders, weights=power)[0]))
         counts.append(np.histogram(frequency, borders)[0])
     amplitude, count = np.stack(parts), np.sum(counts, axis=0)
-    seen = count > 0
+    filled = count > 0
     return Curve(
         along="frequency",
         unit="Hz",
-        x=np.sqrt(borders[1:] * borders[:-1])[seen],
-        missing_torque=np.sqrt(np.mean(amplitude**2, axis=0))[seen],
-        spread=np.std(amplitude, axis=0)[seen],
-        count=count[seen].astype(np.float64),
+        x=np.sqrt(borders[1:] * borders[:-1])[filled],
+        missing_torque=np.sqrt(np.mean(amplitude**2, axis=0))[filled],
+        spread=np.std(amplitude, axis=0)[filled],
+        count=count[filled].astype(np.float64),
         order=0.0,
     )

@@ -11,8 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robotid.diagnosis.misfit.settings import MISFIT
 from robotid.diagnosis.misfit.smoother import Chain, Smoothed
 from robotid.errors import NumericsError
+from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array, blocks
 from robotid.model.derivatives import DerivativeColumns
 from robotid.signals.record import Quantity, Record
@@ -20,39 +22,29 @@ from robotid.simulation.first_guess import follow_motor, measured_guess
 from robotid.simulation.newton.problem import Problem
 from robotid.simulation.trajectory import BLOCK, Trajectory
 
-POWERS = np.arange(-8.0, 0.0, 2.0)  # of ten, of the largest torque: steps from sample to sample that are tried
-NEARBY = np.array([-0.6, 0.0, 0.6])
-SWEEPS = 2
-TELLING = 1.0  # of the evidence, a logarithm: a sweep that gains less is the last
-SMALL = 1.5  # residual over noise: the simulated motion is as good as the measured one
-LEAST = 1e-9  # noise of the output, relative to its largest value: with less the numbers say nothing
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MissingTorque:
-    """torque (n,) [Nm] at the motor; x (nx, n) : its motion.
+    """The torque that a model misses on a segment: torque (n,) [Nm] at the motor, with which it moves as x (nx, n).
 
-    Where friction holds the motor no torque is seen, and it is interpolated.
+    Where friction locks the motor no torque is seen, and it is interpolated.
     """
 
+    segment: SimulatedSegment
     torque: Array
     x: Array
 
 
 def missing_torque(
-    trajectory: Trajectory,
-    record: Record,
-    residual: Array,
-    output: Quantity,
-    noise_std: float,
-    torque_noise: float = 0.0,
+    segment: SimulatedSegment, output: Quantity, output_noise: float, torque_noise: float = 0.0
 ) -> MissingTorque:
-    """What the motor torque lacks on a record. residual (n,) : measured less simulated output.
+    """What the motor torque lacks on a segment.
 
-    It is signed as an applied torque: friction that the model lacks is a torque against the motion. noise_std : of the
-    output; torque_noise [Nm] : of the recorded torque, which is not to be taken for missing. Raises NumericsError where
-    no motion follows the measured one.
+    It is signed as an applied torque: friction that the model lacks is a torque against the motion. output_noise,
+    torque_noise [Nm] : standard deviations of the noise of the output and of the recorded torque, which are not to be
+    taken for missing. Raises NumericsError where no motion follows the measured one.
     """
+    trajectory, record, residual = segment.trajectory, segment.record, segment.residual
     row = trajectory.joint.output_row(output)
     y, size = trajectory.x[row] + residual, float(np.abs(trajectory.u).max()) or 1.0
     moved, nothing = _as_measured(trajectory, record), np.zeros(len(y))
@@ -60,21 +52,33 @@ def missing_torque(
 
     def smooth(x: Array, w: Array, powers: Array) -> tuple[float, Smoothed]:
         linear = _linearised(trajectory, x, w)
-        chain = Chain(*linear, y, row, max(noise_std, LEAST * spread[row]), torque_noise, x[:, 0].copy(), spread, size)
+        chain = Chain(
+            *linear,
+            y,
+            row,
+            max(output_noise, MISFIT.least_noise * spread[row]),
+            torque_noise,
+            x[:, 0].copy(),
+            spread,
+            size,
+        )
         power = _likeliest(chain, powers)
         return power, chain.smooth(size * 10**power)
 
-    small = float(np.std(residual)) < SMALL * noise_std
-    tried = [smooth(x, nothing, POWERS) for x in ((trajectory.x,) if small else (trajectory.x, moved))]
-    for _ in range(0 if small else SWEEPS):
+    small = float(np.std(residual)) < MISFIT.small_residual * output_noise
+    tried = [
+        smooth(x, nothing, np.array(MISFIT.coarse_powers))
+        for x in ((trajectory.x,) if small else (trajectory.x, moved))
+    ]
+    for _ in range(0 if small else MISFIT.max_sweeps):
         power, last = max(tried, key=_evidence)
-        tried.append(smooth(last.x, last.w, power + NEARBY))
-        if _evidence(tried[-1]) < _finite(last.evidence) + TELLING:
+        tried.append(smooth(last.x, last.w, power + np.array(MISFIT.fine_powers)))
+        if _evidence(tried[-1]) < _finite(last.evidence) + MISFIT.telling_evidence:
             break
     best = max(tried, key=_evidence)[1]
     if not np.isfinite(best.evidence):
         raise NumericsError(f"no torque makes the model follow {record.name}", hint="check the parameters")
-    return MissingTorque(best.w, best.x)
+    return MissingTorque(segment, best.w, best.x)
 
 
 def _evidence(tried: tuple[float, Smoothed]) -> float:
@@ -113,6 +117,6 @@ def _likeliest(chain: Chain, powers: Array) -> float:
     evidence = [_finite(excerpt.smooth(chain.size * 10**power).evidence) for power in powers]
     best = int(np.clip(np.argmax(evidence), 1, len(powers) - 2))
     low, middle, high = evidence[best - 1 : best + 2]
-    bend = low - 2 * middle + high
-    shift = 0.5 * (low - high) / bend if -np.inf < bend < 0 else np.sign(np.argmax([low, middle, high]) - 1.0)
+    curvature = low - 2 * middle + high
+    shift = 0.5 * (low - high) / curvature if -np.inf < curvature < 0 else np.sign(np.argmax([low, middle, high]) - 1.0)
     return float(powers[best] + np.clip(shift, -1.0, 1.0) * (powers[1] - powers[0]))

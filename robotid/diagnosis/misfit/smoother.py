@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg.lapack import dgbtrf, dgbtrs
 
+from robotid.diagnosis.misfit.settings import MISFIT
 from robotid.model.array import Array, blocks
 
-WINDOW = 40_000  # samples solved at once: a few hundred bytes a state each
-OVERLAP = 1_000  # samples solved twice at the border of two windows
-EXCERPT = 5_000  # samples that tell how much the input changes
+WINDOW = 40_000  # samples solved at once, a few hundred bytes a state each: any number gives the same states
+OVERLAP = 1_000  # samples solved twice at the border of two windows, lest there is a seam
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,11 +65,12 @@ class Chain:
 
     def excerpt(self) -> Chain:
         """The part of a long system in which the output moves most, to choose `step` by."""
-        if len(self.y) <= EXCERPT:
+        length = MISFIT.excerpt
+        if len(self.y) <= length:
             return self
         way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(self.y)))])
-        begin = int(np.argmax(way[EXCERPT:] - way[:-EXCERPT]))
-        return self._part(begin, begin + EXCERPT, np.zeros(len(self.G)))
+        begin = int(np.argmax(way[length:] - way[:-length]))
+        return self._part(begin, begin + length, np.zeros(len(self.G)))
 
     def _part(self, begin: int, end: int, first: Array) -> Chain:
         """Samples begin .. end - 1, from about this state unless they are the first ones."""

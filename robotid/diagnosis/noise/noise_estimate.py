@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotid.diagnosis.noise.noise_floor import noise_levels
+from robotid.diagnosis.noise.noise_floor import Noise, noise_levels
 from robotid.diagnosis.noise.settings import NOISE
 from robotid.diagnosis.noise.spectrum import residual_spectrum, whittle
 from robotid.diagnosis.noise.whitening import Segment, whitening
@@ -26,7 +26,7 @@ class NoiseEstimate:
 
 
 @dataclass(frozen=True, slots=True)
-class _Variances:
+class Variances:
     """Variance of each segment's output noise, in the unit of the output squared, and of the torque's noise [Nm2]."""
 
     output: tuple[float, ...]
@@ -49,18 +49,27 @@ def estimate_noise(
     error of the torque, as large as it takes, lest its every detail be explained.
     """
     noise = noise_levels(segments, output)
-    typical = float(np.median([n.output for n in noise]))
-    levels = tuple(max(n.output, NOISE.rest_share * typical) ** 2 for n in noise)
-    sensors = _Variances(levels, noise[0].torque ** 2)  # the torque's is the same in all
+    sensors = Variances(output_variances(noise), noise[0].torque ** 2)  # the torque's is the same in all
     if _excess(left, output, sensors) > NOISE.unexplained_energy:
         left = left_by_curves()
-    close = min(NOISE.linear_share * _excess(segments, output, sensors), NOISE.max_linear_energy)
-    reached = _excess(left, output, sensors) <= max(NOISE.unexplained_energy, close)
+    reached = is_reached(_excess(left, output, sensors), _excess(segments, output, sensors))
     variances = _as_left(left, output, sensors) if torque_errors and not reached else sensors
     return NoiseEstimate(_whitened(segments, output, variances), reached)
 
 
-def _as_left(left: Sequence[SimulatedSegment], output: Quantity, sensors: _Variances) -> _Variances:
+def output_variances(noise: Sequence[Noise]) -> tuple[float, ...]:
+    """Variance of each segment's output noise; one that shows much less than the others was at rest."""
+    typical = float(np.median([one.output for one in noise]))
+    return tuple(max(one.output, NOISE.rest_share * typical) ** 2 for one in noise)
+
+
+def is_reached(left: float, before: float) -> bool:
+    """Whether the noise of the sensors is reached, where so much energy is left and was there before, over that of the
+    noise: of a large misfit linear columns leave some."""
+    return left <= max(NOISE.unexplained_energy, min(NOISE.linear_share * before, NOISE.max_linear_energy))
+
+
+def _as_left(left: Sequence[SimulatedSegment], output: Quantity, sensors: Variances) -> Variances:
     """Noises as large as what is left shows them, none smaller than the sensors' own (Whittle 1953)."""
     found = []
     for one in left:
@@ -70,25 +79,30 @@ def _as_left(left: Sequence[SimulatedSegment], output: Quantity, sensors: _Varia
     least = NOISE.rest_share**2 * typical
     raised = tuple(max(level, float(f[0]), least) for level, f in zip(sensors.output, found, strict=True))
     most = max(sensors.torque, float(np.median([f[1] for f in found])))
-    return _Variances(raised, _sufficient_torque(left, output, _Variances(raised, sensors.torque), most))
+    return Variances(raised, _sufficient_torque(left, output, Variances(raised, sensors.torque), most))
 
 
-def _sufficient_torque(left: Sequence[SimulatedSegment], output: Quantity, least: _Variances, most: float) -> float:
+def _sufficient_torque(left: Sequence[SimulatedSegment], output: Quantity, least: Variances, most: float) -> float:
     """The variance of the torque error with which what is left has the energy of noise, and no more than most."""
 
     def excess(torque: float) -> float:
-        return _excess(left, output, _Variances(least.output, torque))
+        return _excess(left, output, Variances(least.output, torque))
 
+    return sufficient_variance(excess, least.torque, most)
+
+
+def sufficient_variance(excess: Callable[[float], float], least: float, most: float) -> float:
+    """The variance at which an energy over that of the noise, which falls with it, is one; no more than `most`."""
     if excess(most) >= 1.0:
         return most
-    low, high = np.log(max(least.torque, NOISE.min_variance_ratio * most)), np.log(most)
+    low, high = np.log(max(least, NOISE.min_variance_ratio * most)), np.log(most)
     while high - low > NOISE.variance_resolution:
         middle = (low + high) / 2
         low, high = (low, middle) if excess(float(np.exp(middle))) < 1.0 else (middle, high)
     return float(np.exp(high))
 
 
-def _whitened(segments: Sequence[SimulatedSegment], output: Quantity, variances: _Variances) -> tuple[Segment, ...]:
+def _whitened(segments: Sequence[SimulatedSegment], output: Quantity, variances: Variances) -> tuple[Segment, ...]:
     found = []
     for one, level in zip(segments, variances.output, strict=True):
         t = one.trajectory
@@ -97,7 +111,7 @@ def _whitened(segments: Sequence[SimulatedSegment], output: Quantity, variances:
     return tuple(found)
 
 
-def _excess(left: Sequence[SimulatedSegment], output: Quantity, variances: _Variances) -> float:
+def _excess(left: Sequence[SimulatedSegment], output: Quantity, variances: Variances) -> float:
     """Energy of what is left, over that of the noise."""
     pairs = zip(_whitened(left, output, variances), left, strict=True)
     energy = sum(segment.energy(one.residual) for segment, one in pairs)

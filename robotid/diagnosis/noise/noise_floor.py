@@ -107,7 +107,7 @@ def _best_levels(segment: SimulatedSegment, output: Quantity) -> _Shown:
         difference = (settled[period:] - settled[:-period]) / np.sqrt(2.0)
         source = residual_spectrum(segment.trajectory, difference, output)
         levels = replace(spectrum_levels(source), band=levels.band)
-    if not levels.alone and len(residual) >= NOISE.min_divisible:
+    if not levels.alone and len(residual) >= 2 * NOISE.min_band_lines * NOISE.record_parts:
         steady = spectrum_levels(steady_spectrum(whole, residual))
         levels = replace(levels, torque=min(levels.torque, steady.torque))
     return _Shown(levels, whole, source)

@@ -11,12 +11,10 @@ class NoiseSettings:
 
     max_fisher_steps: int = 20  # of a fit of levels to a spectrum; two levels settle within these or swing for ever
     settled_change: float = 1e-6  # of the largest level, relative: far below what any record can tell
-    ridge: float = 1e-12  # of one line's information: keeps two spectra apart that are the same
     band_surprise: float = 4.0  # standard deviations of a band's mean that pass for chance, over some ten bands
     torque_evidence: float = 10.0  # gain of -2 log-likelihood that proves a torque noise beside a misfit (p = 0.002)
     torque_hint: float = 4.0  # the same where there is no misfit: noise that is overlooked is taken for an effect
     record_parts: int = 8  # of a record, so that some of them have no reversal
-    min_divisible: int = 512  # samples: parts of shorter records have too few frequencies for a level
     min_band_lines: int = 32  # frequencies: the mean of a narrower band is too uncertain to bound a level
     hidden_share: float = 0.1  # of the quietest band: the least output noise beside a torque noise that hides it
     rest_share: float = 0.25  # of the typical output noise: a record that shows less was at rest

@@ -95,7 +95,9 @@ def whittle(power: Array, shapes: Array) -> tuple[Array, float]:
     model, least, before = np.full(len(power), power.mean()), 1e-12 * power.mean(), np.zeros(len(shapes))
     for _ in range(NOISE.max_fisher_steps):
         weighted = shapes / model
-        root = np.linalg.cholesky(weighted @ weighted.T + NOISE.ridge * np.eye(len(shapes)))
+        information = weighted @ weighted.T
+        rounding = np.finfo(np.float64).eps * np.trace(information)  # keeps spectra apart that are the same
+        root = np.linalg.cholesky(information + rounding * np.eye(len(shapes)))
         levels, _ = nnls(root.T, np.linalg.solve(root, weighted @ (power / model)))
         model = np.maximum(levels @ shapes, least)
         if np.abs(levels - before).max() <= NOISE.settled_change * levels.max():

@@ -30,14 +30,20 @@ class RefitOptions:
 
     start_below : energy of a start that is low enough, so that no other start is tried. reject_above : energy that a
     refit must undercut. careful : the closer to the minimum the less misfit is left, and however many windows fail to
-    settle, as the model that is diagnosed deserves. patience : windows that may fail to settle, unless careful.
+    settle, as the model that is diagnosed deserves. patience : windows that may fail to settle, unless careful;
+    max_iterations : of the fit; both None where the settings of all refits will do.
     """
 
     start_below: float = 0.0
     reject_above: float = np.inf
     careful: bool = False
-    patience: int = REFIT.patience
-    max_iterations: int = REFIT.max_iterations
+    patience: int | None = None
+    max_iterations: int | None = None
+
+    @property
+    def max_failed_windows(self) -> int | None:
+        """As of `simulate`, None for any number."""
+        return None if self.careful else self.patience or REFIT.patience
 
 
 QUICK = RefitOptions()
@@ -83,11 +89,12 @@ def unknowns_of(problem: OutputError) -> Unknowns:
 
 def solve_effort(samples: int, energy: float, options: RefitOptions) -> SolveOptions:
     """When a fit ends that starts at this energy: a misfit hides what finer steps would gain."""
+    most = options.max_iterations or REFIT.max_iterations
     misfit = max(0.0, 1.0 - samples / max(energy, 1e-300))
     if options.careful and misfit < REFIT.little_misfit:
-        return SolveOptions(options.max_iterations, REFIT.careful_tolerance)
+        return SolveOptions(most, REFIT.careful_tolerance)
     tolerance = max(REFIT.tolerance, REFIT.misfit_tolerance * misfit)
-    return SolveOptions(options.max_iterations, tolerance, max_small_steps=1)
+    return SolveOptions(most, tolerance, max_small_steps=1)
 
 
 def _best_start(
@@ -97,7 +104,7 @@ def _best_start(
     enough = options.start_below
     best: tuple[OutputError, Evaluation] | None = None
     for k, start in enumerate(starts):
-        problem = _problem(joint, start, data.fitted, data, None if options.careful else options.patience)
+        problem = _problem(joint, start, data.fitted, data, options.max_failed_windows)
         most = 0.5 * REFIT.hopeless_start * enough or np.inf
         try:
             at = _begin(problem, near, most if best is None else best[1].cost)

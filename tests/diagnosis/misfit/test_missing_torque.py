@@ -10,9 +10,8 @@ from robotid.diagnosis.misfit.missing_torque import MissingTorque, missing_torqu
 
 
 def find(case: Hidden) -> MissingTorque:
-    return missing_torque(
-        case.simulated.trajectories[0], case.record, case.residual(), "speed", SPEED_NOISE, TORQUE_NOISE
-    )
+    [segment] = case.simulated.segments("speed")
+    return missing_torque(segment, "speed", SPEED_NOISE, TORQUE_NOISE)
 
 
 @pytest.mark.parametrize(
@@ -47,8 +46,8 @@ def test_noise_asks_for_no_torque(number: int) -> None:
 
 def test_position_tells_it_too() -> None:
     case = hidden("quadratic_friction", {"Fq": 2e-4}, output="position")
-    trajectory, noise = case.simulated.trajectories[0], QUANTUM / np.sqrt(12)
-    found = missing_torque(trajectory, case.record, case.residual("position"), "position", noise, TORQUE_NOISE)
+    [segment], noise = case.simulated.segments("position"), QUANTUM / np.sqrt(12)
+    found = missing_torque(segment, "position", noise, TORQUE_NOISE)
     assert np.corrcoef(found.torque[case.moving], case.missing[case.moving])[0, 1] > 0.99
 
 

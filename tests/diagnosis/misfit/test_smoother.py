@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from robotid.diagnosis.misfit import smoother
+from robotid.diagnosis.misfit.settings import MISFIT
 from robotid.diagnosis.misfit.smoother import Chain
 from robotid.model.array import Array
 
@@ -74,6 +75,6 @@ def test_windows_join_without_a_seam(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = c.smooth(0.05).w
     monkeypatch.setattr(smoother, "WINDOW", 200)
     monkeypatch.setattr(smoother, "OVERLAP", 100)
-    monkeypatch.setattr(smoother, "EXCERPT", 150)
+    monkeypatch.setattr(smoother, "MISFIT", replace(MISFIT, excerpt=150))
     assert c.smooth(0.05).w == pytest.approx(whole, abs=1e-3 * float(np.std(whole)))
     assert len(c.excerpt().y) == 150

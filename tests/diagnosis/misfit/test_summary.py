@@ -26,9 +26,9 @@ def test_a_misfit_is_set_against_and_smoothed_by_the_noise_behind_the_best_model
     after = [SimulatedSegment(b.record, c.trajectory, c.residual) for b, c in zip(before, clean, strict=True)]
     used, smooth = list[tuple[str, float, float]](), where.missing_torque
 
-    def watched(t: Any, record: Any, residual: Any, output: Any, noise: float, torque: float) -> MissingTorque:
-        used.append((record.name, noise, torque))
-        return smooth(t, record, residual, output, noise, torque)
+    def watched(segment: SimulatedSegment, output: Any, noise: float, torque: float) -> MissingTorque:
+        used.append((segment.record.name, noise, torque))
+        return smooth(segment, output, noise, torque)
 
     monkeypatch.setattr(where, "missing_torque", watched)
     found = where.locate_misfit(before, after if known else (), "speed")

@@ -1,0 +1,19 @@
+"""Tuning constants of the verdict, and of the experiments that it proposes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+
+
+@dataclass(frozen=True, slots=True)
+class VerdictSettings:
+    """When a misfit is something, and how much is said of it."""
+
+    max_rejected: int = 12  # effects that are listed as scored without success
+    clear_misfit: float = 2.0  # noise floors: a misfit that large is something, even without a name or a shape
+    chance: float = 3.0  # standard deviations of the energy of noise: less is no misfit to have a share in
+    speed_bandwidth: float = 10 * pi  # rad/s of the speed loop of an experiment, where none is known: 5 Hz
+
+
+VERDICT = VerdictSettings()
