@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from support.paths import ROOT
 
+from robotid.cli.app import main
 from robotid.cli.report import make_report
 from robotid.config.load import load
 from robotid.errors import ThresholdError
@@ -32,25 +33,43 @@ Make = Callable[..., tuple[int, list[str], str]]
 
 
 @pytest.fixture
-def make(tmp_path: Path) -> Make:
-    """Run `make pipeline` in a folder of its own; returns exit code, stages called, and what was said."""
+def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Make:
+    """Run `make pipeline` in a folder of its own; returns exit code, stages called, and what was said.
+
+    The `robotid` that make calls hands its words to this process, which has everything imported already.
+    """
     if shutil.which("make") is None:
         pytest.skip("there is no make here")
+    monkeypatch.chdir(tmp_path)
     for name in ("Makefile", "pyproject.toml"):
         shutil.copy(ROOT / name, tmp_path)
     environment = tmp_path / "environment"
     (environment / "bin").mkdir(parents=True)
+    asked, answer = tmp_path / "asked", tmp_path / "answer"
+    os.mkfifo(asked)
+    os.mkfifo(answer)
     script = environment / "bin" / "robotid"
-    script.write_text(f'#!/bin/sh\necho "called $1"\nexec {sys.executable} -m robotid "$@"\n')
+    script.write_text(f'#!/bin/sh\necho "$@" > "{asked}"\nread code < "{answer}"\nexit "$code"\n')
     script.chmod(0o755)
     (environment / ".installed").touch()
 
     def run(*arguments: str) -> tuple[int, list[str], str]:
         command = ["make", "--no-print-directory", "pipeline", f"VENV={environment}", "CONFIG=axis.yaml", *arguments]
-        here = {k: v for k, v in os.environ.items() if not k.startswith("MAKE")} | {"PYTHONPATH": str(ROOT)}
-        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=here, check=False)
-        called = [line.removeprefix("called ") for line in done.stdout.splitlines() if line.startswith("called ")]
-        return done.returncode, called, done.stdout + done.stderr
+        here = {name: value for name, value in os.environ.items() if not name.startswith("MAKE")}
+        ended: list[subprocess.CompletedProcess[str]] = []
+
+        def wait() -> None:
+            ended.append(subprocess.run(command, capture_output=True, text=True, env=here, check=False))
+            asked.write_text("\n")
+
+        threading.Thread(target=wait, daemon=True).start()
+        capsys.readouterr()
+        called = []
+        while words := asked.read_text().split():
+            called.append(words[0])
+            answer.write_text(f"{main(words)}\n")
+        (done,) = ended
+        return done.returncode, called, "".join(capsys.readouterr()) + done.stdout + done.stderr
 
     return run
 
