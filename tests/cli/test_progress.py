@@ -15,7 +15,6 @@ from typing import cast
 import pytest
 from rich.console import Console
 from support.paths import ROOT
-from support.small_axis import CONFIG
 
 from robotid.cli import progress
 from robotid.cli.progress import Watch, live_display, watching
@@ -147,9 +146,8 @@ def test_quiet() -> None:
 
 
 @pytest.fixture
-def on_terminal(tmp_path: Path) -> Callable[..., str]:
-    """What a command writes to a terminal of 80 columns."""
-    (tmp_path / "axis.yaml").write_text(CONFIG)
+def on_terminal(finished: str, tmp_path: Path) -> Callable[..., str]:
+    """What a command writes to a terminal of 80 columns, where all stages have run."""
 
     def run(*arguments: str, **environment: str) -> str:
         leader, follower = pty.openpty()
@@ -183,24 +181,25 @@ CURSOR = re.compile(r"\x1b\[\?25[lh]")
 
 
 def test_on_a_terminal_it_is_live_and_coloured(on_terminal: Callable[..., str]) -> None:
-    written = on_terminal("run", "axis.yaml")
+    written = on_terminal("run", "axis.yaml", "--set", "fit.max_iterations=7")
     assert CURSOR.search(written)
     assert COLOUR.search(written)
+    assert "validate: runs/axis/validation.h5 written in " in written
     assert written.rstrip().splitlines()[-1].startswith("next: robotid ")
 
 
 def test_without_colours(on_terminal: Callable[..., str]) -> None:
-    written = on_terminal("run", "axis.yaml", NO_COLOR="1")
+    written = on_terminal("validate", "axis.yaml", "--force", NO_COLOR="1")
     assert not COLOUR.search(written)
     assert "Fit [%], eq. (15)" in written
 
 
 def test_a_terminal_that_can_do_nothing(on_terminal: Callable[..., str]) -> None:
-    written = on_terminal("run", "axis.yaml", TERM="dumb")
+    written = on_terminal("fit", "axis.yaml", "--force", TERM="dumb")
     assert "\x1b" not in written
     assert "m1  iteration   1  cost " in written
 
 
 def test_quiet_and_json_on_a_terminal(on_terminal: Callable[..., str]) -> None:
-    assert on_terminal("run", "axis.yaml", "--quiet") == ""
+    assert on_terminal("fit", "axis.yaml", "--force", "--quiet") == ""
     assert on_terminal("fit", "axis.yaml", "--quiet", "--json").startswith("{")

@@ -121,15 +121,15 @@ def test_quiet_is_quiet(config: str, capsys: pytest.CaptureFixture[str]) -> None
     assert PAGE.exists()
 
 
-def test_a_run_ends_with_the_page(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_run_ends_with_the_page(finished: str, capsys: pytest.CaptureFixture[str]) -> None:
     change = ["--set", "report.title=Axis one & two"]
-    assert main(["run", config, "--json", *change]) == 0
+    assert main(["run", finished, "--json", *change]) == 0
     out, _ = capsys.readouterr()
     assert [entry["stage"] for entry in json.loads(out)["stages"]] == [*STAGES, "report"]
     assert Document(PAGE.read_text()).text.startswith("Axis one & two")
 
 
-def test_a_run_below_its_threshold_is_reported_too(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_run_below_its_threshold_is_reported_too(finished: str, capsys: pytest.CaptureFixture[str]) -> None:
     demand = ["--set", "validate.thresholds.fit_percent.slow=99.999"]
-    assert main(["run", config, "--quiet", *demand]) == 5
+    assert main(["run", finished, "--quiet", *demand]) == 5
     assert "below the 99.999 % asked." in Document(PAGE.read_text()).text.replace("\u00a0", " ")

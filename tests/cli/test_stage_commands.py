@@ -68,16 +68,16 @@ def test_quiet_prints_errors_alone(config: str, capsys: pytest.CaptureFixture[st
 
 
 def test_a_run_closes_with_what_it_reached_and_what_to_type_next(
-    config: str, capsys: pytest.CaptureFixture[str]
+    finished: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["run", config]) == 0
+    assert main(["run", finished]) == 0
     *_, reached, _, _, page, following = capsys.readouterr().err.splitlines()
     assert reached.startswith("m1 simulates slow to 9")
     assert page == "the report is runs/axis/report.html"
     assert following == "next: robotid show runs/axis/validation.h5"
-    assert main(["status", config]) == 0
+    assert main(["status", finished]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == following
-    assert main(["status", config, "--set", "fit.max_iterations=7"]) == 0
+    assert main(["status", finished, "--set", "fit.max_iterations=7"]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == "next: robotid run axis.yaml --set fit.max_iterations=7"
 
 
@@ -110,15 +110,13 @@ def test_status_tells_what_is_fresh(config: str, capsys: pytest.CaptureFixture[s
     assert "configuration changed: plant" in lines[2]
 
 
-def test_status_names_the_stage_that_is_damaged(config: str, capsys: pytest.CaptureFixture[str]) -> None:
-    main(["run", config, "--quiet"])
+def test_status_names_the_stage_that_is_damaged(finished: str, capsys: pytest.CaptureFixture[str]) -> None:
     with h5py.File("runs/axis/extension.h5", "r+") as artifact:
         artifact["content/bic_after"][()] += 1
-    capsys.readouterr()
-    assert main(["status", config]) == 0
+    assert main(["status", finished]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert "damaged: the file does not match its checksum" in next(line for line in lines if "extend" in line)
-    assert lines[-1] == f"next: robotid run {config}"
+    assert lines[-1] == f"next: robotid run {finished}"
 
 
 def test_show_prints_an_axis_that_slides_in_its_units(config: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -168,12 +166,10 @@ def test_a_whole_run(config: str, capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.parametrize("command", ["run", "validate"])
 def test_below_the_threshold_the_results_are_told_all_the_same(
-    command: str, config: str, capsys: pytest.CaptureFixture[str]
+    command: str, finished: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     demand = ["--set", "validate.thresholds.fit_percent.slow=99.999"]
-    main(["run", config, "--quiet"])
-    capsys.readouterr()
-    assert main([command, config, *demand, "--json", "--quiet"]) == 5
+    assert main([command, finished, *demand, "--json", "--quiet"]) == 5
     out, err = capsys.readouterr()
     document = json.loads(out)
     failed = document["failed"] if command == "validate" else document["validate"]["failed"]
@@ -184,14 +180,12 @@ def test_below_the_threshold_the_results_are_told_all_the_same(
 
 
 @pytest.mark.parametrize("stage", STAGES)
-def test_every_stage_has_a_view_of_its_own(stage: str, config: str, capsys: pytest.CaptureFixture[str]) -> None:
-    main(["run", config, "--quiet"])
-    capsys.readouterr()
+def test_every_stage_has_a_view_of_its_own(stage: str, finished: str, capsys: pytest.CaptureFixture[str]) -> None:
     file = str(Path("runs/axis") / STAGES[stage].output)
     assert STAGES[stage].tables.endswith(stage.replace("-", "_"))
     assert main(["show", file]) == 0
     assert "Provenance" in capsys.readouterr().out
-    assert main([stage, config, "--json", "--quiet"]) == 0
+    assert main([stage, finished, "--json", "--quiet"]) == 0
     alone = json.loads(capsys.readouterr().out)
     assert main(["show", file, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["content"] == alone
