@@ -8,13 +8,14 @@ ROBOTID := $(BIN)/robotid
 RUN := runs/$(basename $(notdir $(CONFIG)))
 STAMP := $(VENV)/.installed
 
-.PHONY: help demo test check bench trials picture docs pipeline clean
+.PHONY: help install demo test check compatibility bench trials picture docs pipeline clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo       set up, and identify the example in data/"
 	@echo "make test       set up, and run the tests"
 	@echo "make check      formatting, lint, types, import contracts"
+	@echo "make compatibility   a fresh install on the lowest and newest versions, on every Python of this machine"
 	@echo "make bench      speed beside other tools, as ratios"
 	@echo "make trials     effects hidden in an independent plant: hours, begun again where it was left; table to the manual"
 	@echo "make picture    the picture of the README, from a run of configs/hidden.yaml"
@@ -31,11 +32,17 @@ $(STAMP): pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $@
 
+install: $(STAMP)
+
 demo: $(STAMP)
 	$(ROBOTID) run configs/demo.yaml
 
 test: $(STAMP)
 	$(BIN)/python -m pytest -n 2 --dist loadfile
+
+# COMPATIBILITY='--python python3.13 --only lowest' selects; environments are kept in .compatibility/.
+compatibility:
+	PYTHONPATH=tests $(PYTHON) -m compatibility $(COMPATIBILITY)
 
 check: $(STAMP)
 	$(BIN)/ruff format --check
@@ -87,4 +94,4 @@ $(RUN)/report.html: $(RUN)/validation.h5 $(RUN)/extension.h5
 .PRECIOUS: $(addprefix $(RUN)/,excitation.h5 records.h5 rigid.h5 flex.h5 model.h5 validation.h5 diagnosis.h5 extension.h5)
 
 clean:
-	rm -rf runs $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf runs $(VENV) .compatibility .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
