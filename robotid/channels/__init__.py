@@ -1,4 +1,8 @@
-"""The catalogue of effects on signals: one effect, one file. `CHANNELS` finds them by itself."""
+"""The catalogue of effects on signals: one effect, one file, each a class derived from `Channel`.
+
+`CHANNELS` finds them by itself, by name in alphabetical order. Start with `torque_gain`, then `torque_lag` (a filter)
+and `encoder_ripple` (an effect on the measured angle).
+"""
 
 from robotid.model.channel import Channel
 from robotid.model.discover import discover

@@ -16,9 +16,9 @@ from robotid.model.port import Signal
 class TorqueDelay(Channel):
     """The torque acts later than it is recorded, by any time, not only by whole samples.
 
-    A held torque that is delayed by k + f samples takes, in interval n, the value n - k - 1 for the share f and then
-    n - k. Before the record the torque rests at its first value. Shows itself as phase loss that grows with
-    frequency, without loss of gain.
+    A torque that is constant between samples and delayed by k + f samples takes, in interval n, the value n - k - 1
+    for the share f and then n - k. Before the record the torque rests at its first value. Shows itself as phase loss
+    that grows with frequency, without loss of gain.
     """
 
     name = "torque_delay"

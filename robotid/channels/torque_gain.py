@@ -1,4 +1,4 @@
-"""A torque constant that is not what the data sheet says."""
+"""A torque constant that differs from the data sheet."""
 
 from __future__ import annotations
 

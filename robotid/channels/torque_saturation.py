@@ -17,7 +17,7 @@ SMALL = 1e-2  # of c u^2, below which a series is exact and the formula is not
 class TorqueSaturation(Channel):
     """The torque that acts stays behind the recorded one as iron saturates, and never exceeds usat.
 
-    Told by c = 1 / usat^2, for without saturation its first power is the first that shows: u - c u^3 / 3 + ...
+    Its parameter is c = 1 / usat^2, for without saturation its first power is the first that shows: u - c u^3 / 3 + ...
     Shows itself as torque missing at large torque.
     """
 

@@ -253,17 +253,17 @@ def _as_read(linear: Joint, total: float, fitted: _Fitted) -> FlexReading:
 
 def _remarks(linear: Joint, fitted: Sequence[_Fitted]) -> list[str]:
     beyond = {n for p in linear.placed if p.port in (Port.LINK, Port.TOOL) for n in linear.names[p.at]}
-    said: list[str] = []
+    remarks: list[str] = []
     for f in fitted:
         name = f.response.frf.record
-        said += [f"{name}: {remark}" for remark in f.response.frf.remarks]
+        remarks += [f"{name}: {remark}" for remark in f.response.frf.remarks]
         if f.reading.notch is None:
-            said.append(f"{name}: the response shows no notch")
+            remarks.append(f"{name}: the response shows no notch")
         if not f.tells:
-            said.append(f"{name}: the response does not tell the stiffness and is left out")
+            remarks.append(f"{name}: the response does not tell the stiffness and is left out")
         unseen = [n for n, std in f.fit.relative_std.items() if n in beyond and std > LARGEST_DOUBT]
         if unseen:
-            said.append(f"{name}: no second resonance that tells {', '.join(unseen)}")
+            remarks.append(f"{name}: no second resonance that tells {', '.join(unseen)}")
     if not any(f.tells for f in fitted):
-        said.append("no response tells the stiffness: declared guesses stand")
-    return said
+        remarks.append("no response tells the stiffness: declared guesses stand")
+    return remarks

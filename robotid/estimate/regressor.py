@@ -27,7 +27,7 @@ class Regression:
     """One record as tau = columns^T theta, filtered and decimated.
 
     names (p,); columns (p, n); motor_side (p, n), the columns if their effects sat on the motor; torque (n,) as
-    recorded; tau (n,) less the part of parameters that are held.
+    recorded; tau (n,) less the part of parameters that are fixed.
     """
 
     names: tuple[str, ...]
@@ -50,22 +50,22 @@ class Merged:
 
 
 def regress(joint: Joint, parameters: Parameters, record: Record, parallel: ParallelFilter) -> Regression:
-    """The linear regression of one record. Parameters that are not free, shape parameters and memory are held."""
+    """The linear regression of one record. Fixed and shape parameters keep their values."""
     h = record.sampling_time
     motion = parallel.motion(record.phi_m, h)
     names, own, motor_side = [], [], []
-    held = np.zeros(len(record))
+    known = np.zeros(len(record))
     for place, factor in moving(joint):
         p = list(parameters.values[place.at])
-        held += factor * place.term.torque(_at(motion, record.t, factor), p)
+        known += factor * place.term.torque(_at(motion, record.t, factor), p)
         here, there = (_columns(place, motion, record.t, c, p) for c in (factor, 1.0))
         for k, declared in enumerate(place.term.parameters, start=place.at.start):
             if parameters.free[k] and not declared.is_shape:
                 names.append(joint.names[k])
                 own.append(here[k - place.at.start])
                 motor_side.append(there[k - place.at.start])
-                held -= parameters.values[k] * own[-1]
-    signals = np.vstack([*own, *motor_side, record.tau_m, record.tau_m - held, motion.speed])
+                known -= parameters.values[k] * own[-1]
+    signals = np.vstack([*own, *motor_side, record.tau_m, record.tau_m - known, motion.speed])
     *rows, torque, tau, speed = parallel.apply(signals, h)
     kept = np.abs(speed) >= parallel.min_speed
     columns = np.array(rows).reshape(2, len(names), len(tau))[:, :, kept]

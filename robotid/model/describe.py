@@ -1,4 +1,4 @@
-"""What an effect says about itself, ready for a table: nothing that the class does not declare."""
+"""The declaration of an effect as data, ready for a table."""
 
 from __future__ import annotations
 

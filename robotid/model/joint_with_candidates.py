@@ -1,4 +1,4 @@
-"""A joint with effects that it lacks: each at its null, where it changes nothing, and tells what it would add."""
+"""A joint with effects that it lacks: each at its null, where it changes nothing but shows what it would add."""
 
 from __future__ import annotations
 

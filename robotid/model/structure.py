@@ -1,4 +1,4 @@
-"""Which effects a model has, as names alone: what configuration says and artifacts keep."""
+"""Which effects a model has, as names alone, as configurations and artifacts keep them."""
 
 from __future__ import annotations
 

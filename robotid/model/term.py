@@ -108,20 +108,21 @@ class Oscillation:
 
 
 class Term(ABC):
-    """An effect that absorbs torque. The class body is its whole specification; `docs` of it are these attributes.
+    """An effect that absorbs torque. The class body is its whole specification.
 
     name : as in configuration and verdicts. ports : where it may act, the usual one first. formula, source : text for
     people. signature : what the effect looks like in a residual when a model lacks it.
-    The torque must be affine in a. States (memory) evolve by `rate`, which may not read a, and never pass -state_limit
-    or state_limit once within. reads : a torque of other
-    terms that this one leans on; the joint hands it over as Motion.tau, and chains its derivatives. edges : kinks of
-    the formula, where a `distance` changes sign. The formula is written with m.side and smooth in all else; the
-    simulator changes sides at the very instant, and carries the derivatives across.
+
+    The torque must be affine in a, and is written for all samples at once. states : names of a memory that evolves by
+    `rate`, which may not read a, and that never passes -state_limit or state_limit once it lies between them. edges :
+    names of kinks of the formula, where a `distance` changes its sign; the formula is written with m.side and is smooth
+    in all else, the simulator changes sides at the very instant and takes the derivatives across. reads : a torque of
+    other terms that this one depends on; the joint provides it as Motion.tau and chains its derivatives.
 
     What others must know of a term it declares itself, so that nothing outside its file names it. friction : it opposes
-    the motion of surfaces that rub, so that what changes all friction changes it. linear : the torque (and the rates of
-    its states) is linear in x, v, a and the states, so that it is part of a frequency response. role : what it is
-    between the masses.
+    the motion of surfaces that rub, so that what changes all friction changes it. linear : the torque, and the rates of
+    its states, are linear in x, v, a and the states, so that it is part of a frequency response. role : what it is to
+    the skeleton of masses, springs and dampers.
     """
 
     name: ClassVar[str]
@@ -144,7 +145,7 @@ class Term(ABC):
 
     @abstractmethod
     def partials(self, m: Motion, p: Sequence[float]) -> Partials:
-        """Derivatives of `torque`."""
+        """Derivatives of `torque` to everything that it reads."""
 
     def rate(self, m: Motion, p: Sequence[float]) -> tuple[Array | float, ...]:
         """Time derivative of each state, (n,)."""
@@ -155,7 +156,7 @@ class Term(ABC):
         return ()
 
     def distance(self, m: Motion, p: Sequence[float]) -> tuple[Array | float, ...]:
-        """Of each edge, (n,), positive on its side 1. May read x, v and parameters."""
+        """Distance from each edge, (n,), positive on its side 1. It may read x, v and parameters."""
         return ()
 
     def distance_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, ...]:
@@ -163,12 +164,14 @@ class Term(ABC):
         return ()
 
     def settled(self, m: Motion, p: Sequence[float]) -> tuple[Array | float, ...]:
-        """The states after long motion as in m: where a record that starts amid motion finds them."""
+        """The states after long motion as in m, (n,) each, where a record that starts amid motion finds them."""
         return (0.0,) * len(self.states)
 
     def sized(self, oscillation: Oscillation) -> tuple[float, ...]:
-        """Values of the first parameters of a linear term that make up an oscillation; empty where it has no part in
-        one. A fit of the linear joint starts there."""
+        """Values of the first parameters with which a linear term makes up its part of an oscillation at its port.
+
+        A fit of the linear joint starts there. Empty where the term has no part in oscillations.
+        """
         size = {
             Role.NONE: (),
             Role.MASS: (oscillation.inertia,),
@@ -179,12 +182,12 @@ class Term(ABC):
 
 
 class MotionTransform(Term):
-    """An effect without a torque of its own: it bends the motion that the other terms at its port feel.
+    """An effect without a torque of its own: it changes the motion that the other terms at its port act on.
 
-    Position, speed and direction may be bent. watches : another port, whose motion enters as xw and vw and whose speed
-    enters the bent speed linearly, as that of a mechanism does: by virtual work the torques felt at the bent port then
-    act back on the watched one. follows : the bent speed is the rate of the bent position. At its null a bend changes
-    nothing.
+    Position, speed and direction may change. watches : another port, whose motion enters as xw and vw and whose speed
+    enters the new speed linearly, as that of a mechanism does: by virtual work the torques at the transformed port then
+    act back on the watched one. follows : the new speed is the rate of the new position. At its null a transform
+    changes nothing.
     """
 
     watches: ClassVar[Port | None] = None
@@ -192,11 +195,11 @@ class MotionTransform(Term):
 
     @abstractmethod
     def transform(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array, Array]:
-        """The position, speed and direction (x, v, s) that the other terms feel, (n,) each."""
+        """The position, speed and direction (x, v, s) that the other terms act on, (n,) each."""
 
     @abstractmethod
     def transform_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, Partials, Partials]:
-        """Derivatives of the three."""
+        """Derivatives of position, speed and direction, in this order."""
 
     def torque(self, m: Motion, p: Sequence[float]) -> float:
         return 0.0

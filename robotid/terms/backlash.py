@@ -13,7 +13,7 @@ from robotid.model.term import Motion, MotionTransform, Partials
 
 
 class Backlash(MotionTransform):
-    """Play between the teeth: spring and damper feel no twist inside the gap, and only what exceeds it outside.
+    """Play between the teeth: spring and damper see no twist inside the gap, and only what exceeds it outside.
 
     Shows itself as free motion inside the gap, with impacts where the torque of the gear reverses.
     """
@@ -22,7 +22,7 @@ class Backlash(MotionTransform):
     ports = (Port.GEAR, Port.LINK)
     # The guess starts off the bound, where the direction to the other side would be closed.
     parameters = (Parameter("gap", "rad", "half the play", guess=1e-4, bounds=(0.0, 1.0), null=0.0),)
-    formula = "others feel x less what lies within gap, x - clip(x, -gap, gap), and v only while |x| > gap"
+    formula = "others see x less what lies within gap, x - clip(x, -gap, gap), and v only while |x| > gap"
     source = "Nordin & Gutman 2002, Automatica 38(10), dead zone model"
     signature = "free motion inside the gap, with impacts where the torque of the gear reverses"
     edges = ("upper", "lower")

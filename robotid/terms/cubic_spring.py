@@ -15,7 +15,7 @@ class CubicSpring(Term):
 
     name = "cubic_spring"
     ports = (Port.GEAR, Port.LINK)
-    # Either sign: records with little twist hardly see k3, and a bound at zero would bias what they say.
+    # Either sign: records with little twist hardly see k3, and a bound at zero would bias what they show.
     parameters = (Parameter("k3", "Nm/rad3", "cubic stiffness", guess=0.0, bounds=(-1e15, 1e15), null=0.0),)
     formula = "k3 x^3"
     source = "Wernholt & Gunnarsson 2005, eq. (6)"

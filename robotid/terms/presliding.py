@@ -31,10 +31,10 @@ class Presliding(MotionTransform):
             bounds=(0.01, 1e5),
             grid=(3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0),
         ),
-        # No negative damping; zero is Dahl's law, and as good as any to look for bristles with.
+        # No negative damping; zero is Dahl's law, and as good as any to search for bristles with.
         Parameter("s1", "s", "damping of the bristles per stiffness", guess=1e-3, bounds=(0.0, 10.0), grid=(0.0,)),
     )
-    formula = "friction feels (1 - w) sgn(v) + w (z + s1 dz/dt), dz/dt = s0 (v - |v| z)"
+    formula = "friction sees (1 - w) sgn(v) + w (z + s1 dz/dt), dz/dt = s0 (v - |v| z)"
     source = "Dahl 1968; Canudas de Wit, Olsson, Astrom & Lischinsky 1995, IEEE Trans. Automatic Control 40(3)"
     signature = "hysteresis around reversals"
     states = ("z",)

@@ -32,7 +32,7 @@ class SoftSpring(MotionTransform):
             grid=(1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3),
         ),
     )
-    formula = "springs feel x - s clip(x, -xs, xs)"
+    formula = "springs see x - s clip(x, -xs, xs)"
     source = "ISO 9283 and makers' hysteresis curves (lost motion); Taghirad & Belanger 1998, J. Dynamic Systems 120(1)"
     signature = "a resonance that falls at small amplitude"
     edges = ("upper", "lower")

@@ -35,7 +35,7 @@ class TransmissionError(MotionTransform):
             turns=True,
         ),
     )
-    formula = "springs feel x + A sin(n phi_m) + B cos(n phi_m), and dampers its rate"
+    formula = "springs see x + A sin(n phi_m) + B cos(n phi_m), and dampers its rate"
     source = "Tuttle & Seering 1996, IEEE Trans. Robotics and Automation 12(3) (kinematic error of harmonic drives)"
     signature = "misfit periodic in the motor angle that grows with the stiffness and excites the resonance"
     watches = Port.MOTOR
