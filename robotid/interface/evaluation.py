@@ -15,7 +15,7 @@ from robotid.errors import ConfigError
 from robotid.estimate.fitted_model import FittedModel, Simulated, simulate_record
 from robotid.estimate.result import Fits
 from robotid.interface.dataset import Dataset, as_dataset
-from robotid.interface.identification import Fit
+from robotid.interface.identification import Fit, with_more
 from robotid.interface.model import Model
 from robotid.model.array import Array
 from robotid.model.units import on_axis
@@ -123,7 +123,7 @@ def validate(
     >>> sorted(found.models["m1"].records)
     ['day2', 'log']
     """
-    data = fit.dataset + as_dataset(records).as_role("validate")
+    data = with_more(fit, as_dataset(records))
     joint = assemble(fit.structure, angle=fit.output == "position")
     fits = Fits({fit.name: fit}, fit.name)
     initial = FittedModel(initial_name(fits), joint, fit.initial, fit.output, (), {}, estimate_states=False)

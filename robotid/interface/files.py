@@ -153,17 +153,22 @@ def save(result: Fit | DiagnosedFit | ExtendedFit | Validation, path: str | Path
     initialisations and the fit, under the names of a run directory. Returns the path.
 
     Raises ConfigError for what cannot be saved, InputError where the file cannot be written.
+
+    >>> import robotid as rid
+    >>> from support.logs import motor_log
+    >>> fit = rid.fit(rid.Model(motor=["inertia", "viscous", "coulomb"]), rid.read(motor_log(), name="log"))
+    >>> rid.save(fit, folder / "model.h5").name
+    'model.h5'
     """
-    path = Path(path)
-    if path.suffix == ".h5":
-        contents = _contents(result)
-        _write(path, contents[-1], _configuration(result))
-    elif path.suffix == "" or path.is_dir():
-        configuration = _configuration(result)
-        for content in _contents(result):
-            _write(path / _stage_of(content).output, content, configuration)
-    else:
+    path, contents = Path(path), _contents(result)
+    if path.suffix not in ("", ".h5") and not path.is_dir():
         raise ConfigError("results are saved as .h5", where=str(path), hint="name a .h5 file, or a folder")
+    configuration = _configuration(result)
+    if path.suffix == ".h5":
+        _write(path, contents[-1], configuration)
+    else:
+        for content in contents:
+            _write(path / _stage_of(content).output, content, configuration)
     return path
 
 
@@ -176,11 +181,11 @@ def _contents(result: object) -> list[Any]:
     if isinstance(result, DiagnosedFit):
         return [*_with_records(_contents(result.fit), result.dataset), result.result]
     if isinstance(result, ExtendedFit):
-        return [*_with_records([], result.fit.dataset), result.result]
+        return [*_with_records(_contents(result.origin), result.fit.dataset), result.result]
     if isinstance(result, Validation):
         return [result]
     hint = "save what rid.fit, rid.validate, rid.diagnose or rid.extend returns"
-    raise ConfigError(f"a {type(result).__name__} cannot be saved", where="save", hint=hint)
+    raise ConfigError(f"a result of type {type(result).__name__} cannot be saved", where="save", hint=hint)
 
 
 def _with_records(contents: list[Any], data: Dataset) -> list[Any]:
@@ -207,11 +212,17 @@ def _configuration(result: Any) -> Config:
         model = _model_of_structure(best.structure)
         used = [name for name, r in best.records.items() if r.used]
         return _configured(model, result.best, roles, used)
-    fit: Fit = result if isinstance(result, Fit) else result.fit
-    data = result.dataset if isinstance(result, DiagnosedFit) else fit.dataset
+    fit, data = _basis(result)
     roles = {r.name: r.role for r in data} or dict.fromkeys(fit.records, "estimate")
     sources = {r.name: r.source for r in data.reports}
     return _configured(fit.model, fit.name, roles, list(fit.records), sources, fit.options)
+
+
+def _basis(result: Fit | DiagnosedFit | ExtendedFit) -> tuple[Fit, Dataset]:
+    """The fit that a result is of, and all records that it knows."""
+    if isinstance(result, ExtendedFit):
+        return result.origin, result.fit.dataset
+    return (result.fit if isinstance(result, DiagnosedFit) else result), result.dataset
 
 
 def _configured(
@@ -304,8 +315,9 @@ def _assembled(folder: Path, config: Config, contents: Mapping[str, Any]) -> dic
         of = every[diagnosis.model]
         found["diagnose"] = DiagnosedFit(**fields_of(diagnosis, Diagnosis), fit=of, dataset=data)
     if (extension := contents.get("extend")) is not None and extension.model in every:
-        after = extended_fit(every[extension.model], extension.fit, data)
-        found["extend"] = ExtendedFit(**(fields_of(extension, Extension) | {"fit": after}))
+        before = every[extension.model]
+        after = extended_fit(before, extension.fit, data)
+        found["extend"] = ExtendedFit(**(fields_of(extension, Extension) | {"fit": after}), origin=before)
     return found
 
 

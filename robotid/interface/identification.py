@@ -191,6 +191,19 @@ def initialise(model: Model, joint: Joint, records: Dataset, options: Options) -
     return Start(starting_parameters(joint, known, rigid.guesses | flex.guesses), rigid, flex)
 
 
+def with_more(fit: Fit, records: Dataset) -> Dataset:
+    """The records of a fit and further ones, which are held out of it. Raises ConfigError where those of the fit are in
+    neither, as of a fit that was saved alone."""
+    own = Dataset(tuple(r for r in records if r.name in fit.records and r.name not in fit.dataset.names))
+    others = records.only(name for name in records.names if name not in own.names)
+    data = fit.dataset + own + others.as_role("validate")
+    missing = [name for name in fit.records if name not in data.names]
+    if missing:
+        what = f"the records of this fit are not here: {', '.join(missing)}"
+        raise ConfigError(what, hint="read them again, by these names, and give them as records")
+    return data
+
+
 def extended_fit(before: Fit, result: FitResult, dataset: Dataset) -> Fit:
     """A fit of an extended model with what the fit before it was made from."""
     added = [e for e in result.structure.effects if e not in before.structure.effects]

@@ -12,7 +12,7 @@ from robotid.errors import ConfigError
 from robotid.extension import Extension, effects_to_add, extension_task, with_gains
 from robotid.extension import extend as extend_model
 from robotid.interface.dataset import Dataset, as_dataset
-from robotid.interface.identification import Fit, extended_fit, fields_of
+from robotid.interface.identification import Fit, extended_fit, fields_of, with_more
 from robotid.signals.record import Record
 from robotid.stages.experiments import references
 
@@ -32,9 +32,11 @@ class DiagnosedFit(Diagnosis):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ExtendedFit(Extension):
-    """An extension whose fit can be validated, diagnosed and extended in its turn: `better.fit`."""
+    """An extension whose fit can be validated, diagnosed and extended in its turn: `better.fit`. origin : the fit that
+    was extended."""
 
     fit: Fit
+    origin: Fit = field(kw_only=True)
 
     @property
     def result(self) -> Extension:
@@ -65,8 +67,7 @@ def diagnose(
     >>> found.verdict, [cause.effect for cause in found.causes]
     ('clean', [])
     """
-    more = as_dataset(held_out) + as_dataset(records)
-    data = fit.dataset + more.as_role("validate")
+    data = with_more(fit, as_dataset(held_out) + as_dataset(records))
     options = DiagnosisOptions(horizon=fit.options.horizon, experiments=Experiments(references, None))
     found = diagnose_model(fit.fitted_model, data.records, criteria or Criteria(), options)
     task = extension_task(found, fit, data.records, fit.options.fit, horizon=fit.options.horizon)
@@ -101,4 +102,5 @@ def extend(fit: Fit, found: DiagnosedFit, *, effects: Sequence[str] | None = Non
         fit.model.with_effects(*wanted)
     task = extension_task(found, fit, found.dataset.records, fit.options.fit, horizon=fit.options.horizon)
     result = extend_model(task, wanted)
-    return ExtendedFit(**(fields_of(result, Extension) | {"fit": extended_fit(fit, result.fit, found.dataset)}))
+    after = extended_fit(fit, result.fit, found.dataset)
+    return ExtendedFit(**(fields_of(result, Extension) | {"fit": after}), origin=fit)

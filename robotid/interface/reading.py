@@ -147,7 +147,7 @@ def _table(source: Any) -> Table:
     frame = hasattr(source, "columns") and hasattr(source, "__getitem__")
     if not frame and not isinstance(source, Mapping):
         hint = "give a file, a data frame, or a mapping of names to arrays"
-        raise ConfigError(f"a {type(source).__name__} cannot be read", where="read", hint=hint)
+        raise ConfigError(f"a source of type {type(source).__name__} cannot be read", where="read", hint=hint)
     where = "data frame" if frame else "arrays"
     columns: dict[str, Any] = {}
     units: dict[str, str] = {}
@@ -227,7 +227,7 @@ def _checked_name(name: str) -> str:
 def in_python(hint: str) -> str:
     """A hint that names settings of the configuration, in terms of `read`."""
     words = {signal: key for key, signal in SIGNALS.items()}
-    signal = "|".join(words)
+    signal = "|".join(sorted(words, key=len, reverse=True))
     rules = (
         (rf"write ({signal}): \{{name: (.+?), scale: \.\.\.\}}", r'write {0}=rid.Column("\2", scale=...)'),
         (
@@ -235,7 +235,7 @@ def in_python(hint: str) -> str:
             "say which by {0}=..., or that there is none by {0}=None",
         ),
         (rf"name the time column under columns: ({signal}), or give", "name the time column by {0}=..., or give"),
-        (rf"(?:name it|say which) under columns: ({signal})", "name it by {0}=..."),
+        (rf"(?:name it|say which) under columns: ({signal})\b", "name it by {0}=..."),
         (rf"write ({signal}): null under columns", "give {0}=None"),
         (rf"\b({signal}): null", "{0}=None"),
         (r"set repair: \{(\w+): (\w+)\}", r'give repair={"\1": "\2"}'),
