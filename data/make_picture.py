@@ -15,11 +15,11 @@ from matplotlib.figure import Figure
 from robotid.artifacts.store import load
 from robotid.diagnosis.results import Diagnosis
 from robotid.extension.results import Extension
-from robotid.report.axes import legend, new_figure
-from robotid.report.causes import draw_causes
-from robotid.report.gain import draw_gain
-from robotid.report.location import best_of_each, draw_curve
-from robotid.report.time import draw_strips, extended_plot
+from robotid.report.drawing.causes import draw_causes
+from robotid.report.drawing.gain import draw_gain
+from robotid.report.drawing.location import best_of_each, draw_curve
+from robotid.report.drawing.time import draw_strips, extended_plot
+from robotid.report.style.axes import legend, new_figure
 
 SIZE = (9.6, 5.6)  # [inch]
 RECORD = "check"  # a validation record

@@ -15,7 +15,7 @@ from robotid.pipeline.table import REPORT, STAGES
 from robotid.progress import Begun, Log, Progress
 from robotid.report.origin import Origin, Source
 from robotid.report.save import check_format, save_figure
-from robotid.report.written import Report
+from robotid.report.stamp import Report
 
 
 def make_report(
@@ -80,7 +80,7 @@ def _source(stage: str, header: ArtifactHeader) -> Source:
 
 
 def _write_figures(material: Material, folder: Path, form: str, log: Log | None) -> tuple[Path, ...]:
-    from robotid.report.figure_specs import figure_specs
+    from robotid.report.sections import figure_specs
 
     every = figure_specs(material.findings)
     files = tuple(folder / f"{spec.name}.{form}" for spec in every)

@@ -15,15 +15,13 @@ from robotid.estimate.flexible import FlexResult
 from robotid.estimate.result import Fits
 from robotid.extension.results import Extension
 from robotid.model.units import sliding
-from robotid.report.axes import Units, grid_of, legend, new_figure
-from robotid.report.causes import draw_causes, rows_of
-from robotid.report.figure_specs import bode_models
-from robotid.report.frequency import draw_bode, draw_responses
-from robotid.report.gain import draw_gain, gains
-from robotid.report.location import best_of_each, draw_curve, reach_of
-from robotid.report.parameters import draw_iterations, draw_parameters
-from robotid.report.residual import draw_correlations
-from robotid.report.time import (
+from robotid.report.drawing.causes import draw_causes, rows_of
+from robotid.report.drawing.frequency import bode_models, draw_bode, draw_responses
+from robotid.report.drawing.gain import draw_gain, gains
+from robotid.report.drawing.location import best_of_each, draw_curve, reach_of
+from robotid.report.drawing.parameters import draw_iterations, draw_parameters
+from robotid.report.drawing.residual import draw_correlations
+from robotid.report.drawing.time import (
     TimePlot,
     draw_strips,
     extended_plot,
@@ -33,6 +31,7 @@ from robotid.report.time import (
     simulated_plot,
     trace_plot,
 )
+from robotid.report.style.axes import Units, grid_of, legend, new_figure
 from robotid.signals.quality import Recordings
 from robotid.signals.record import Quantity
 from robotid.signals.reference import Excitation

@@ -32,6 +32,10 @@ class Findings:
     diagnosis: Diagnosis | None = None
     extension: Extension | None = None
 
+    def samples_of(self, record: str) -> int:
+        """How many samples a record has, 0 where it is not known."""
+        return next((len(r) for r in self.recordings.records if r.name == record), 0) if self.recordings else 0
+
     def units(self, unit: str) -> str:
         """What the unit of a turning axis is called here."""
         return on_axis(linear=self.linear)(unit)

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
-from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -17,15 +16,15 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from robotid.model.array import Array
-from robotid.report.axes import envelope
-from robotid.report.figure_specs import PLACES, FigureSpec, figure_specs
+from robotid.report.drawing.layout import time_figure
+from robotid.report.drawing.time import Series, TimePlot
 from robotid.report.findings import Findings
-from robotid.report.layout import time_figure
 from robotid.report.origin import Origin
+from robotid.report.sections import SECTIONS, FigureSpec
+from robotid.report.style.axes import envelope
+from robotid.report.style.svg import COLOURS, inline
 from robotid.report.summary import summary
-from robotid.report.svg import COLOURS, inline
 from robotid.report.tables.table import Table
-from robotid.report.time import Series, TimePlot
 
 MAX_SAMPLES = 100_000  # of all signals that can be zoomed, together
 MIN_SAMPLES = 2000  # of one of them
@@ -46,25 +45,22 @@ class StageTables:
 
 def page(findings: Findings, stages: Sequence[StageTables], origin: Origin, title: str | None = None) -> str:
     """The HTML. stages : tables of each stage that has run, in order. title : the heading, absent: the robot's name."""
-    every = figure_specs(findings)
-    most = max(MIN_SAMPLES, MAX_SAMPLES // max(1, sum(p.plot is not None for p in every)))
-    sections = [(name, [_shown(p, most) for p in group]) for name, group in groupby(every, lambda p: p.section)]
+    found = [(section, list(section.figures(findings))) for section in SECTIONS]
+    over_time = sum(spec.plot is not None for _, specs in found for spec in specs)
+    most = max(MIN_SAMPLES, MAX_SAMPLES // max(1, over_time))
     return _template().render(
         title=title or findings.robot,
         summary=summary(findings),
-        sections=sections,
-        notes=_notes(findings),
+        sections=[
+            (section.title, section.note(findings), [_shown(spec, most) for spec in specs])
+            for section, specs in found
+            if specs
+        ],
         tables=[(stage.heading, [_grid(table) for table in stage.tables if table.rows]) for stage in reversed(stages)],
         origin=origin,
         style=Markup(_own("page.css")),
         script=Markup(_own("page.js")),
     )
-
-
-def _notes(f: Findings) -> dict[str, str]:
-    """The note at the head of a section."""
-    clean = f.diagnosis is not None and f.diagnosis.verdict == "clean"
-    return {PLACES: "The verdict is clean: what these figures show lies within the noise."} if clean else {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,12 +164,12 @@ def _kind(cells: Sequence[str]) -> Markup:
 
 
 def _own(name: str) -> str:
-    return files("robotid.report").joinpath(name).read_text(encoding="utf-8")
+    return files("robotid.report").joinpath("assets", name).read_text(encoding="utf-8")
 
 
 @cache
 def _template() -> Template:
-    loader = PackageLoader("robotid.report", package_path="")
+    loader = PackageLoader("robotid.report", package_path="assets")
     environment = Environment(
         loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )

@@ -13,10 +13,10 @@ from robotid.extension.results import Extension, Score
 from robotid.model.channel import Channel
 from robotid.model.structure import RECORD_CHANGE, changed
 from robotid.model.term import Term
-from robotid.report.axes import axis_label
+from robotid.report.drawing.location import best_of_each, variable
 from robotid.report.findings import Findings
-from robotid.report.location import best_of_each, variable
 from robotid.report.numbers import fixed, listed, percent, significant
+from robotid.report.style.axes import axis_label
 from robotid.terms import TERMS
 from robotid.validation.results import RecordValidation
 

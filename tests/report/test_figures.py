@@ -17,8 +17,8 @@ from support.report_findings import diagnosis, excitation, extension, fits, flex
 from robotid.errors import ConfigError
 from robotid.estimate.flexible import FlexResult
 from robotid.model.units import sliding
-from robotid.report.axes import MAX_POINTS, envelope
 from robotid.report.figures import draw
+from robotid.report.style.axes import MAX_POINTS, envelope
 from robotid.signals.quality import Recordings
 
 

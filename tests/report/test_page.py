@@ -13,10 +13,10 @@ import pytest
 from support.html_document import Document
 from support.report_findings import findings
 
-from robotid.report.figure_specs import figure_specs
 from robotid.report.findings import Findings
 from robotid.report.origin import Origin, Source
 from robotid.report.page import MAX_SAMPLES, StageTables, page
+from robotid.report.sections import figure_specs
 from robotid.report.stamp import Stamp, stamp_of
 from robotid.report.summary import summary
 from robotid.report.tables.table import Table

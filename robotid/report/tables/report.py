@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from robotid.report.tables.table import Json, Table
 
 if TYPE_CHECKING:
-    from robotid.report.written import Report
+    from robotid.report.stamp import Report
 
 
 def tables(report: Report) -> tuple[Table, ...]:

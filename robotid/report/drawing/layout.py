@@ -10,14 +10,14 @@ from matplotlib.figure import Figure
 from robotid.diagnosis.results import Diagnosis
 from robotid.estimate.result import FitResult
 from robotid.extension.results import Extension
-from robotid.report.axes import legend, new_figure
-from robotid.report.causes import draw_causes, rows_of
-from robotid.report.frequency import draw_responses
-from robotid.report.gain import draw_gain, gains
-from robotid.report.parameters import draw_intervals, interval_rows
-from robotid.report.perturbation import draw_perturbation, perturbations
-from robotid.report.residual import draw_correlations
-from robotid.report.time import TimePlot, draw_strips, name_curves
+from robotid.report.drawing.causes import draw_causes, rows_of
+from robotid.report.drawing.frequency import draw_responses
+from robotid.report.drawing.gain import draw_gain, gains
+from robotid.report.drawing.parameters import draw_intervals, interval_rows
+from robotid.report.drawing.perturbation import draw_perturbation, perturbations
+from robotid.report.drawing.residual import draw_correlations
+from robotid.report.drawing.time import TimePlot, draw_strips, name_curves
+from robotid.report.style.axes import legend, new_figure
 from robotid.signals.frf import Frf
 from robotid.validation.results import ModelValidation
 

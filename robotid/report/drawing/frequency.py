@@ -8,10 +8,11 @@ from typing import Literal
 import numpy as np
 from matplotlib.axes import Axes
 
-from robotid.report.axes import FAINT, INK, Units, axis_label, colour, legend, style_axes, write_out_ticks
 from robotid.report.numbers import fixed
+from robotid.report.style.axes import FAINT, INK, Units, axis_label, colour, legend, style_axes, write_out_ticks
 from robotid.signals.frf import Frf
 from robotid.validation.bode import Bode
+from robotid.validation.results import Validation
 
 Motion = Literal["acceleration", "speed"]
 UNIT = {"acceleration": "rad/s2/Nm", "speed": "rad/s/Nm"}
@@ -64,3 +65,9 @@ def _label(name: str, bode: Bode) -> str:
     """A model, and how far it is from the measured responses."""
     distance = sum(bode.distance.values()) / len(bode.distance)
     return f"{name}, linearised ({fixed(distance, 1)} dB off)"
+
+
+def bode_models(validation: Validation) -> dict[str, Bode]:
+    """The model that the fits started from, and the best one."""
+    names = dict.fromkeys((next(iter(validation.models)), validation.best))
+    return {name: bode for name in names if (bode := validation.models[name].bode) is not None}

@@ -8,7 +8,7 @@ from io import StringIO
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from robotid.report.axes import BAND, BLUE, FAINT, GREEN, GRID, INK, ORANGE, PURPLE, QUIET, SKY, VERMILLION
+from robotid.report.style.axes import BAND, BLUE, FAINT, GREEN, GRID, INK, ORANGE, PURPLE, QUIET, SKY, VERMILLION
 
 COLOURS = {
     INK: "ink",

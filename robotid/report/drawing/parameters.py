@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from robotid.estimate.result import Estimate, FitResult, Fits
-from robotid.report.axes import INK, Units, colour, legend, style_axes, write_out_ticks
 from robotid.report.numbers import ten_to
+from robotid.report.style.axes import INK, Units, colour, legend, style_axes, write_out_ticks
 
 WIDTH = 0.6  # of the room that a parameter has, shared by the models
 MARK: Final[dict[str, Any]] = {"markersize": 4.5, "capsize": 3, "linewidth": 1.4}

@@ -10,8 +10,8 @@ from matplotlib.ticker import MaxNLocator
 
 from robotid.diagnosis.misfit.location import BY_DIRECTION, BY_SPEED, Curve
 from robotid.model.array import Array
-from robotid.report.axes import BLUE, INK, VERMILLION, Units, axis_label, style_axes, write_out_ticks
 from robotid.report.numbers import percent, significant
+from robotid.report.style.axes import BLUE, INK, VERMILLION, Units, axis_label, style_axes, write_out_ticks
 
 VARIABLES = {
     "dphi_m": "motor speed",

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from robotid.model.array import Array
-from robotid.report.axes import BAND, BLUE, FAINT, INK, VERMILLION, style_axes
+from robotid.report.style.axes import BAND, BLUE, FAINT, INK, VERMILLION, style_axes
 from robotid.validation.residual_tests import ResidualTest
 
 

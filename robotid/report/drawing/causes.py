@@ -7,8 +7,8 @@ from math import isfinite
 from matplotlib.axes import Axes
 
 from robotid.diagnosis.results import Cause, Diagnosis
-from robotid.report.axes import BLUE, FAINT, INK, QUIET, style_axes
 from robotid.report.numbers import percent
+from robotid.report.style.axes import BLUE, FAINT, INK, QUIET, style_axes
 
 MAX_REJECTED = 8
 BAR_HEIGHT = 0.37

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from robotid.model.array import Array
-from robotid.report.axes import FAINT, style_axes
+from robotid.report.style.axes import FAINT, style_axes
 from robotid.validation.perturbation import Perturbation
 from robotid.validation.results import ModelValidation
 

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 
 from robotid.extension.results import Extension
 from robotid.model.array import Array
-from robotid.report.axes import BLUE, GRID, INK, VERMILLION, style_axes
 from robotid.report.numbers import fixed
+from robotid.report.style.axes import BLUE, GRID, INK, VERMILLION, style_axes
 
 GAP = 0.1  # between labels, share of the height
 GROUPS = {"records of the fit": True, "held-out records": False}

@@ -10,8 +10,8 @@ from matplotlib.figure import FigureBase
 
 from robotid.extension.results import Score
 from robotid.model.array import Array
-from robotid.report.axes import BLUE, FAINT, INK, MAX_POINTS, VERMILLION, Units, axis_label, envelope, style_axes
 from robotid.report.numbers import fixed
+from robotid.report.style.axes import BLUE, FAINT, INK, MAX_POINTS, VERMILLION, Units, axis_label, envelope, style_axes
 from robotid.signals.record import Quantity, Record
 from robotid.signals.reference import Reference
 from robotid.signals.trace import Trace

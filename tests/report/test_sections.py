@@ -14,9 +14,9 @@ from support.diagnosed import CLEAN, UNKNOWN
 from support.report_findings import findings
 
 from robotid.errors import ConfigError
-from robotid.report.figure_specs import FigureSpec, figure_specs
 from robotid.report.findings import Findings
 from robotid.report.save import FORMATS, check_format, save_figure
+from robotid.report.sections import FigureSpec, figure_specs
 from robotid.validation.perturbation import Perturbation
 
 NAMES = [
