@@ -13,6 +13,9 @@ from support.manual.markdown import table
 
 Schema = dict[str, Any]
 LIMITS = {"exclusiveMinimum": "above", "minimum": "at least", "exclusiveMaximum": "below", "maximum": "at most"}
+EXPLAINED = re.compile(
+    r"(?:^|(?<=[.;:])|(?<=[.;:]\s))\s*(?P<keys>\w+(?:, \w+)*)(?: \[(?P<unit>[^\]]+)\])? : ", re.MULTILINE
+)
 KINDS = {"number": "number", "integer": "whole number", "string": "text", "boolean": "true or false"}
 
 
@@ -35,13 +38,27 @@ def _visit(whole: Schema, schema: Schema, path: str, places: dict[str, list[str]
 
 def _section(whole: Schema, schema: Schema, paths: list[str]) -> str:
     required = schema.get("required", ())
+    prose, meanings = _meanings(schema.get("description", ""), set(schema["properties"]))
     rows = [
-        (f"`{key}`", _kind(whole, value), _default(whole, value, needed=key in required))
+        (f"`{key}`", _kind(whole, value), _default(whole, value, needed=key in required), meanings.get(key, ""))
         for key, value in schema["properties"].items()
     ]
+    head = ("key", "value", "default", "meaning") if meanings else ("key", "value", "default")
     also = f"The same keys stand at {', '.join(f'`{path}`' for path in paths[1:])}."
-    parts = (f"### {paths[0]}", _prose(schema.get("description", "")), also if len(paths) > 1 else "")
-    return "\n\n".join([*filter(None, parts), table(("key", "value", "default"), rows)])
+    parts = (f"### {paths[0]}", _prose(prose), also if len(paths) > 1 else "")
+    return "\n\n".join([*filter(None, parts), table(head, [row[: len(head)] for row in rows])])
+
+
+def _meanings(text: str, keys: set[str]) -> tuple[str, dict[str, str]]:
+    """A docstring taken apart: what is on the whole section, and what on each key, as `key [unit] : meaning`."""
+    found = [m for m in EXPLAINED.finditer(text) if set(m["keys"].split(", ")) <= keys]
+    meanings = {}
+    ends = [*(following.start() for following in found[1:]), len(text)][: len(found)]
+    for this, end in zip(found, ends, strict=True):
+        words = " ".join(text[this.end() : end].split()).strip(" .;")
+        unit = f" [{this['unit']}]" if this["unit"] else ""
+        meanings |= {key: f"{words}{unit}".replace("*", "\\*") for key in this["keys"].split(", ")}
+    return text[: found[0].start()] if found else text, meanings
 
 
 def _mappings(whole: Schema, value: Schema, path: str) -> Iterator[tuple[str, str]]:
