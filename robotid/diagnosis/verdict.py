@@ -20,7 +20,7 @@ from robotid.model.array import Array
 from robotid.model.structure import belongs
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
-from robotid.signals.trace import Trace, thinned
+from robotid.signals.trace import Trace, downsampled
 
 SHAPELESS = "the misfit is far above the noise, yet no curve along one variable explains much of it"
 
@@ -117,8 +117,8 @@ def _beyond(rmse: float, floor: float) -> float:
 
 
 def trace(run: Simulated, model: FittedModel) -> Trace:
-    """Measured and simulated output of a record, thinned for figures."""
-    return thinned(run.t, run.measured(model.output), run.signal(model.output), model.unit)
+    """Measured and simulated output of a record, downsampled for figures."""
+    return downsampled(run.t, run.measured(model.output), run.signal(model.output), model.unit)
 
 
 def _cause(found: AcceptedCause) -> Cause:

@@ -42,7 +42,8 @@ def autoregression(residual: Array) -> tuple[Array, float]:
 
 
 def zero_order_hold_response(joint: Joint, theta: Array, sampling_time: float) -> tuple[Array, Array]:
-    """x[n + 1] = A x[n] + b u[n] with the torque held, while slipping with the spring at rest: A (nx, nx), b (nx,)."""
+    """x[n + 1] = A x[n] + b u[n] of a slipping joint with its spring at rest, its torque constant from sample to
+    sample: A (nx, nx), b (nx,)."""
     x = np.zeros((joint.nx, 1))
     s = np.ones((joint.masses, 1))
     at = joint.evaluate(x, np.zeros(1), s, np.zeros(1), theta, columns=DerivativeColumns())
@@ -50,12 +51,12 @@ def zero_order_hold_response(joint: Joint, theta: Array, sampling_time: float) -
     d = joint.nx
     block = np.zeros((d + 1, d + 1))
     block[:d, :d], block[:d, d] = at.A[:, :, 0], at.B[:, -1, 0]
-    held = expm(block * sampling_time)
-    return held[:d, :d], held[:d, d]
+    discrete = expm(block * sampling_time)
+    return discrete[:d, :d], discrete[:d, d]
 
 
 def impulse_response(joint: Joint, theta: Array, row: int, sampling_time: float, n: int) -> Array:
-    """State `row` after a torque of 1 Nm held for one interval, while slipping with the spring at rest, (n,)."""
+    """State `row` after a torque of 1 Nm during one interval, while slipping with the spring at rest, (n,)."""
     A, b = zero_order_hold_response(joint, theta, sampling_time)
     columns = np.zeros((joint.nx, 1, n))
     columns[:, 0, 1:2] = b[:, None]
@@ -96,10 +97,10 @@ def _compose(residual: Array, coloured: Array, torque: Array, order: int) -> tup
     if periodogram.size == 0 or not periodogram.any():
         return coloured, 0.0
     best, answer = np.inf, (coloured, 0.0)
-    for stationary, known in ((np.ones(n + 1), 1), (coloured, order + 1)):
+    for stationary, parameters in ((np.ones(n + 1), 1), (coloured, order + 1)):
         for bases in ((stationary,), (stationary, torque)):
             fit, levels = _whittle(periodogram, np.stack([b[::2][seen] for b in bases]))
-            bic = 2 * len(periodogram) * fit + (known + len(bases) - 1) * np.log(n)
+            bic = 2 * len(periodogram) * fit + (parameters + len(bases) - 1) * np.log(n)
             if bic < best:
                 best, answer = bic, (levels[0] * stationary, float(levels[1]) if len(bases) == 2 else 0.0)
     return answer

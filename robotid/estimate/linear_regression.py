@@ -1,4 +1,4 @@
-"""Linear least squares over several records, with the uncertainty and the excuses that belong to it."""
+"""Linear least squares over several records, with its uncertainty; and when the columns do not allow it."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from robotid.errors import NumericsError
 from robotid.estimate.covariance import coloured_information
 from robotid.model.array import Array
 
-WORST_CONDITION = 1e3  # of the columns scaled to unit norm; beyond, friction and filter errors decide the estimate
-SAMPLES_A_PARAMETER = 5
-PASSES = 10  # in which the blocks' weights settle
+MAX_CONDITION = 1e3  # of the columns scaled to unit norm; beyond, friction and filter errors decide the estimate
+MIN_SAMPLES_PER_PARAMETER = 5
+MAX_PASSES = 10  # in which the blocks' weights settle
 HINT = "record a motion that excites them, fix some of them, or leave effects out of the model"
 
 
@@ -38,14 +38,14 @@ class Solution:
 
 
 def solve(names: Sequence[str], blocks: Sequence[Block]) -> Solution:
-    """Least squares, each block weighted by its own residual in the end, lest a poor one spoil the others.
+    """Least squares, each block weighted by its own residual in the end, so that a poor one does not spoil the others.
 
     Raises NumericsError, with the parameters' names, where the columns do not determine them.
     """
     _require_excitation(names, np.hstack([b.columns for b in blocks]))
     weights = np.ones(len(blocks))
     theta = _minimise(blocks, weights)
-    for _ in range(PASSES if len(blocks) > 1 else 0):
+    for _ in range(MAX_PASSES if len(blocks) > 1 else 0):
         rms = np.array([np.sqrt(np.mean((b.tau - theta @ b.columns) ** 2)) for b in blocks])
         weights = 1.0 / np.maximum(rms, 1e-6 * max(np.ptp(b.tau) for b in blocks))
         theta = _minimise(blocks, weights)
@@ -80,7 +80,7 @@ def _with_uncertainty(theta: Array, blocks: Sequence[Block], weights: Array) -> 
 
 def too_few(columns: Array) -> bool:
     """Whether columns (p, n) have too few samples to regress on."""
-    return bool(columns.shape[1] < SAMPLES_A_PARAMETER * max(1, len(columns)))
+    return bool(columns.shape[1] < MIN_SAMPLES_PER_PARAMETER * max(1, len(columns)))
 
 
 def _require_excitation(names: Sequence[str], columns: Array) -> None:
@@ -95,6 +95,6 @@ def _require_excitation(names: Sequence[str], columns: Array) -> None:
     if still:
         raise NumericsError(f"the records do not excite {', '.join(still)}", where="init_rigid", hint=HINT)
     _, values, directions = np.linalg.svd((columns / norms[:, None]).T, full_matrices=False)
-    if values[-1] * WORST_CONDITION <= values[0]:
+    if values[-1] * MAX_CONDITION <= values[0]:
         together = [name for name, part in zip(names, directions[-1], strict=True) if abs(part) > 0.1]
         raise NumericsError(f"the records cannot tell {' from '.join(together)}", where="init_rigid", hint=HINT)

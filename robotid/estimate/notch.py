@@ -10,11 +10,10 @@ import scipy
 from robotid.model.array import Array
 from robotid.signals.frf import Frf
 
-PROMINENCE = 3.0  # [dB] of a notch or a resonance over its surroundings
-CERTAIN = (
-    7.0  # standard deviations of the response that the prominence must exceed, too: hundreds of lines scatter so far
-)
-FAR = 3.0  # times the resonance: from here on the response is flat
+MIN_PROMINENCE = 3.0  # [dB] of a notch or a resonance over its surroundings
+# Standard deviations of the response that a prominence must exceed, too: hundreds of lines scatter so far.
+MIN_SIGNIFICANCE = 7.0
+FLAT_FROM = 3.0  # times the resonance: from here on the response is flat
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,12 +29,12 @@ class Reading:
 def read_off(frf: Frf) -> Reading:
     """Notch, resonance and gain of a response from torque to acceleration."""
     level = 20 * np.log10(np.abs(frf.response))
-    doubt = CERTAIN * 20 * np.log10(1 + frf.std / np.abs(frf.response))
+    doubt = MIN_SIGNIFICANCE * 20 * np.log10(1 + frf.std / np.abs(frf.response))
     notches, peaks = (_extremes(sign * level, doubt, frf.omega) for sign in (-1, 1))
     notch = notches[0] if notches else None
     above = [peak for peak in peaks if notch is None or peak > notch]
     resonance = above[0] if above else None
-    far = frf.omega > FAR * (resonance or 0.0)
+    far = frf.omega > FLAT_FROM * (resonance or 0.0)
     high = far if resonance and far.sum() >= 3 else frf.omega >= np.quantile(frf.omega, 0.8)
     return Reading(notch, resonance, float(np.median(np.abs(frf.response[high]))))
 
@@ -45,7 +44,7 @@ def _extremes(level: Array, doubt: Array, omega: Array) -> list[float]:
 
     doubt (n,) [dB] : what noise alone may raise.
     """
-    where, about = scipy.signal.find_peaks(level, prominence=np.maximum(PROMINENCE, doubt))
+    where, about = scipy.signal.find_peaks(level, prominence=np.maximum(MIN_PROMINENCE, doubt))
     order = np.argsort(-about["prominences"])
     return [_vertex(level[k - 1 : k + 2], omega[k - 1 : k + 2]) for k in where[order]]
 

@@ -19,7 +19,7 @@ from robotid.model.port_motion import Placed
 from robotid.signals.differentiate import Kinematics, ParallelFilter
 from robotid.signals.record import Record
 
-PARALLEL = 1e-6  # distance, in parts of its length, at which one column is the multiple of another
+MAX_DEVIATION = 1e-6  # distance, in parts of its length, at which one column is the multiple of another
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,7 +103,7 @@ def _multiple(column: Array, base: Array) -> float | None:
     if square == 0.0:
         return None
     ratio = float(base @ column) / square
-    return ratio if np.linalg.norm(column - ratio * base) <= PARALLEL * np.linalg.norm(column) and ratio else None
+    return ratio if np.linalg.norm(column - ratio * base) <= MAX_DEVIATION * np.linalg.norm(column) and ratio else None
 
 
 def _columns(place: Placed, motion: Kinematics, t: Array, factor: float, p: list[float]) -> list[Array]:

@@ -18,7 +18,7 @@ from robotid.model.port import Signal
 from robotid.signals.record import Quantity, Record
 from robotid.simulation.first_guess import initial_state
 from robotid.simulation.sensitivities import sensitivities
-from robotid.simulation.sensors import shown, shown_columns
+from robotid.simulation.sensors import sensor_columns, sensor_signals
 from robotid.simulation.simulate import simulate
 from robotid.simulation.trajectory import Trajectory
 
@@ -208,7 +208,7 @@ def measured_output(record: Record, output: Quantity) -> Array:
 def observed(trajectory: Trajectory, output: Quantity) -> Array:
     """The simulated output as its sensor shows it, after the channels on it, (n,)."""
     t = trajectory
-    phi_m, dphi_m = shown(t.joint, t.theta, t.sampling_time, t.phi_m, t.dphi_m)
+    phi_m, dphi_m = sensor_signals(t.joint, t.theta, t.sampling_time, t.phi_m, t.dphi_m)
     return phi_m if output == "position" else dphi_m
 
 
@@ -224,7 +224,7 @@ def output_columns(trajectory: Trajectory, output: Quantity, columns: Sequence[i
     """Derivatives of the observed output, (m, n), theta's columns first. inner : those of the states that it shows,
     (rows, m, n) in the order of `output_rows`."""
     still, with_angle = np.zeros_like(inner[0]), output == "position" or len(inner) > 1
-    found = shown_columns(
+    found = sensor_columns(
         trajectory, columns, inner[0] if with_angle else still, inner[-1] if output == "speed" else still
     )
     return found[output == "speed"]

@@ -35,7 +35,7 @@ def responses(
 ) -> tuple[Response, ...]:
     """One response a record, or one for all records that are realisations of the same excitation.
 
-    The nonlinear friction that `parameters` tell is taken off the torque first: the rest is a linear joint's.
+    The nonlinear friction with the values of `parameters` is taken off the torque first: the rest is a linear joint's.
     """
     found = []
     for group in _realisations(records):

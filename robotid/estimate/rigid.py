@@ -52,7 +52,7 @@ def fit_rigid(
     """Least squares of the motor torque on the rigid motion of all records.
 
     parameters : those that are free are estimated, the others keep their value. parallel : without a cut-off,
-    `choose_cutoff` finds one for each record. Raises NumericsError where the records cannot tell the parameters.
+    `choose_cutoff` finds one for each record. Raises NumericsError where the records do not determine the parameters.
     """
     if not records:
         raise NumericsError("no record serves the rigid initialisation", where="init_rigid", hint="give one use: rigid")
@@ -137,14 +137,14 @@ def _estimates(
 
 
 def _remark(unknown: Merged, value: float, lower: float, upper: float, std: float) -> str:
-    said = []
+    remarks = []
     if len(unknown.members) > 1:
-        said.append(f"sum of {', '.join(unknown.members)} on the motor side")
+        remarks.append(f"sum of {', '.join(unknown.members)} on the motor side")
     if not lower <= value <= upper:
-        said.append(f"outside its bounds {lower:g} to {upper:g}")
+        remarks.append(f"outside its bounds {lower:g} to {upper:g}")
     if abs(value) < 2 * std:
-        said.append("not distinct from zero")
-    return "; ".join(said)
+        remarks.append("not distinct from zero")
+    return "; ".join(remarks)
 
 
 def _share_out(joint: Joint, unknowns: Sequence[Merged], theta: Array) -> dict[str, float]:

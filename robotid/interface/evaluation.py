@@ -25,7 +25,7 @@ from robotid.report.numbers import fixed, number
 from robotid.report.tables.table import Table
 from robotid.signals.metrics import fit_percent, rmse
 from robotid.signals.record import Quantity, Record
-from robotid.signals.trace import thinned
+from robotid.signals.trace import downsampled
 from robotid.simulation.trajectory import Trajectory
 from robotid.validation import Validation, ValidationOptions, initial_name, validate_models
 
@@ -183,5 +183,5 @@ class SimulationView(View[Simulation]):
     def figure(self) -> Figure:
         s = self.content
         title = f"{s.record.name}: fit {fixed(s.fit_percent)} %"
-        trace = thinned(s.t, s.measured, s.simulated, s.unit)
+        trace = downsampled(s.t, s.measured, s.simulated, s.unit)
         return draw_traces({title: trace}, s.output, on_axis(linear=s.unit.startswith("m")))

@@ -12,14 +12,14 @@ from robotid.model.array import Array, Mask
 from robotid.signals.columns import Column
 from robotid.signals.readers.table import Table
 
-HELD = ("tau_m", "ref")  # what a controller sets lasts until it sets it anew; a motion goes on between its samples
+ZERO_ORDER_HOLD = ("tau_m", "ref")  # what a controller sets lasts until it sets it anew; a motion goes on in between
 
 
 def on_one_clock(table: Table, columns: Mapping[str, Column]) -> tuple[Table, list[str]]:
     """The table with the columns of all signals at the time stamps of one, and what was done to which.
 
     columns : by signal. The time stamps are those of the chosen t, or else of the angle; other signals are
-    interpolated, torque and reference held, and what lies outside of any of them is cut off.
+    interpolated, torque and reference constant between their samples, and what lies outside of any of them is cut off.
     Raises InputError where they do not overlap, or time runs backward.
     """
     stored = {signal: table.stored(column.name) for signal, column in columns.items()}
@@ -32,8 +32,8 @@ def on_one_clock(table: Table, columns: Mapping[str, Column]) -> tuple[Table, li
     changed = {name: table.columns[name][kept] for name in stored.values() if table.clocks.get(name) == base}
     remarks = []
     for signal, name in others.items():
-        changed[name] = _at(t[kept], stamps[name], table.columns[name], held=signal in HELD)
-        how = "held" if signal in HELD else "interpolated"
+        changed[name] = _at(t[kept], stamps[name], table.columns[name], zero_order_hold=signal in ZERO_ORDER_HOLD)
+        how = "held" if signal in ZERO_ORDER_HOLD else "interpolated"
         remarks.append(f"{signal} has time stamps of its own, {table.clocks[name]}: it is {how} onto {base}")
     return replace(table, columns=table.columns | changed), remarks
 
@@ -56,10 +56,10 @@ def _stamps(table: Table, clock: str) -> Array:
     return t
 
 
-def _at(t: Array, stamps: Array, values: Array, *, held: bool) -> Array:
+def _at(t: Array, stamps: Array, values: Array, *, zero_order_hold: bool) -> Array:
     """A signal at other times, none of them outside of its own. values : (n,) or (n, k) at stamps (n,)."""
     k = np.clip(np.searchsorted(stamps, t, side="right") - 1, 0, len(stamps) - 1)
-    if held:
+    if zero_order_hold:
         return values[k]
     after = np.minimum(k + 1, len(stamps) - 1)
     step = stamps[after] - stamps[k]

@@ -136,7 +136,7 @@ def convert(table: Table, signal: str, column: Column, *, linear: bool = False) 
 
 
 def _unit(table: Table, signal: str, column: Column, *, linear: bool) -> tuple[Unit | None, str]:
-    """Unit of a column as configured, as the file says, or as the name ends; and what is to be said of it."""
+    """Unit of a column as configured, as the file says, or as the name ends; and a remark on it."""
     told = column.unit or table.units.get(column.name)
     if told:
         return unit(told, f"{table.path}, column {column.name}"), ""
@@ -167,8 +167,8 @@ def _factor(table: Table, signal: str, column: Column, recorded: Unit | None, *,
     return recorded.factor
 
 
-def said(signal: str, column: Column, recorded: Signal) -> str:
-    """What is to be said of a column that was found by its name."""
+def remark_on(signal: str, column: Column, recorded: Signal) -> str:
+    """The remark on a column that was found by its name."""
     unit = f" in {recorded.unit.name}" if recorded.unit else ""
     return f"{signal} is column {column.name}{unit}, found by its name"
 

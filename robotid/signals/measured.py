@@ -11,7 +11,7 @@ import numpy as np
 from robotid.errors import ConfigError, InputError
 from robotid.model.array import Array, Mask
 from robotid.signals.clocks import on_one_clock
-from robotid.signals.columns import ALIASES, NEEDED, Column, Signal, convert, find, missing, said
+from robotid.signals.columns import ALIASES, NEEDED, Column, Signal, convert, find, missing, remark_on
 from robotid.signals.differentiate import central_difference
 from robotid.signals.quality import Report, inspect
 from robotid.signals.readers.table import Table
@@ -87,7 +87,7 @@ def read_signals(chosen: Selection, table: Table) -> tuple[dict[str, Signal], li
             continue
         found[signal] = convert(table, signal, column, linear=chosen.linear)
         by_name = signal not in given and column.name not in table.clocks.values()
-        remarks += [said(signal, column, found[signal])] if by_name else []
+        remarks += [remark_on(signal, column, found[signal])] if by_name else []
         remarks += [found[signal].remark] if found[signal].remark else []
     return found, remarks
 
@@ -167,7 +167,7 @@ def _derived(angle: Array, h: float) -> Array:
 
 
 def _speed_remarks(table: Table, chosen: Selection, record: Record, *, derived: bool) -> list[str]:
-    """What is to be said of the speed. Raises ConfigError where it is another multiple of the angle's derivative."""
+    """The remark on the speed. Raises ConfigError where it is another multiple of the angle's derivative."""
     if derived:
         return ["dphi_m is derived from phi_m by central differences"]
     angle, speed, h = record.phi_m, record.dphi_m, record.sampling_time

@@ -127,15 +127,15 @@ def _signal(name: str, words: set[str], kind: str | None) -> tuple[str | None, i
 
 def _said(signal: str, fitting: list[_Guess]) -> list[str]:
     column = fitting[0].column
-    said = [] if fitting[0].certainty == CERTAIN else [f"{signal} is guessed to be column {column.name}"]
+    remarks = [] if fitting[0].certainty == CERTAIN else [f"{signal} is guessed to be column {column.name}"]
     if others := [g.column.name for g in fitting[1:]]:
-        said.append(f"{signal} could also be {', '.join(others[:4])}{', ...' * (len(others) > 4)}")
+        remarks.append(f"{signal} could also be {', '.join(others[:4])}{', ...' * (len(others) > 4)}")
     if column.column is not None:
-        said.append(f"{column.name} is a matrix, one column a joint; column 0 is proposed")
+        remarks.append(f"{column.name} is a matrix, one column a joint; column 0 is proposed")
     if column.unit is not None and UNITS[column.unit].raw:
         what = "torque" if signal == "tau_m" else "SI"
-        said.append(f"{column.name} is in {column.unit}; give the {what} per {column.unit} as scale")
-    return said
+        remarks.append(f"{column.name} is in {column.unit}; give the {what} per {column.unit} as scale")
+    return remarks
 
 
 def _sampling_time(table: Table, column: Column | None, remarks: list[str]) -> float | None:

@@ -12,8 +12,8 @@ from robotid.signals.differentiate import bandwidth
 from robotid.signals.record import Record
 from robotid.signals.repair import RepairedSignals
 
-FEWEST = 50  # samples of a record
-LARGEST_LEAST_STEP = 12  # quanta that the shortest step of a fast motion may be
+MIN_SAMPLES = 50  # samples of a record
+MAX_QUANTA = 12  # quanta that the shortest step of a fast motion may be
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +67,8 @@ def inspect(
     record: Record, source: str, repaired: RepairedSignals | None = None, remarks: tuple[str, ...] = ()
 ) -> Report:
     """Report on a record. Raises InputError for too short a record, NumericsError for one without excitation."""
-    if len(record) < FEWEST:
-        what = f"a record of {len(record)} samples is too short, the least is {FEWEST}"
+    if len(record) < MIN_SAMPLES:
+        what = f"a record of {len(record)} samples is too short, the least is {MIN_SAMPLES}"
         raise InputError(what, where=source, hint="record longer")
     step = quantum(record.phi_m)
     _excited(record, source, step)
@@ -143,7 +143,7 @@ def quantum(angle: Array) -> float:
     if not len(steps):
         return 0.0
     least = float(np.median(steps[steps < 1.5 * steps.min()]))
-    candidates = (_refined(steps, least / k) for k in range(1, LARGEST_LEAST_STEP + 1))
+    candidates = (_refined(steps, least / k) for k in range(1, MAX_QUANTA + 1))
     return next((q for q in candidates if float(np.percentile(_off(steps, q), 95)) < 0.05), 0.0)
 
 

@@ -12,9 +12,9 @@ from robotid.errors import InputError
 from robotid.model.array import Array, Mask
 from robotid.signals.readers.table import Table
 
-FEW = 3  # samples in a row that are repaired unasked
-FEW_OF_ALL = 0.01  # share of all samples that is repaired unasked
-LARGEST_JITTER = 0.3  # of the sampling time, by which a step may deviate
+MAX_RUN = 3  # samples in a row that are repaired unasked
+MAX_SHARE = 0.01  # share of all samples that is repaired unasked
+MAX_JITTER = 0.3  # of the sampling time, by which a step may deviate
 COARSE = 0.1  # share of repeated times from which the time is written with too few digits
 
 
@@ -63,7 +63,7 @@ class Grid:
 
 def few(count: int, longest: int, n: int) -> bool:
     """Whether so many flaws of n samples, at most so many in a row, are repaired unasked."""
-    return longest <= FEW and count <= max(FEW, FEW_OF_ALL * n)
+    return longest <= MAX_RUN and count <= max(MAX_RUN, MAX_SHARE * n)
 
 
 def longest_run(mask: Mask) -> int:
@@ -107,7 +107,7 @@ def regular(found: Findings, t: Array, declared: float | None) -> Grid:
     steps = np.diff(t) / h
     counts = np.maximum(1, np.rint(steps)).astype(int)
     off = steps - counts
-    if float(np.abs(off).max()) > LARGEST_JITTER:
+    if float(np.abs(off).max()) > MAX_JITTER:
         k = int(np.argmax(np.abs(off)))
         what = f"sampling is irregular: {t[k + 1] - t[k]:.6g} s where {h:.6g} s are usual"
         hint = "record at a fixed rate, or if only the clock is at fault write t: null and sampling_time"

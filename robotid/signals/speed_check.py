@@ -7,7 +7,7 @@ import numpy as np
 from robotid.model.array import Array
 from robotid.signals.differentiate import central_difference
 
-FARTHEST = 20  # samples of delay that are looked for
+MAX_LAG = 20  # samples of delay that are looked for
 NOTABLE_LAG = 0.3  # samples
 SURE = 4.0  # standard errors by which a delay must fit better than none
 CORRELATED = 0.9
@@ -19,22 +19,22 @@ def speed_lag(angle: Array, speed: Array, sampling_time: float) -> float:
     The cross-correlation's peak, as the least squared difference over shifts, read between samples by a parabola.
     """
     n = len(angle)
-    most = min(FARTHEST, n // 4)
-    derived = central_difference(angle, sampling_time)[most : n - most]
-    shifted = [speed[most + lag : n - most + lag] - derived for lag in range(-most, most + 1)]
+    max_lag = min(MAX_LAG, n // 4)
+    derived = central_difference(angle, sampling_time)[max_lag : n - max_lag]
+    shifted = [speed[max_lag + lag : n - max_lag + lag] - derived for lag in range(-max_lag, max_lag + 1)]
     errors = np.array([np.mean(difference**2) for difference in shifted])
     best = int(np.argmin(errors))
-    if best in (0, 2 * most):
+    if best in (0, 2 * max_lag):
         return 0.0
     curvature = errors[best - 1] - 2 * errors[best] + errors[best + 1]
-    lag = best - most + 0.5 * float((errors[best - 1] - errors[best + 1]) / curvature) if curvature > 0 else 0.0
-    return lag if abs(lag) >= NOTABLE_LAG and _better(shifted, most, lag) else 0.0
+    lag = best - max_lag + 0.5 * float((errors[best - 1] - errors[best + 1]) / curvature) if curvature > 0 else 0.0
+    return lag if abs(lag) >= NOTABLE_LAG and _better(shifted, max_lag, lag) else 0.0
 
 
-def _better(shifted: list[Array], most: int, lag: float) -> bool:
+def _better(shifted: list[Array], max_lag: int, lag: float) -> bool:
     """Whether the lag's neighbour on the way from none fits surely better than its mirror image does."""
     step = max(1, round(abs(lag))) * (1 if lag > 0 else -1)
-    gain = shifted[most - step] ** 2 - shifted[most + step] ** 2
+    gain = shifted[max_lag - step] ** 2 - shifted[max_lag + step] ** 2
     spread = float(np.std(gain)) / np.sqrt(len(gain))
     return bool(np.mean(gain) > SURE * spread)
 

@@ -6,16 +6,16 @@ import numpy as np
 
 from robotid.signals.record import Record
 
-MOST = 5  # stretches of a record
+MAX_STRETCHES = 5  # stretches of a record
 
 
 def stretches(record: Record, samples: int) -> tuple[Record, ...]:
-    """A record whole, or of a longer one up to MOST stretches of about `samples` in all, evenly from its beginning to
-    its end. Each holds a whole period where that is known, and the samples allow it."""
+    """A record whole, or of a longer one up to MAX_STRETCHES stretches of about `samples` in all, evenly from its
+    beginning to its end. Each holds a whole period where that is known, and the samples allow it."""
     if len(record) <= samples:
         return (record,)
     period = 0 if record.period is None else round(record.period / record.sampling_time)
-    count = min(MOST, samples // period) if 0 < period <= samples else MOST
+    count = min(MAX_STRETCHES, samples // period) if 0 < period <= samples else MAX_STRETCHES
     length = max(1, samples // count)
     first = np.linspace(0, len(record) - length, count).round().astype(int) if count > 1 else np.zeros(1, dtype=int)
     return tuple(record.piece(k, k + length) for k in first.tolist())

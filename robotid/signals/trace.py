@@ -8,8 +8,8 @@ import numpy as np
 
 from robotid.model.array import Array, Index
 
-LONGEST_TRACE = 16_000  # samples kept
-KEPT = 4  # of a stretch: least and largest of the measured signal and of the difference
+MAX_SAMPLES = 16_000  # samples kept
+KEPT_PER_STRETCH = 4  # of a stretch: least and largest of the measured signal and of the difference
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,11 +22,11 @@ class Trace:
     unit: str
 
 
-def thinned(t: Array, measured: Array, simulated: Array, unit: str) -> Trace:
-    """A measured and a simulated signal (n,), whole, or of n > LONGEST_TRACE samples the extremes of every stretch."""
-    if len(t) <= LONGEST_TRACE:
+def downsampled(t: Array, measured: Array, simulated: Array, unit: str) -> Trace:
+    """A measured and a simulated signal (n,), whole, or of n > MAX_SAMPLES samples the extremes of every stretch."""
+    if len(t) <= MAX_SAMPLES:
         return Trace(t, measured, simulated, unit)
-    stretches = LONGEST_TRACE // KEPT
+    stretches = MAX_SAMPLES // KEPT_PER_STRETCH
     at = np.unique(np.concatenate([_extremes(signal, stretches) for signal in (measured, measured - simulated)]))
     return Trace(t[at], measured[at], simulated[at], unit)
 

@@ -15,10 +15,12 @@ from robotid.model.joint import Joint
 from robotid.model.port import Signal
 from robotid.simulation.trajectory import Trajectory
 
-STEP = 1e-30  # of a complex step
+COMPLEX_STEP = 1e-30  # so small that its square vanishes
 
 
-def shown(joint: Joint, theta: Array, sampling_time: float, phi_m: Array, dphi_m: Array) -> tuple[Array, Array]:
+def sensor_signals(
+    joint: Joint, theta: Array, sampling_time: float, phi_m: Array, dphi_m: Array
+) -> tuple[Array, Array]:
     """Angle and speed as sensors show them. phi_m, dphi_m (n,) -> the same."""
     for signal, channel, p, _ in joint.channels_on(theta, Signal.ANGLE, Signal.SPEED):
         if signal is Signal.SPEED:
@@ -29,7 +31,9 @@ def shown(joint: Joint, theta: Array, sampling_time: float, phi_m: Array, dphi_m
     return phi_m, dphi_m
 
 
-def shown_columns(trajectory: Trajectory, columns: Sequence[int], to_phi: Array, to_dphi: Array) -> tuple[Array, Array]:
+def sensor_columns(
+    trajectory: Trajectory, columns: Sequence[int], to_phi: Array, to_dphi: Array
+) -> tuple[Array, Array]:
     """Derivatives of what sensors show, from those of the motion itself, to_phi and to_dphi (m, n): those to
     theta[columns] first."""
     phi, dphi, h = trajectory.phi_m, trajectory.dphi_m, trajectory.sampling_time
@@ -37,19 +41,20 @@ def shown_columns(trajectory: Trajectory, columns: Sequence[int], to_phi: Array,
     for signal, channel, p, first in trajectory.joint.channels_on(trajectory.theta, Signal.ANGLE, Signal.SPEED):
         wanted = [(places[first + i], i) for i in range(len(p)) if first + i in places]
         if signal is Signal.SPEED:
-            to_dphi = _with(channel.push(to_dphi, dphi, h, p), channel.partials(dphi, h, p), wanted)
+            to_dphi = _with_own(channel.push(to_dphi, dphi, h, p), channel.partials(dphi, h, p), wanted)
             dphi = channel.apply(dphi, h, p)
             continue
         analytic: Any = channel  # though typed for real signals only
-        turned = np.imag(analytic.push(dphi, phi + 1j * STEP * to_phi, h, p)) / STEP if to_phi.any() else 0.0
-        moving = np.imag(analytic.partials(phi + 1j * STEP * dphi, h, p)) / STEP
-        to_dphi = _with(channel.push(to_dphi, phi, h, p) + turned, moving, wanted)
-        to_phi = _with(channel.push(to_phi, phi, h, p), channel.partials(phi, h, p), wanted)
+        moved, moving = phi + 1j * COMPLEX_STEP * to_phi, phi + 1j * COMPLEX_STEP * dphi
+        by_angle = np.imag(analytic.push(dphi, moved, h, p)) / COMPLEX_STEP if to_phi.any() else 0.0
+        own = np.imag(analytic.partials(moving, h, p)) / COMPLEX_STEP
+        to_dphi = _with_own(channel.push(to_dphi, phi, h, p) + by_angle, own, wanted)
+        to_phi = _with_own(channel.push(to_phi, phi, h, p), channel.partials(phi, h, p), wanted)
         phi, dphi = channel.apply(phi, h, p), channel.push(dphi, phi, h, p)
     return to_phi, to_dphi
 
 
-def _with(columns: Array, own: Array, wanted: Sequence[tuple[int, int]]) -> Array:
+def _with_own(columns: Array, own: Array, wanted: Sequence[tuple[int, int]]) -> Array:
     """Columns (m, n) with a channel's own derivatives (p, n) added where they are wanted."""
     columns = columns.copy()
     for k, i in wanted:

@@ -17,7 +17,7 @@ from robotid.signals.differentiate import ParallelFilter
 from robotid.signals.frf import Frf
 from robotid.signals.metrics import fit_percent, rmse
 from robotid.signals.record import Record
-from robotid.signals.trace import thinned
+from robotid.signals.trace import downsampled
 from robotid.simulation.closed_loop.controller import Controller
 from robotid.validation.bode import bode
 from robotid.validation.closed_loop import loop_errors
@@ -133,7 +133,7 @@ def validate_record(model: FittedModel, simulated: Simulated, options: Validatio
         closed_loop=closed_loop,
         residual=residual_test(measured - output, record.tau_m),
         perturbation=NOT_PERTURBED if options.perturbation is None else perturb(model, simulated, options.perturbation),
-        trace=thinned(record.t, measured, output, model.unit),
+        trace=downsampled(record.t, measured, output, model.unit),
         remarks=(*remarks, *_moved(simulated, errors)),
     )
 

@@ -16,7 +16,7 @@ from robotid.signals.reference import Reference
 from robotid.simulation.closed_loop.controller import Controller
 from robotid.simulation.closed_loop.virtual_robot import VirtualRobot
 from robotid.simulation.sensitivities import sensitivities
-from robotid.simulation.sensors import shown, shown_columns
+from robotid.simulation.sensors import sensor_columns, sensor_signals
 from robotid.simulation.simulate import simulate
 from robotid.simulation.trajectory import Trajectory
 
@@ -38,9 +38,9 @@ def values(joint: Joint) -> Array:
 
 
 def signals(trajectory: Trajectory) -> Array:
-    """Angle and speed as shown, (2, n)."""
+    """Angle and speed as the sensors show them, (2, n)."""
     t = trajectory
-    return np.array(shown(t.joint, t.theta, t.sampling_time, t.phi_m, t.dphi_m))
+    return np.array(sensor_signals(t.joint, t.theta, t.sampling_time, t.phi_m, t.dphi_m))
 
 
 @on_sensors
@@ -49,7 +49,7 @@ def test_derivatives_are_those_of_differences(effect: str) -> None:
     theta, columns = values(joint), range(len(joint.names))
     trajectory = simulate(joint, theta, RECORD)
     rows = (joint.motor_angle, joint.motor_speed)
-    found = np.array(shown_columns(trajectory, columns, *sensitivities(trajectory, RECORD, columns, rows)))
+    found = np.array(sensor_columns(trajectory, columns, *sensitivities(trajectory, RECORD, columns, rows)))
     for k in columns:
         step = 1e-5 * theta[k] * (np.arange(len(theta)) == k)
         ahead, behind = (signals(simulate(joint, theta + s * step, RECORD, guess=trajectory.x)) for s in (1, -1))
@@ -64,7 +64,7 @@ def test_first_states_act_through_a_rippling_encoder() -> None:
     x0 = simulate(joint, theta, RECORD).x[:, 0]
     trajectory = simulate(joint, theta, RECORD, x0)
     inner = sensitivities(trajectory, RECORD, (), (angle, joint.motor_speed), range(joint.nx))
-    found = np.array(shown_columns(trajectory, (), *inner))
+    found = np.array(sensor_columns(trajectory, (), *inner))
     step = 1e-4 * (np.arange(joint.nx) == angle)
     ahead, behind = (signals(simulate(joint, theta, RECORD, x0 + s * step, trajectory.x)) for s in (1, -1))
     assert found[:, angle] == pytest.approx((ahead - behind) / 2e-4, abs=1e-6)
@@ -90,7 +90,7 @@ def test_channels_act_in_the_order_of_the_structure() -> None:
     )
     angle = np.linspace(0.0, 9.0, 50)
     late = CHANNELS["sensor_delay"].apply(angle, SAMPLING_TIME, [1e-3])
-    phi, _ = shown(joint, theta.values, SAMPLING_TIME, angle, 0 * angle)
+    phi, _ = sensor_signals(joint, theta.values, SAMPLING_TIME, angle, 0 * angle)
     assert phi == pytest.approx(late + 0.1 * np.sin(late), abs=1e-12)
 
 
@@ -102,7 +102,7 @@ def test_the_virtual_robot_shows_and_sees_what_its_sensors_show(effect: str) -> 
     record = VirtualRobot(joint, theta, controller).record(reference, 0)
     x, torque = VirtualRobot(joint, theta, controller).follow(reference)
     phi_m, dphi_m = x[joint.motor_states]
-    phi, dphi = shown(joint, theta, SAMPLING_TIME, phi_m, dphi_m)
+    phi, dphi = sensor_signals(joint, theta, SAMPLING_TIME, phi_m, dphi_m)
     assert np.array_equal(record.phi_m, phi)
     assert np.array_equal(record.dphi_m, dphi)
     distorted = np.abs(dphi - dphi_m).max() if effect.startswith("speed") else np.abs(phi - phi_m).max()

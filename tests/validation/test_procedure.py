@@ -12,7 +12,7 @@ from support.paper_joint import STRUCTURE, TRUTH
 from robotid.catalogue import assemble
 from robotid.estimate.fitted_model import FittedModel
 from robotid.model.structure import Structure
-from robotid.signals.trace import LONGEST_TRACE
+from robotid.signals.trace import MAX_SAMPLES
 from robotid.validation.procedure import ValidationOptions, validate_model
 
 OPTIONS = ValidationOptions(perturbation=20.0, controller=CONTROLLER)
@@ -81,5 +81,5 @@ def test_traces_of_long_records_are_thinned():
         ref_kind=None,
     )
     trace = validate_model(model({}), (long,), (), ValidationOptions()).records["small"].trace
-    assert len(trace.t) == len(trace.measured) == len(trace.simulated) <= LONGEST_TRACE < len(long)
+    assert len(trace.t) == len(trace.measured) == len(trace.simulated) <= MAX_SAMPLES < len(long)
     assert trace.t[-1] == pytest.approx(long.t[-1], abs=0.01)

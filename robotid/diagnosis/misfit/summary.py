@@ -16,14 +16,14 @@ from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array
 from robotid.model.units import on_axis
 from robotid.signals.record import Quantity
-from robotid.signals.trace import Trace, thinned
+from robotid.signals.trace import Trace, downsampled
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MisfitLocation:
     """Where a model is wrong.
 
-    floors : noise floor by record, in the unit of the output; missing : the missing torque by record, thinned, and what
+    floors : noise floor by record, in the unit of the output; missing : the missing torque by record, and what
     causes supply of it [Nm]; curves : along every variable, what orders it best first.
     """
 
@@ -98,4 +98,4 @@ def _trace(name: str, found: Sequence[MissingTorque], left: dict[str, Array]) ->
     torque = _torques(own)[name]
     supplied = torque - left[name] if name in left and len(left[name]) == len(torque) else np.zeros(len(torque))
     linear = any(one.segment.trajectory.joint.structure.linear for one in own)
-    return thinned(t, torque, supplied, on_axis(linear=linear)("Nm"))
+    return downsampled(t, torque, supplied, on_axis(linear=linear)("Nm"))

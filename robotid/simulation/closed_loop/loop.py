@@ -23,7 +23,7 @@ from robotid.simulation.friction.crossing import linearise_steps
 from robotid.simulation.friction.step import Steps
 from robotid.simulation.newton.problem import TOLERANCE, Problem
 from robotid.simulation.newton.solver import integrate
-from robotid.simulation.sensors import shown
+from robotid.simulation.sensors import sensor_signals
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,7 +118,7 @@ class ClosedLoop:
     def _seen(self, at: slice, x: Array) -> tuple[Array, Array]:
         """Angle and speed as their sensors show them at nodes x (nx + 1, m), before noise."""
         self._motion[:, at] = x[self.joint.motor_states]
-        phi, dphi = shown(self.joint, self._controlled.theta, self.sampling_time, *self._motion[:, : at.stop])
+        phi, dphi = sensor_signals(self.joint, self._controlled.theta, self.sampling_time, *self._motion[:, : at.stop])
         return phi[at], dphi[at]
 
     def _error_gain(self) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
 from robotid.simulation.closed_loop.loop import ControlledJoint, quantise
-from robotid.simulation.sensors import shown
+from robotid.simulation.sensors import sensor_signals
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,7 +30,7 @@ class VirtualRobot(ControlledJoint):
         n = len(reference.ref)
         noise = self.speed_noise * rng.standard_normal(n)
         x, torque = self.follow(reference, noise)
-        phi_m, dphi_m = shown(self.joint, self.theta, reference.sampling_time, *x[self.joint.motor_states])
+        phi_m, dphi_m = sensor_signals(self.joint, self.theta, reference.sampling_time, *x[self.joint.motor_states])
         return Record(
             name=reference.name,
             role="estimate",
