@@ -8,12 +8,13 @@ ROBOTID := $(BIN)/robotid
 RUN := runs/$(basename $(notdir $(CONFIG)))
 STAMP := $(VENV)/.installed
 
-.PHONY: help install demo test check compatibility bench trials picture docs pipeline clean
+.PHONY: help install demo test slow check compatibility bench trials picture docs pipeline clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo       set up, and identify the example in data/"
 	@echo "make test       set up, and run the tests"
+	@echo "make slow       the long trials that make test leaves out"
 	@echo "make check      formatting, lint, types, import contracts"
 	@echo "make compatibility   a fresh install on the lowest and newest versions, on every Python of this machine"
 	@echo "make bench      speed beside other tools, as ratios"
@@ -38,7 +39,10 @@ demo: $(STAMP)
 	$(ROBOTID) run configs/demo.yaml
 
 test: $(STAMP)
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+
+slow: $(STAMP)
+	$(BIN)/python -m pytest -n 2 -m slow
 
 # COMPATIBILITY='--python python3.13 --only lowest' selects; environments are kept in .compatibility/.
 compatibility:

@@ -12,10 +12,10 @@ from study.trials.trial import Result, run
 
 EFFECTS = (
     "effect-motor_stribeck-large-0",
-    "effect-motor_position_friction-large-0",
-    "effect-gear_soft_spring-large-0",
-    "effect-arm_coulomb-large-0",
     "effect-torque_torque_delay-large-0",
+    pytest.param("effect-motor_position_friction-large-0", marks=pytest.mark.slow),
+    pytest.param("effect-gear_soft_spring-large-0", marks=pytest.mark.slow),
+    pytest.param("effect-arm_coulomb-large-0", marks=pytest.mark.slow),
 )
 
 
@@ -52,7 +52,7 @@ def test_an_effect_of_no_catalogue_is_told_as_unknown_with_its_shape(tmp_path: P
     assert result.correlation >= SHAPE
 
 
-@pytest.mark.parametrize("number", [0, 3])
+@pytest.mark.parametrize("number", [0, pytest.param(3, marks=pytest.mark.slow)])
 def test_nothing_is_named_on_a_clean_machine(number: int, tmp_path: Path) -> None:
     result, _ = tried(f"clean-none-{number}", tmp_path)
     assert (result.verdict, result.causes) == ("clean", ())
