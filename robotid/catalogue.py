@@ -1,4 +1,4 @@
-"""From names to a joint: the one place where structures meet the registries of effects."""
+"""From names to effects and joints: the one place where structures meet the registries of effects."""
 
 from __future__ import annotations
 
@@ -7,10 +7,15 @@ from typing import TypeVar
 
 from robotid.channels import CHANNELS
 from robotid.errors import ConfigError
+from robotid.model.channel import Channel
 from robotid.model.joint import Joint
 from robotid.model.port import Port, Signal
 from robotid.model.structure import Structure
+from robotid.model.term import Term
 from robotid.terms import TERMS
+
+EFFECTS: dict[str, Term | Channel] = {**TERMS, **CHANNELS}
+"""Every effect by name."""
 
 E = TypeVar("E")
 

@@ -1,0 +1,3 @@
+"""Results on disk. Order of reading: `provenance` (where an artifact comes from, and digests), `codec` (a dataclass as
+an HDF5 group), `layout` (which fields a class has), `store` (artifacts as files that are whole or absent, and checked).
+"""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from robotid.catalogue import EFFECTS
 from robotid.cli.console import print_json, print_tables
-from robotid.config.effects import EFFECTS, effect_named
+from robotid.config.effects import effect_named
 from robotid.model.describe import describe
 from robotid.report.tables import effects
 

@@ -25,7 +25,7 @@ STATES = {"made": "green", "fresh": "dim", "yes": "yellow", "no": "dim"}
 
 
 @dataclass(frozen=True, slots=True)
-class Manner:
+class StageOptions:
     """How stages are run and shown. figures, form : folder and format of the report's figures."""
 
     as_json: bool = False
@@ -41,54 +41,54 @@ def open_run(config: Path, out: Path | None, overrides: Sequence[str]) -> Run:
     return Run(load(config, overrides), out or Path("runs") / config.stem)
 
 
-def perform(stage: str | None, run: Run, manner: Manner) -> None:
+def perform(stage: str | None, run: Run, options: StageOptions) -> None:
     """Run one stage, or all of them, and print what came of it. Raises what the stages raise."""
     done: list[Outcome] = []
     failure = None
-    with watching(quiet=manner.quiet or manner.dry_run) as log:
+    with watching(quiet=options.quiet or options.dry_run) as log:
         try:
-            for outcome in _outcomes(stage, run, manner, log):
+            for outcome in _outcomes(stage, run, options, log):
                 done.append(outcome)
-                print_message(_line(outcome), quiet=manner.quiet or manner.dry_run)
+                print_message(_line(outcome), quiet=options.quiet or options.dry_run)
         except ThresholdError as error:
             failure = error
             done.append(_kept(stage or VALIDATE.name, run))
             if stage is None:
-                done.append(_reported(run, manner, log))
-    if manner.dry_run:
-        _print_plan(run, done, manner)
+                done.append(_reported(run, options, log))
+    if options.dry_run:
+        _print_plan(run, done, options)
         return
-    _print_results(stage, run, done, manner)
+    _print_results(stage, run, done, options)
     if failure is not None:
         raise failure
     if any(outcome.interrupted for outcome in done):
         print_message("interrupted; what was reached is saved, and the next run begins this stage again")
-    for line in () if manner.quiet else closing(run, stage, done):
+    for line in () if options.quiet else closing(run, stage, done):
         print_message(line)
     if any(outcome.interrupted for outcome in done):
         raise typer.Exit(INTERRUPTED)
 
 
-def _outcomes(stage: str | None, run: Run, manner: Manner, log: Log | None) -> Iterator[Outcome]:
+def _outcomes(stage: str | None, run: Run, options: StageOptions, log: Log | None) -> Iterator[Outcome]:
     if stage is None:
         outcome = None
-        for outcome in execute_all(run, force=manner.force, dry_run=manner.dry_run, log=log):
+        for outcome in execute_all(run, force=options.force, dry_run=options.dry_run, log=log):
             yield outcome
         if outcome is not None and not outcome.interrupted:
-            yield _reported(run, manner, log, would_change=manner.dry_run and outcome.why != FRESH)
+            yield _reported(run, options, log, would_change=options.dry_run and outcome.why != FRESH)
     elif stage == REPORT.name:
-        yield _reported(run, manner, log)
+        yield _reported(run, options, log)
     else:
-        yield execute(run, stage, force=manner.force, dry_run=manner.dry_run, log=log)
+        yield execute(run, stage, force=options.force, dry_run=options.dry_run, log=log)
 
 
-def _reported(run: Run, manner: Manner, log: Log | None, *, would_change: bool = False) -> Outcome:
+def _reported(run: Run, options: StageOptions, log: Log | None, *, would_change: bool = False) -> Outcome:
     if would_change:
         return Outcome(REPORT.name, run.file(REPORT), False, AFTER_ANOTHER)
     from robotid.cli.report import make_report
 
     return make_report(
-        run, force=manner.force, dry_run=manner.dry_run, log=log, figures=manner.figures, form=manner.form
+        run, force=options.force, dry_run=options.dry_run, log=log, figures=options.figures, form=options.form
     )
 
 
@@ -103,22 +103,22 @@ def _line(outcome: Outcome) -> str:
     return f"{outcome.stage}: {outcome.file} written in {fixed(outcome.seconds)} s ({outcome.why})"
 
 
-def _print_plan(run: Run, plan: Sequence[Outcome], manner: Manner) -> None:
-    if manner.as_json:
+def _print_plan(run: Run, plan: Sequence[Outcome], options: StageOptions) -> None:
+    if options.as_json:
         print_json({"out": str(run.out), "stages": [_entry(o) for o in plan]})
         return
     rows = tuple((o.stage, "no" if o.why == FRESH else "yes", o.why, str(o.file)) for o in plan)
     print_tables([Table("", ("stage", "would run", "why", "file"), rows, styles=STATES)])
 
 
-def _print_results(stage: str | None, run: Run, done: Sequence[Outcome], manner: Manner) -> None:
+def _print_results(stage: str | None, run: Run, done: Sequence[Outcome], options: StageOptions) -> None:
     shown = done[-1:] if stage is not None else _of_a_run(done)
-    if manner.as_json and stage is not None:
+    if options.as_json and stage is not None:
         print_json(PRODUCTS[stage].view().document(shown[-1].content))
-    elif manner.as_json:
+    elif options.as_json:
         results: dict[str, Json] = {o.stage: PRODUCTS[o.stage].view().document(o.content) for o in shown}
         print_json({"out": str(run.out), "stages": [_entry(o) for o in done], **results})
-    elif not manner.quiet:
+    elif not options.quiet:
         linear = run.loaded.config.robot.linear
         tables = [in_units_of_axis(table, linear=linear) for o in shown for table in _tables(o, brief=stage is None)]
         print_tables(tables if stage is not None else [_summary(done), *tables])

@@ -55,19 +55,19 @@ def _report(
     dry_run: DryRun = False,
     debug: Debug = False,
 ) -> None:
-    manner = {"as_json": as_json, "quiet": quiet, "force": force, "dry_run": dry_run, "figures": figures, "form": form}
-    _perform(REPORT.name, config, out, overrides, jobs, **manner)
+    options = {"as_json": as_json, "quiet": quiet, "force": force, "dry_run": dry_run, "figures": figures, "form": form}
+    _perform(REPORT.name, config, out, overrides, jobs, **options)
 
 
 def _perform(
-    stage: str | None, config: Path, out: Path | None, overrides: list[str] | None, jobs: int | None, **manner: Any
+    stage: str | None, config: Path, out: Path | None, overrides: list[str] | None, jobs: int | None, **options: Any
 ) -> None:
-    """A stage, or all of them. manner : as of `robotid.cli.perform.Manner`."""
+    """A stage, or all of them. options : as of `robotid.cli.perform.StageOptions`."""
     limit_threads(jobs)
-    from robotid.cli.perform import Manner, open_run, perform
+    from robotid.cli.perform import StageOptions, open_run, perform
 
     try:
-        perform(stage, open_run(config, out, overrides or []), Manner(**manner))
+        perform(stage, open_run(config, out, overrides or []), StageOptions(**options))
     except KeyboardInterrupt:
         print_message("interrupted")
         raise typer.Exit(INTERRUPTED) from None

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import inf
 
+from robotid.catalogue import EFFECTS
 from robotid.channels import CHANNELS
 from robotid.config.robot import Effects
 from robotid.config.schema import Config
@@ -76,7 +77,7 @@ def _placed(place: str, effect: str, loc: tuple[Step, ...]) -> Iterator[Problem]
     """Whether an effect exists and may act where it is listed."""
     if effect not in TERMS and effect not in CHANNELS:
         known: Mapping[str, object] = CHANNELS if place in list(Signal) else TERMS
-        hint = suggest(effect, known, many=0) or suggest(effect, {**TERMS, **CHANNELS}, many=0)
+        hint = suggest(effect, known, many=0) or suggest(effect, EFFECTS, many=0)
         yield Problem(loc, f'there is no effect "{effect}"', hint or "`robotid explain` lists them all")
         return
     allowed = [str(p) for p in (TERMS[effect].ports if effect in TERMS else CHANNELS[effect].signals)]

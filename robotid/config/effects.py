@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from robotid.channels import CHANNELS
+from robotid.catalogue import EFFECTS
 from robotid.config.suggest import suggest
 from robotid.errors import ConfigError
 from robotid.model.channel import Channel
 from robotid.model.describe import describe
 from robotid.model.term import Term
-from robotid.terms import TERMS
-
-EFFECTS: dict[str, Term | Channel] = {**TERMS, **CHANNELS}
-"""Every effect of the catalogue by name."""
 
 
 def effect_named(name: str) -> Term | Channel:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from robotid.config.effects import EFFECTS, effect_named
+from robotid.catalogue import EFFECTS
+from robotid.config.effects import effect_named
 from robotid.display import Displayed
 from robotid.model.describe import Description, describe
 from robotid.report.display import Columns, View, shows

@@ -6,21 +6,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from math import isfinite
 
-from robotid.channels import CHANNELS
+from robotid.catalogue import EFFECTS
 from robotid.diagnosis.results import Cause, Diagnosis
 from robotid.estimate.result import Estimate
 from robotid.extension.results import Extension, Score
-from robotid.model.channel import Channel
 from robotid.model.structure import RECORD_CHANGE, changed
-from robotid.model.term import Term
 from robotid.report.drawing.location import best_of_each, variable
 from robotid.report.findings import Findings
 from robotid.report.numbers import fixed, listed, percent, significant
 from robotid.report.style.axes import axis_label
-from robotid.terms import TERMS
 from robotid.validation.results import RecordValidation
 
-EFFECTS: dict[str, Term | Channel] = {**TERMS, **CHANNELS}
 MAX_NAMED = 3  # records that are named one by one
 MIN_REMAINING = 0.1  # of the noise: what is less is called nothing
 MIN_ORDER = 0.2  # share of the variance from which a variable is named

@@ -6,8 +6,8 @@ import json
 
 import pytest
 
+from robotid.catalogue import EFFECTS
 from robotid.cli.app import main
-from robotid.config.effects import EFFECTS
 from robotid.model.describe import describe
 
 
