@@ -77,6 +77,12 @@ def test_code_cites_only_pages_of_the_manual() -> None:
     assert {(path, name) for path, name in cited if name not in known} == set()
 
 
+def test_every_package_has_its_place_in_the_architecture() -> None:
+    packages = {path.name for path in (ROOT / "robotid").iterdir() if path.is_dir() and path.name != "__pycache__"}
+    listed = re.findall(r"`robotid/(\w+)`", (FOLDER / "architecture.md").read_text(encoding="utf-8"))
+    assert packages == set(listed)
+
+
 @pytest.mark.parametrize("page", PAGES, ids=NAMES)
 def test_the_words_are_those_of_the_field(page: Page) -> None:
     assert DIALECT.findall(page.text) == []
