@@ -23,7 +23,7 @@ def better_curve(state: SearchState) -> FittedCurve | None:
         return None
     again = refit(first.structure, [first.parameters], data, first.trajectories, CAREFUL)  # by the noise as it is now
     explained = _least_share(again, data, again.energy - last.energy, again.validation_energy - last.validation_energy)
-    if explained > _sufficient_share(data):
+    if explains_enough(explained, data):
         return None
     curve = next(iter(fit_curves(again, data)), None)
     alone = len(last.structure.effects) == len(first.structure.effects) + 1
@@ -34,9 +34,9 @@ def better_curve(state: SearchState) -> FittedCurve | None:
     return None if stands(explained, curve_share, data, alone=alone) else curve
 
 
-def _sufficient_share(data: EvaluationData) -> float:
-    """Share of the misfit that causes must explain to stand beside any curve."""
-    return ACCEPTANCE.complete_share if data.noise_reached else ACCEPTANCE.imitation_share
+def explains_enough(explained: float, data: EvaluationData) -> bool:
+    """Whether causes that explain this share of the misfit stand beside any curve."""
+    return explained > (ACCEPTANCE.complete_share if data.noise_reached else ACCEPTANCE.imitation_share)
 
 
 def _least_share(model: RefittedModel, data: EvaluationData, energy: float, validation_energy: float) -> float:

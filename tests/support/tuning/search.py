@@ -1,0 +1,300 @@
+"""Checks of the constants of the search."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
+from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
+from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
+from robotid.diagnosis.scoring.catalogue_candidates import term_candidate
+from robotid.diagnosis.scoring.projection import Projected
+from robotid.diagnosis.scoring.ranking import CandidateScan, Round
+from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandidate
+from robotid.diagnosis.scoring.score_test import Score
+from robotid.diagnosis.search import record_changes, refits, search, unexplained
+from robotid.diagnosis.search.acceptance import (
+    Step,
+    collinear,
+    explains_too_little,
+    has_lost_its_worth,
+    indistinguishable_energy,
+)
+from robotid.diagnosis.search.data import _is_unchanged
+from robotid.diagnosis.search.refits import hopeful, is_complete, keeps_promise, other_points, refit_hopeful, rivals
+from robotid.diagnosis.search.settings import ACCEPTANCE, CHANGES, CHOICE
+from robotid.diagnosis.search.state import AcceptedCause, SearchResult, SearchState
+from robotid.diagnosis.search.unexplained import explains_enough, stands, with_unexplained
+from robotid.errors import NumericsError
+from robotid.model.array import Array
+from robotid.model.parameters import Parameters
+from robotid.model.port import Port
+from robotid.terms import TERMS
+from support.plain_models import plain_data, plain_model, plain_segment
+from support.tuning import sees
+
+ANYTHING = Criteria(significance=2.0, min_improvement_sigma=0.0, max_refits=1, skip=("record_change",))
+
+
+def friction(energy: float, directions: Array | None = None) -> Score:
+    """Quadratic friction as it might score."""
+    candidate = term_candidate(Port.MOTOR, TERMS["quadratic_friction"], (0.0,))
+    return Score(candidate, energy, (2e-3,), np.eye(3)[:, :1] if directions is None else directions, np.zeros(3))
+
+
+def cogging(n: float, energy: float = 100.0) -> Score:
+    """Cogging of so many periods a turn as it might score."""
+    return Score(
+        term_candidate(Port.MOTOR, TERMS["cogging"], (0.0, 0.0, n)), energy, (1.0, 1.0), np.eye(3), np.zeros(3)
+    )
+
+
+def state(energy: float, *scores: Score) -> SearchState:
+    """A search whose model leaves an energy, on a thousand samples, and scored so."""
+    model = plain_model(energy)
+    nothing = np.zeros((1, 0))
+    projected = Projected(nothing, np.array([np.sqrt(energy)]), nothing, np.eye(3), np.zeros((3, 1)))
+    rounds = (Round(model, projected, scores, 1.0),) if scores else ()
+    return SearchState(model, model, plain_data(), CandidateScan(model, (), ()), rounds=rounds)
+
+
+@sees(CHOICE, "hopeful_share")
+def check_half_of_the_best_score_is_hopeful() -> None:
+    assert len(hopeful([friction(100.0), friction(55.0), friction(45.0)])) == 2
+
+
+@sees(CHOICE, "rival_share")
+def check_nine_tenths_of_the_best_score_rival_it() -> None:
+    assert rivals(friction(92.0), friction(100.0))
+    assert not rivals(friction(88.0), friction(100.0))
+
+
+@sees(CHOICE, "complete_share")
+def check_all_but_a_few_per_cent_is_everything() -> None:
+    assert is_complete(98.0, 100.0)
+    assert not is_complete(96.0, 100.0)
+
+
+@sees(CHOICE, "max_rounds")
+def check_three_rounds_of_candidates_are_refitted() -> None:
+    tried = list[str]()
+    names = [n for n in TERMS if any(p.null is not None for p in TERMS[n].parameters)]
+    scores = [replace(friction(90.0), candidate=replace(friction(1.0).candidate, name=name)) for name in names]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(refits, "_refits", lambda chosen, *_: [tried.append(s.candidate.name) for s in chosen] and [])
+        refit_hopeful(state(2000.0, *scores), ANYTHING, lambda _: None)
+    assert len(tried) == 3
+
+
+def asked_of_refit(one: SearchState) -> tuple[list[Parameters], Any]:
+    """The starts and options with which the best candidate is refitted."""
+    asked = list[tuple[list[Parameters], Any]]()
+
+    def refit(_: Any, starts: list[Parameters], data: Any, near: Any, options: Any) -> RefittedModel:
+        asked.append((starts, options))
+        raise NumericsError("no")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(refits, "refit", refit)
+        list(refits._refits(one.round.scores, one, lambda _: None))
+    return asked[0]
+
+
+@sees(CHOICE, "start_ways")
+def check_refits_start_the_whole_way_half_of_it_and_a_tenth() -> None:
+    starts, _ = asked_of_refit(state(2000.0, friction(100.0)))
+    assert [start["motor.quadratic_friction.Fq"] for start in starts] == pytest.approx([2e-3, 1e-3, 2e-4])
+
+
+@sees(CHOICE, "good_start")
+def check_a_start_that_leaves_half_is_good() -> None:
+    _, options = asked_of_refit(state(2000.0, friction(100.0)))
+    assert options.start_below == pytest.approx(1000.0)
+
+
+@sees(CHOICE, "doubtful_share")
+def check_a_periodic_effect_is_doubtful_below_half_of_the_misfit() -> None:
+    def others(share: float) -> int:
+        scores = [cogging(n, 1000.0 * share) for n in (3.0, 6.0)]
+        return len(refits._elsewhere(scores[:1], state(2000.0, *scores)))
+
+    assert others(0.45) == 1
+    assert others(0.55) == 0
+
+
+@sees(CHOICE, "kept_promise")
+def check_a_refit_keeps_a_promise_by_four_fifths() -> None:
+    before = plain_model(2000.0)
+    assert keeps_promise(1000.0, before, plain_model(1180.0))
+    assert not keeps_promise(1000.0, before, plain_model(1220.0))
+
+
+@sees(CHOICE, "other_points")
+def check_two_other_points_are_tried() -> None:
+    assert len(other_points(cogging(1.0), [cogging(n) for n in (1.0, 2.0, 4.0, 8.0, 16.0)])) == 2
+
+
+@sees(CHOICE, "neighbour_distance")
+def check_points_closer_than_a_tenth_are_neighbours() -> None:
+    assert not other_points(cogging(6.0), [cogging(6.5)])
+    assert other_points(cogging(6.0), [cogging(6.8)])
+
+
+@sees(ACCEPTANCE, "unchanged_share")
+def check_a_refit_that_changes_two_per_cent_has_changed() -> None:
+    def unchanged(share: float) -> bool:
+        before = plain_segment(1000.0)
+        after = replace(before, residual=before.residual + np.sqrt(share))
+        return _is_unchanged([before], plain_model(1000.0, fitted=(after,)))
+
+    assert unchanged(0.018)
+    assert not unchanged(0.022)
+
+
+@sees(ACCEPTANCE, "same_share")
+def check_of_a_large_misfit_two_per_cent_are_no_difference() -> None:
+    assert indistinguishable_energy(1e5, 1.0) == pytest.approx(2000.0)
+
+
+@sees(ACCEPTANCE, "same_energy")
+def check_of_a_small_misfit_chance_decides() -> None:
+    assert indistinguishable_energy(500.0, 1.0) == pytest.approx(12.0)
+
+
+@sees(ACCEPTANCE, "max_same_share")
+def check_a_tenth_is_a_difference_whatever_chance_may_do() -> None:
+    assert indistinguishable_energy(50.0, 1.0) == pytest.approx(5.0)
+
+
+@sees(ACCEPTANCE, "least_share")
+def check_a_thousandth_of_the_misfit_is_too_little() -> None:
+    def step(share: float) -> Step:
+        return Step(plain_model(2000.0), plain_model(2000.0), plain_model(2000.0 - 1000.0 * share), plain_data())
+
+    assert explains_too_little(step(1.2e-3), ANYTHING) is None
+    assert explains_too_little(step(0.8e-3), ANYTHING) is not None
+
+
+@sees(ACCEPTANCE, "worthless_share")
+def check_a_cause_that_explains_a_tenth_of_what_it_did_has_lost_its_worth() -> None:
+    assert has_lost_its_worth(0.04, 0.5)
+    assert not has_lost_its_worth(0.06, 0.5)
+
+
+@sees(ACCEPTANCE, "collinear_cosine")
+def check_columns_at_an_angle_of_three_degrees_are_told_apart() -> None:
+    def names(degrees: float) -> list[str]:
+        angle = np.radians(degrees)
+        other = friction(1.0, np.array([[np.cos(angle)], [np.sin(angle)], [0.0]]))
+        seen = state(2000.0, other).round
+        return collinear(friction(1.0), seen)
+
+    assert names(2.0)
+    assert not names(3.0)
+
+
+def left_curve(share: float) -> SearchResult:
+    """A result that leaves a curve of this share of a misfit, if that is worth a word."""
+    curve = FittedCurve(None, None, 1000.0 * share, np.zeros(1), np.zeros(3), 500.0)  # type: ignore[arg-type]
+    seen = state(2000.0, friction(1.0))
+    result = SearchResult(seen.data, seen.first, seen.model, (), (), seen.rounds)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(unexplained, "fit_curves", lambda *_: [curve])
+        patch.setattr(unexplained, "fit_acting", lambda *_: curve)
+        return with_unexplained(result, ANYTHING)
+
+
+@sees(ACCEPTANCE, "unknown_share")
+def check_a_curve_of_a_tenth_of_the_misfit_is_news() -> None:
+    assert left_curve(0.12).curve is not None
+    assert left_curve(0.08).curve is None
+
+
+@sees(ACCEPTANCE, "imitation_share")
+def check_causes_that_explain_seven_tenths_of_a_curve_stand_beside_torque_errors() -> None:
+    data = plain_data(noise_reached=False)
+    assert stands(0.72, 1.0, data, alone=True)
+    assert not stands(0.68, 1.0, data, alone=True)
+
+
+@sees(ACCEPTANCE, "complete_share")
+def check_causes_that_explain_nearly_all_stand_beside_any_curve() -> None:
+    assert explains_enough(0.98, plain_data())
+    assert not explains_enough(0.96, plain_data())
+
+
+@sees(ACCEPTANCE, "clear_share")
+def check_two_causes_must_be_clearly_better_than_a_curve_and_one_may_be_a_little_worse() -> None:
+    assert stands(0.885, 0.9, plain_data(), alone=True)
+    assert not stands(0.875, 0.9, plain_data(), alone=True)
+    assert stands(0.925, 0.9, plain_data(), alone=False)
+    assert not stands(0.915, 0.9, plain_data(), alone=False)
+
+
+@sees(ACCEPTANCE, "trusted_causes")
+def check_two_causes_are_trusted_before_they_are_compared_with_a_curve() -> None:
+    asked = list[int]()
+    model = plain_model(2000.0)
+    cause = AcceptedCause("motor.cogging", 0.5, 1.0, 0.0, ("motor.cogging",), model, model)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(SearchState, "scored", lambda self, _: replace(self, rounds=(*self.rounds, None)))
+        patch.setattr(SearchState, "with_model", lambda self, *_: self)
+        patch.setattr(search, "add_cause", lambda one, *_: one.with_cause(cause))
+        patch.setattr(search, "drop_worthless", lambda one, *_: one)
+        patch.setattr(search, "renew_noise", lambda one: one)
+        patch.setattr(search, "better_curve", lambda one: asked.append(len(one.causes)))
+        patch.setattr(search, "with_unexplained", lambda result, _: result)
+        search.find_causes(state(2000.0), ANYTHING, lambda _: None)
+    assert asked == [2, 4]
+
+
+@sees(CHANGES, "loud_energy")
+def check_a_record_with_twice_the_usual_energy_asks_for_a_reason() -> None:
+    assert record_changes.asks_for_a_reason(plain_segment(2 * 1100.0), 1.0)
+    assert not record_changes.asks_for_a_reason(plain_segment(2 * 900.0), 1.0)
+
+
+def best_change(*explained: float) -> record_changes.RecordChange | None:
+    """The change that is reported where the first parameters explain these shares of a misfit."""
+    model, before = plain_model(1000.0), plain_segment(2000.0)
+
+    def simulated(_: Any, segment: Segment, candidate: RecordChangeCandidate, value: float) -> SegmentFit:
+        return plain_segment(2000.0 - 1000.0 * ([*explained, 0.0, 0.0, 0.0])[candidate.column])
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(record_changes, "_fitted_value", lambda *_: 0.1)
+        patch.setattr(record_changes, "_simulated", simulated)
+        return record_changes._best(model, Segment(before.record, UNIT_WHITENING), before, 1.0)
+
+
+@sees(CHANGES, "confirmed_share")
+def check_a_change_must_remove_a_fifth_of_the_misfit() -> None:
+    assert best_change(0.22) is not None
+    assert best_change(0.18) is None
+
+
+@sees(CHANGES, "same_share")
+def check_changes_two_per_cent_apart_are_told_apart() -> None:
+    found = best_change(0.5, 0.485, 0.475)
+    assert found is not None
+    assert len(found.twins) == 2
+
+
+@sees(CHANGES, "max_iterations")
+def check_a_change_is_fitted_in_six_iterations() -> None:
+    asked = list[Any]()
+
+    def solve(problem: Any, start: Array, options: Any) -> Any:
+        asked.append(options)
+        return SimpleNamespace(evaluation=None)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(record_changes, "solve", solve)
+        record_changes._run(plain_model(1000.0), Segment(plain_segment(1.0).record, UNIT_WHITENING), None, None)
+    assert 5 <= asked[0].max_iterations <= 8  # of one parameter, where the model is right but for it

@@ -1,0 +1,52 @@
+"""Checks of the constants of the verdict."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robotid.diagnosis.experiment import default_speed_controller
+from robotid.diagnosis.scoring.score_test import Score
+from robotid.diagnosis.search.state import SearchResult
+from robotid.diagnosis.settings import VERDICT
+from robotid.diagnosis.verdict import _rejected, _word
+from support.plain_models import plain_model
+from support.tuning import sees
+from support.tuning.search import friction, state
+
+
+def result(energy: float, *scores: Score) -> SearchResult:
+    seen = state(energy, *scores)
+    return SearchResult(seen.data, seen.first, seen.model, (), (), seen.rounds)
+
+
+def named(k: int) -> Score:
+    return replace(friction(10.0), candidate=replace(friction(1.0).candidate, name=f"motor.effect{k}"))
+
+
+@sees(VERDICT, "max_rejected")
+def check_a_dozen_effects_are_listed() -> None:
+    assert len(list(_rejected(result(2000.0, *map(named, range(50))), "unknown"))) == 12
+
+
+@sees(VERDICT, "clear_misfit")
+def check_a_misfit_of_twice_the_noise_is_something() -> None:
+    found = result(2000.0, friction(1.0))
+    assert _word(found, 1.9, 1.0) == "clean"
+    assert _word(found, 2.1, 1.0) == "unknown"
+
+
+@sees(VERDICT, "chance")
+def check_a_share_is_of_no_less_misfit_than_chance_makes() -> None:
+    # a thousand samples: the energy of their noise has a standard deviation of root 2000
+    (one,) = _rejected(result(1000.0, friction(20.0)), "unknown")
+    assert one.explained == pytest.approx(20.0 / (3 * np.sqrt(2000.0)))
+
+
+@sees(VERDICT, "speed_bandwidth")
+def check_a_speed_loop_is_closed_at_five_hertz() -> None:
+    model = plain_model(1.0)
+    inertia = model.parameters["motor.inertia.J"]
+    assert default_speed_controller(model).kp / inertia == pytest.approx(2 * np.pi * 5.0)
