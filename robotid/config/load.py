@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import yaml
 from pydantic import ValidationError
@@ -79,9 +80,18 @@ def parse(text: str, name: str = "configuration", overrides: Sequence[str] = ())
 
 
 def from_plain(sections: Mapping[str, object]) -> Config:
-    """Check a configuration that is given as plain mappings, lists, words and numbers, and complete it. Raises
-    ConfigError."""
-    return parse(yaml.safe_dump(dict(sections), sort_keys=False))
+    """Check a configuration that is given as mappings, sequences, words and numbers, those of NumPy as well, and
+    complete it. Raises ConfigError."""
+    return parse(yaml.safe_dump(_built_in(sections), sort_keys=False))
+
+
+def _built_in(value: Any) -> Any:
+    """A value made of Python's own types alone."""
+    if isinstance(value, Mapping):
+        return {str(key): _built_in(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_built_in(one) for one in value]
+    return value.item() if hasattr(value, "item") else value
 
 
 def _written(root: MappingNode) -> dict[str, Plain]:

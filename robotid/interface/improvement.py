@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from robotid.diagnosis import Criteria, Diagnosis, DiagnosisOptions
 from robotid.diagnosis import diagnose as diagnose_model
 from robotid.diagnosis.experiment import Experiments
 from robotid.errors import ConfigError
-from robotid.extension import Extension, effects_to_add, extension_task, with_gains
+from robotid.extension import Extension, ExtensionTask, effects_to_add, extension_task, with_gains
 from robotid.extension import extend as extend_model
 from robotid.interface.dataset import Dataset, as_dataset
 from robotid.interface.identification import Fit, extended_fit, fields_of, with_more
 from robotid.signals.record import Record
 from robotid.stages.experiments import references
+
+Log = Callable[[str], None]
+"""Is called with what is being done, a line at a time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -50,13 +53,14 @@ def diagnose(
     *,
     held_out: Record | Iterable[Record] = (),
     criteria: Criteria | None = None,
+    log: Log | None = None,
 ) -> DiagnosedFit:
     """Find what a fitted model gets wrong, and the effect that it lacks, as `robotid diagnose` does.
 
     Causes are fitted on the records of the fit, and what they gain is measured on records that it has not seen.
 
-    held_out, records : such records, besides those of role "validate" that the fit was given. criteria : what is asked
-    of a cause. Without any record that is held out no gain can be measured.
+    held_out, records : such records, besides those of role "validate" that the fit was given; without any, no gain can
+    be measured. criteria : what is asked of a cause. log : is called with what is being done, such as `print`.
 
     Raises ConfigError for two records of one name, NumericsError where the model cannot be simulated.
 
@@ -69,16 +73,18 @@ def diagnose(
     """
     data = with_more(fit, as_dataset(held_out) + as_dataset(records))
     options = DiagnosisOptions(horizon=fit.options.horizon, experiments=Experiments(references, None))
-    found = diagnose_model(fit.fitted_model, data.records, criteria or Criteria(), options)
-    task = extension_task(found, fit, data.records, fit.options.fit, horizon=fit.options.horizon)
+    found = diagnose_model(fit.fitted_model, data.records, criteria or Criteria(), options, log or _silent)
+    task = _task(fit, found, data, log)
     return DiagnosedFit(**fields_of(with_gains(found, task), Diagnosis), fit=fit, dataset=data)
 
 
-def extend(fit: Fit, found: DiagnosedFit, *, effects: Sequence[str] | None = None) -> ExtendedFit:
+def extend(
+    fit: Fit, found: DiagnosedFit, *, effects: Sequence[str] | None = None, log: Log | None = None
+) -> ExtendedFit:
     """Extend a fitted model by the causes of its diagnosis, fit it anew, and measure the gain on every record.
 
     effects : by dotted name, such as "motor.stribeck", instead of the causes that were found. An effect without which
-    the records held out are simulated as well is dropped again.
+    the records held out are simulated as well is dropped again. log : is called with what is being done.
 
     Raises ConfigError for a diagnosis of another fit or an effect that the model cannot have, NumericsError where the
     extended model does not converge.
@@ -100,7 +106,19 @@ def extend(fit: Fit, found: DiagnosedFit, *, effects: Sequence[str] | None = Non
             if effect in fit.structure.effects:
                 raise ConfigError(f"{effect} is in the model already", where="extend", hint="leave it out")
         fit.model.with_effects(*wanted)
-    task = extension_task(found, fit, found.dataset.records, fit.options.fit, horizon=fit.options.horizon)
+    task = extension_task(
+        found, fit, found.dataset.records, fit.options.fit, horizon=fit.options.horizon, log=log or _silent
+    )
     result = extend_model(task, wanted)
     after = extended_fit(fit, result.fit, found.dataset)
     return ExtendedFit(**(fields_of(result, Extension) | {"fit": after}), origin=fit)
+
+
+def _task(fit: Fit, found: Diagnosis, data: Dataset, log: Log | None) -> ExtensionTask:
+    """The fit as the one that is to be extended, on these records."""
+    options = fit.options
+    return extension_task(found, fit, data.records, options.fit, horizon=options.horizon, log=log or _silent)
+
+
+def _silent(_: str) -> None:
+    """What is done is reported to nobody."""

@@ -152,8 +152,8 @@ def _table(source: Any) -> Table:
     columns: dict[str, Any] = {}
     units: dict[str, str] = {}
     text: dict[str, str] = {}
-    for key in source.columns if frame else source:
-        values, (plain, unit) = np.asarray(source[key]), without_unit(str(key))
+    for key, signal in (_frame_columns(source) if frame else source).items():
+        values, (plain, unit) = np.asarray(signal), without_unit(str(key))
         found = dict(numeric(plain, _seconds(values)))
         columns |= found
         if unit and found:
@@ -163,6 +163,14 @@ def _table(source: Any) -> Table:
     if not columns:
         raise ConfigError("there is no column of numbers", where=where, hint="give torque and angle as arrays (n,)")
     return Table(where, columns, units, None, text)
+
+
+def _frame_columns(frame: Any) -> dict[str, Any]:
+    """The columns of a data frame by name, its index among them where that has a name."""
+    columns = {str(key): frame[key] for key in frame.columns}
+    index = getattr(frame, "index", None)
+    name = getattr(index, "name", None)
+    return columns if name is None else {str(name): index} | columns
 
 
 def _seconds(values: Any) -> Any:

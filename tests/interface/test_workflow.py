@@ -165,6 +165,18 @@ def test_a_validation_is_saved_alone(steps: Steps, tmp_path: Path, capsys: pytes
     assert main(["show", str(tmp_path / "validation.h5")]) == 0
 
 
+def test_what_is_being_done_is_reported(steps: Steps) -> None:
+    told: list[str] = []
+    rid.extend(steps.fit, steps.found, log=told.append)
+    assert "fitting with motor.stribeck" in told
+
+
+def test_numbers_of_numpy_do_as_well() -> None:
+    ratio, guess = np.float64(0.01), {"motor.inertia.J": np.float64(0.01)}
+    model = rid.Model(motor=["inertia"], gear=["spring"], arm=("inertia",), gear_ratio=ratio).with_known(guess)
+    assert model.structure.gear_ratio == 0.01
+
+
 def test_datasets_are_sequences_that_cannot_change(steps: Steps) -> None:
     data = steps.log + steps.day2.as_role("validate")
     assert (len(data), data[0].name, data[-1].name, data["day2"].role) == (2, "log", "day2", "validate")
