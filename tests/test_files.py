@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 import pytest
 
+import robotid
 from robotid.errors import InputError
 from robotid.files import atomic_write
 
@@ -41,3 +43,10 @@ def test_what_fails_leaves_the_old_file_alone(
         atomic_write(file, "new")
     assert file.read_text() == "old"
     assert os.listdir(tmp_path) == ["a.txt"]
+
+
+def test_files_are_replaced_in_one_place() -> None:
+    package = Path(robotid.__file__).parent
+    replacing = re.compile(r"os\.replace\(|\.fsync\(|shutil\.move\(|mkstemp\(")
+    found = [file.name for file in package.rglob("*.py") if replacing.search(file.read_text(encoding="utf-8"))]
+    assert found == ["files.py"]
