@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from robotid.diagnosis.misfit.summary import locate_misfit
-from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
+from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.results import Cause, Diagnosis, Misfit, Rejected, Verdict
 from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.search.state import AcceptedCause, SearchResult
 from robotid.diagnosis.settings import VERDICT
-from robotid.estimate.fitted_model import FittedModel, Simulated, joined
+from robotid.estimate.fitted_model import FittedModel, Simulated, SimulatedSegment, joined
 from robotid.estimate.residual import measured_output
 from robotid.estimate.result import Estimate
 from robotid.model.array import Array
@@ -30,20 +30,18 @@ def verdict(model: FittedModel, simulated: Sequence[Simulated], found: SearchRes
     names = dict.fromkeys(run.record.name for run in simulated)
     runs = {name: joined([run for run in simulated if run.record.name == name]) for name in names}
     segments = [segment for run in runs.values() for segment in run.segments(model.output)]
-    where = locate_misfit(segments, _segments_after(found) if found.causes else (), model.output)
-    residuals = {name: run.measured(model.output) - run.signal(model.output) for name, run in runs.items()}
-    after = _after(found) if found.causes else {}
+    segments_after = (*found.last.fitted, *found.last.validation) if found.causes else ()
+    location = locate_misfit(segments, segments_after, model.output)
+    before, after = _residuals(segments), _residuals(segments_after)
     misfits = {
-        name: _misfit(model, run.record, residuals[name], where.floors, after.get(name)) for name, run in runs.items()
+        name: _misfit(model, run.record, before[name], location.floors, after.get(name)) for name, run in runs.items()
     }
-    fitted = [misfits[name] for name in dict.fromkeys(s.record.name for s in found.data.fitted)]
-    floor = _rms([m.noise_floor for m in fitted])
-    misfit = _beyond(_rms([m.rmse for m in fitted]), floor)
-    believed = found.changes if found.causes or found.curve is None else ()
+    fitted = [segment.record.name for segment in found.data.fitted]
+    floor = _rms([misfits[name].noise_floor for name in dict.fromkeys(fitted)])
+    misfit = _beyond(_rms([misfits[name].rmse for name in dict.fromkeys(fitted)]), floor)
+    remaining = _beyond(_rms([root_mean_square(after[name]) for name in fitted]), floor) if after else misfit
     word = _word(found, misfit, floor)
-    left = (
-        _beyond(_rms([root_mean_square(after[s.record.name]) for s in found.data.fitted]), floor) if after else misfit
-    )
+    changes = found.changes if found.causes or found.curve is None else ()
     return Diagnosis(
         verdict=word,
         model=model.name,
@@ -51,12 +49,12 @@ def verdict(model: FittedModel, simulated: Sequence[Simulated], found: SearchRes
         unit=model.unit,
         noise_floor=floor,
         misfit=misfit,
-        remaining=left,
+        remaining=remaining,
         records=misfits,
-        causes=(*map(_cause, found.causes), *map(_changed, believed)),
+        causes=(*map(_cause, found.causes), *map(_changed, changes)),
         rejected=tuple(_rejected(found, word)),
-        curves=() if word == "clean" else where.curves,
-        missing=where.missing,
+        curves=() if word == "clean" else location.curves,
+        missing=location.missing,
         residuals={name: trace(runs[name], model) for name in runs},
         shape=None if found.curve is None else replace(found.curve.curve, order=found.curve_share),
         refitted=dict(zip(found.last.parameters.names, found.last.parameters.values.tolist(), strict=True)),
@@ -65,21 +63,17 @@ def verdict(model: FittedModel, simulated: Sequence[Simulated], found: SearchRes
 
 
 def _word(found: SearchResult, misfit: float, floor: float) -> Verdict:
-    """A misfit far above the noise is never clean, even where it has neither a name nor a shape."""
+    """The verdict in one word: a misfit far above the noise is never clean, even where it has neither a name nor a
+    shape."""
     if found.causes or (found.changes and found.curve is None):
         return "named"
     return "clean" if found.curve is None and misfit <= VERDICT.clear_misfit * floor else "unknown"
 
 
-def _segments_after(found: SearchResult) -> tuple[SegmentFit, ...]:
-    """All segments once the causes are there."""
-    return (*found.last.fitted, *found.last.validation)
-
-
-def _after(found: SearchResult) -> dict[str, Array]:
-    """Residuals of the extended model, by record."""
+def _residuals(segments: Sequence[SimulatedSegment]) -> dict[str, Array]:
+    """Residuals by record, (n,)."""
     parts: dict[str, list[Array]] = {}
-    for one in _segments_after(found):
+    for one in segments:
         parts.setdefault(one.record.name, []).append(one.residual)
     return {name: np.concatenate(residuals) for name, residuals in parts.items()}
 
@@ -128,7 +122,7 @@ def _cause(found: AcceptedCause) -> Cause:
 
 
 def _changed(found: RecordChange) -> Cause:
-    """A difference of a held-out record as it is reported; its deviation is not known."""
+    """A change of a validation record as it is reported; its deviation is not known."""
     nan = float("nan")
     estimate = Estimate(found.effect, found.value, found.unit, nan, nan, float("-inf"), float("inf"))
     return Cause(found.effect, (estimate,), found.explained, found.gain, found.p_value, found.twins, None)
@@ -148,7 +142,7 @@ def _estimates(model: RefittedModel, effect: str) -> tuple[Estimate, ...]:
 
 
 def _rejected(found: SearchResult, word: Verdict) -> Iterator[Rejected]:
-    """What was refitted without success, and then what the score alone turned down in the first round.
+    """What was refitted without success, and then what the score alone rejected in the first round.
 
     Where something unknown is wrong with the model everywhere, a difference on one record only imitates it.
     """

@@ -14,7 +14,7 @@ from robotid.model.array import Array
 LAGS = 25
 CONFIDENCE = 0.99
 QUANTILE = float(ndtri(0.5 + CONFIDENCE / 2))
-COLLINEAR = 1e-6  # share of the largest variance below which lagged torques tell nothing of their own
+COLLINEAR = 1e-6  # share of the largest variance below which lagged torques say nothing of their own
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,10 +105,10 @@ def _cross_variance(e: Array, u: Array, lags: int) -> Array:
 def _independence(cross: Array, spread: Array, n: int) -> float:
     """p value of all cross-covariances at once, their mutual covariance allowed for."""
     values, vectors = eigh(toeplitz(spread))
-    told = values > COLLINEAR * values[-1]
+    kept = values > COLLINEAR * values[-1]
     if values[-1] <= 0:
         return 1.0
-    return float(chdtrc(int(told.sum()), n * np.sum((vectors.T @ cross)[told] ** 2 / values[told])))
+    return float(chdtrc(int(kept.sum()), n * np.sum((vectors.T @ cross)[kept] ** 2 / values[kept])))
 
 
 def _white_part(e: Array) -> float:

@@ -102,8 +102,8 @@ def _blocks(trajectory: Trajectory, places: Sequence[Placed]) -> Iterator[tuple[
         inputs, x = trajectory.step_inputs(at), trajectory.x[:, at]
         mode = friction_mode(inputs, x)
         ddq = joint.evaluate(x, inputs.u, mode.s, inputs.t, theta, mode.sticking).f[joint.speeds]
-        felt = zip(joint.placed, joint.motions(x, ddq, mode.s, inputs.t, theta), strict=True)
-        motions = [m for place, m in felt if place in places]
+        pairs = zip(joint.placed, joint.motions(x, ddq, mode.s, inputs.t, theta), strict=True)
+        motions = [m for place, m in pairs if place in places]
         yield (
             motions,
             [

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
 from robotid.catalogue import assemble
 from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.refit.refit import refit
+from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
 from robotid.diagnosis.search.data import Evidence, first_state
 from robotid.diagnosis.search.search import search
 from robotid.diagnosis.search.state import SearchResult, SearchState
@@ -28,6 +31,9 @@ TRUTH = {"motor.inertia.J": 0.012, "motor.viscous.Fv": 0.015, "motor.coulomb.Fc"
 SAMPLING_TIME, DURATION = 0.002, 4.0
 SPEED_NOISE, TORQUE_NOISE = 0.02, 0.005
 CONTROLLER = Controller("speed", 0.5, 5.0)
+STRIBECK = {"motor.stribeck.dFs": 0.15, "motor.stribeck.vs": 1.0}
+QUICK = Criteria(skip=("power_friction",))
+"""Without the slowest refit, where it decides nothing."""
 
 
 def references() -> dict[str, Array]:
@@ -97,6 +103,17 @@ def simulated(made: list[Record]) -> list[Simulated]:
 def begun(made: list[Record], criteria: Criteria | None = None) -> SearchState:
     """The state in which a search begins: the records with their noise, and the model as it is fitted to them."""
     return first_state(evidence(made), criteria or Criteria())
+
+
+@cache
+def idle_then_stribeck() -> tuple[SearchState, RefittedModel, RefittedModel]:
+    """The axis, with a cogging that it does not have, and with the Stribeck effect that it has besides."""
+    state = begun(records(STRIBECK), QUICK)
+    cogging = {f"motor.cogging.{k}": v for k, v in (("A", 0.01), ("n", 6.0))}
+    structure, start = extended(state.first, "motor.cogging", cogging)
+    idle = refit(structure, [start], state.data, state.first.trajectories)
+    structure, start = extended(idle, "motor.stribeck", STRIBECK)
+    return state, idle, refit(structure, [start], state.data, idle.trajectories)
 
 
 def _triangle(t: Array, amplitude: float, period: float) -> Array:

@@ -128,8 +128,8 @@ def _variables(number: int, one: MissingTorque) -> list[OrderingVariable]:
 def _since_reversal(speed: Array, h: float) -> Array:
     """Time since the speed last changed its sign [s], negative while moving backwards; nan before the first, (n,)."""
     n, direction = np.arange(len(speed)), np.sign(speed)
-    turned = np.flatnonzero(np.diff(direction) != 0) + 1
-    since = np.concatenate([[-1], turned])[np.searchsorted(turned, n, side="right")]
+    reversals = np.flatnonzero(np.diff(direction) != 0) + 1
+    since = np.concatenate([[-1], reversals])[np.searchsorted(reversals, n, side="right")]
     return np.asarray(np.where(since < 0, np.nan, direction * (n - since + 0.5) * h))
 
 

@@ -16,7 +16,7 @@ class MisfitSettings:
     small_residual: float = 1.5  # over the noise: with less, the simulated motion is as good as the measured one
     least_noise: float = 1e-9  # of the output's largest value: with less the numbers say nothing
     max_floor_ratio: float = 1.5  # of the quietest record's noise floor: more is misfit that passes for noise
-    excerpt: int = 5_000  # samples that tell how much the torque changes
+    excerpt: int = 5_000  # samples that show how much the torque changes
     bins: int = 14  # of each kind of spacing: 20 to 40 in all, as many as a figure shows
     least_bin_share: float = 1 / 400  # of the samples, in every bin
     finest_bin: float = 0.01  # of the largest value: the finest bin beside zero

@@ -117,9 +117,9 @@ class Chain:
         put(w, w + k, np.full(n - 1, -stiff))
         G, b = self.G * scale[None, :, None] / scale[:, None, None], self.b / scale[:, None]
         for i in range(nx):
-            held = np.full(n, (scale[i] / self.output) ** 2 if i == self.row else 0.0)
-            held[0] += 1.0
-            put(i, i, held)
+            known = np.full(n, (scale[i] / self.output) ** 2 if i == self.row else 0.0)
+            known[0] += 1.0
+            put(i, i, known)
             put(force + i, k + i, np.ones(n - 1))
             put(force + i, w, -self.size * b[i])
             for j in range(nx):

@@ -53,7 +53,7 @@ def locate_misfit(
 
 
 def _key(segment: SimulatedSegment) -> tuple[str, float]:
-    """What tells a segment of a record from all others."""
+    """What distinguishes a segment of a record from all others."""
     return segment.record.name, segment.record.begin
 
 

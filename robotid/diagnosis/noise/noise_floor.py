@@ -1,8 +1,8 @@
 """The noise floor: what of a residual is noise of the measured output and of the recorded torque.
 
-It is told from a misfit by the spectrum. The noises have known shapes, while a misfit fills the lower frequencies: the
-lowest frequency is sought from which the spectrum is that of noise. Quantisation of an encoder counts as noise. Where
-the experiment repeats, the difference between its periods shows the noise alone.
+The spectrum distinguishes it from a misfit. The noises have known shapes, while a misfit fills the lower frequencies:
+the lowest frequency is sought from which the spectrum is that of noise. Quantisation of an encoder counts as noise.
+Where the experiment repeats, the difference between its periods shows the noise alone.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def _agreed_torque_variance(noise: Sequence[Spectrum]) -> float:
 
 def _room_for_torque(seen: Spectrum, output: float, torque: float) -> float:
     """The largest variance of the torque's noise, up to `torque`, for which a spectrum has room beside the output's: a
-    misfit can only add to what noise does in a band, where that tells of the torque at all."""
+    misfit can only add to what noise does in a band, where that depends on the torque at all."""
     wide = [band for band in seen.bands if band.stop - band.start >= NOISE.min_band_lines]
     power, response = (np.array([part[band].mean() for band in wide]) for part in (seen.power, seen.response))
     telling = torque * response > NOISE.hidden_share * output

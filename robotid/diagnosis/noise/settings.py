@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class NoiseSettings:
-    """How noise is told from a misfit, and what noise a diagnosis reckons with."""
+    """How noise is distinguished from a misfit, and what noise a diagnosis reckons with."""
 
     max_fisher_steps: int = 20  # of a fit of levels to a spectrum; two levels settle within these or swing for ever
-    settled_change: float = 1e-6  # of the largest level, relative: far below what any record can tell
+    settled_change: float = 1e-6  # of the largest level, relative: far below what any record can show
     band_surprise: float = 4.0  # standard deviations of a band's mean that pass for chance, over some ten bands
     torque_evidence: float = 10.0  # gain of -2 log-likelihood that proves a torque noise beside a misfit (p = 0.002)
     torque_hint: float = 4.0  # the same where there is no misfit: noise that is overlooked is taken for an effect

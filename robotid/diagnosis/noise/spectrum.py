@@ -66,7 +66,7 @@ def residual_spectrum(trajectory: Trajectory, residual: Array, output: Quantity)
 
 
 def _squared_response(trajectory: Trajectory, row: int, n: int) -> Array:
-    """Squared response of state `row` to a torque that is held, at the frequencies of n samples.
+    """Squared response of state `row` to a torque that is constant over each interval, at the frequencies of n samples.
 
     Without end, for that of a position does not fade as a speed's does. Where a steady torque drives it away, the
     lowest frequency stands for none.

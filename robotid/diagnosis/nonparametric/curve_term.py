@@ -77,9 +77,10 @@ class FreeCurve(Term):
 
 
 def can_act(variable: Variable, joint: Joint) -> bool:
-    """Whether a curve along a variable can be a term; at a gear whose motion is bent it would feel another twist."""
-    bent = any(place.transform is not None and place.port is Port.GEAR for place in joint.placed)
-    return variable.along in ARGUMENT and not (variable.gear and bent)
+    """Whether a curve along a variable can be a term; behind a transform of the gear's motion it would read another
+    twist than the one that it was fitted along."""
+    transformed = any(place.transform is not None and place.port is Port.GEAR for place in joint.placed)
+    return variable.along in ARGUMENT and not (variable.gear and transformed)
 
 
 def _piecewise(x: Array, knots: Array, values: Array) -> tuple[Array, Array]:

@@ -23,8 +23,8 @@ from robotid.simulation.trajectory import Trajectory
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ForceGradient:
-    """What the whitened residual of a segment gains from a generalised force on each coordinate, held over the interval
-    after each sample: gradient (nv, n)."""
+    """What the whitened residual of a segment gains from a generalised force on each coordinate, (nv, n), constant over
+    the interval after each sample."""
 
     segment: SimulatedSegment
     gradient: Array

@@ -38,7 +38,7 @@ def columns(
 ) -> Columns:
     """All columns of one record in one banded solve.
 
-    forces : (nv, m, n) generalised forces [Nm] of one's own, each held over its interval.
+    forces : (nv, m, n) generalised forces [Nm] of one's own, each constant over its interval.
     """
     output, n = unknowns.output, len(record)
     groups = _groups(candidates)

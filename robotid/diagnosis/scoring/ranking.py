@@ -37,7 +37,7 @@ class CandidateScan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Round:
-    """What the score tells of a model.
+    """What the score says of a model.
 
     model : as it was scanned; scores : of all candidates, best first; inflation : energy of the residual per direction
     that no single candidate explains, in variances of the noise.
@@ -116,7 +116,7 @@ def best_of_each(scores: Sequence[Score]) -> list[Score]:
 
 
 def _record_changes(model: RefittedModel) -> tuple[RecordChangeCandidate, ...]:
-    """Of a single record, none could tell what changed."""
+    """Of a single record, nothing could show what changed."""
     names = list(dict.fromkeys(one.record.name for one in model.fitted))
     return record_changes(model.joint, model.columns, names) if len(names) > 1 else ()
 

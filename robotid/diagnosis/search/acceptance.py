@@ -112,7 +112,7 @@ def accept_pair(state: SearchState, refits: Sequence[CandidateRefit], criteria: 
 
 
 def as_cause(state: SearchState, refits: Sequence[CandidateRefit]) -> AcceptedCause:
-    """The first of the refitted candidates as a cause, and the others as far as they are not told apart from it."""
+    """The first of the refitted candidates as a cause; its twins are those that these data cannot tell from it."""
     best, seen = refits[0], state.round
     step = Step(state.first, state.model, best.model, state.data)
     slack = indistinguishable_energy(state.model.energy - best.model.energy, seen.inflation)
@@ -134,7 +134,7 @@ def as_cause(state: SearchState, refits: Sequence[CandidateRefit]) -> AcceptedCa
 
 
 def indistinguishable_energy(explained: float, inflation: float) -> float:
-    """Energy by which two refits may differ and still not be told apart, where the better explains so much."""
+    """Energy by which two refits may differ and still not be distinguished, where the better explains so much."""
     chance = min(ACCEPTANCE.same_energy * inflation, ACCEPTANCE.max_same_share * explained)
     return max(ACCEPTANCE.same_share * explained, chance)
 

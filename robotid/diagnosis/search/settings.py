@@ -26,9 +26,9 @@ class AcceptanceSettings:
     """What counts as the same, as worth nothing, and as unknown."""
 
     unchanged_share: float = 0.02  # of the residual's energy: a refit that changes less leaves the columns as they are
-    same_share: float = 0.02  # of the energy explained: causes closer than that are not told apart
+    same_share: float = 0.02  # of the energy explained: causes closer than that are not distinguished
     same_energy: float = 12.0  # noise variances, inflated: as far apart as chance sets two equal models (p = 5e-4)
-    max_same_share: float = 0.1  # of the energy explained: causes further apart are told apart, whatever the noise
+    max_same_share: float = 0.1  # of the energy explained: causes further apart are distinguished, whatever the noise
     least_share: float = 1e-3  # of the first model's misfit: less is an error of the simulation itself
     worthless_share: float = 0.1  # of what a cause explained: if no more is lost without it, its worth is gone
     collinear_cosine: float = 0.999  # at which columns are the same
@@ -45,7 +45,7 @@ class ChangeSettings:
 
     loud_energy: float = 2.0  # a sample, over that of the fitted records: less asks for no reason
     confirmed_share: float = 0.2  # of the misfit on the second half that a change must remove
-    same_share: float = 0.02  # of the misfit: changes closer than that are not told apart
+    same_share: float = 0.02  # of the misfit: changes closer than that are not distinguished
     max_iterations: int = 6  # of a fit of one parameter
 
 

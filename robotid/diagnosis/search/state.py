@@ -22,8 +22,8 @@ class AcceptedCause:
     """An effect that was accepted as a cause.
 
     explained : share of the first model's misfit that it removes from the fitted segments; gain : of the fit on the
-    validation segments [% points]; twins : effects that these data cannot tell from it, itself first; before, after :
-    the model without and with it; rival : the model with the first of its twins that was refitted.
+    validation segments [% points]; twins : effects that these data cannot distinguish from it, itself first; before,
+    after : the model without and with it; rival : the model with the first of its twins that was refitted.
     """
 
     effect: str

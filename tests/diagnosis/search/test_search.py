@@ -2,37 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
-from support.small_bench import AXIS, SPEED_NOISE, TRUTH, begun, fitted, records, records_of, searched, simulated
+from support.small_bench import (
+    AXIS,
+    QUICK,
+    SPEED_NOISE,
+    STRIBECK,
+    TRUTH,
+    fitted,
+    idle_then_stribeck,
+    records,
+    records_of,
+    searched,
+    simulated,
+)
 
 from robotid.catalogue import assemble
-from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.nonparametric.curve_fit import fit_curves
-from robotid.diagnosis.refit.refit import refit
-from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
 from robotid.diagnosis.results import Diagnosis
-from robotid.diagnosis.scoring.candidate import Candidate
-from robotid.diagnosis.scoring.ranking import Round
-from robotid.diagnosis.scoring.score_test import Score
-from robotid.diagnosis.search import refits
 from robotid.diagnosis.search import search as searching
-from robotid.diagnosis.search.acceptance import Step, drop_worthless, objection
-from robotid.diagnosis.search.refits import CandidateRefit, refit_hopeful
-from robotid.diagnosis.search.state import AcceptedCause, SearchResult, SearchState, misfit_energy
+from robotid.diagnosis.search.state import SearchResult, SearchState, misfit_energy
 from robotid.diagnosis.verdict import verdict
-from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import fitted_model
 from robotid.signals.record import Record
 
-STRIBECK = {"motor.stribeck.dFs": 0.15, "motor.stribeck.vs": 1.0}
 COGGING = {"motor.cogging.A": 0.04, "motor.cogging.B": 0.03, "motor.cogging.n": 6.0}
-QUICK = Criteria(skip=("power_friction",))
-"""Without the slowest refit, where it decides nothing."""
 
 
 def told(made: list[Record], growth: SearchResult) -> Diagnosis:
@@ -175,48 +173,6 @@ def test_every_rejection_tells_why_and_none_is_a_cause() -> None:
         assert all(r.why for r in d.rejected)
 
 
-def refit_but(
-    monkeypatch: pytest.MonkeyPatch, refused: Callable[[Round, Candidate], bool]
-) -> tuple[Round, list[CandidateRefit]]:
-    """A round, and what is refitted of it where some refits fail; no candidate is asked for twice."""
-    state = begun(records(STRIBECK), QUICK).scored(QUICK)
-    refitted, asked = refits._refitted, list[Candidate]()
-
-    def failing(state: SearchState, one: Score, explained: float) -> RefittedModel:
-        asked.append(one.candidate)
-        if refused(state.round, one.candidate):
-            raise NumericsError("not this one")
-        return refitted(state, one, explained)
-
-    monkeypatch.setattr(refits, "_refitted", failing)
-    tried = refits.refit_hopeful(state, QUICK, lambda _: None)
-    assert len(set(asked)) == len(asked)
-    return state.round, tried
-
-
-def hopeful(seen: Round) -> set[str]:
-    return {one.candidate.name for one in seen.best_of_each if one.energy > 0.5 * seen.scores[0].energy}
-
-
-def test_candidates_that_cannot_be_refitted_give_way_to_those_that_follow(monkeypatch: pytest.MonkeyPatch) -> None:
-    seen, tried = refit_but(monkeypatch, lambda seen, one: one.name in hopeful(seen))
-    assert tried
-    assert not {one.effect for one in tried} & hopeful(seen)
-
-
-def test_an_effect_that_cannot_be_refitted_from_one_point_of_its_grid_is_tried_from_another(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def refused(seen: Round, one: Candidate) -> bool:
-        best = seen.scores[0].candidate
-        return one.name != best.name or one == best
-
-    seen, tried = refit_but(monkeypatch, refused)
-    best = seen.scores[0].candidate
-    assert [one.effect for one in tried] == [best.name]
-    assert tried[0].score.candidate != best
-
-
 def test_what_differs_on_a_record_held_out_is_told_with_its_size() -> None:
     warm = records_of(assemble(AXIS, angle=True), TRUTH | {"motor.coulomb.Fc": 0.7})[2]
     made = [*records({})[:2], warm]
@@ -226,67 +182,6 @@ def test_what_differs_on_a_record_held_out_is_told_with_its_size() -> None:
     assert one.effect == "record_change.check.motor.coulomb.Fc"
     assert one.value == pytest.approx(0.1, rel=0.1)
     assert told(made, growth).verdict == "named"
-
-
-@cache
-def idle_then_stribeck() -> tuple[SearchState, RefittedModel, RefittedModel]:
-    """The axis, with a cogging that it does not have, and with the Stribeck effect that it has besides."""
-    state = begun(records(STRIBECK), QUICK)
-    cogging = {f"motor.cogging.{k}": v for k, v in (("A", 0.01), ("n", 6.0))}
-    structure, start = extended(state.first, "motor.cogging", cogging)
-    idle = refit(structure, [start], state.data, state.first.trajectories)
-    structure, start = extended(idle, "motor.stribeck", STRIBECK)
-    return state, idle, refit(structure, [start], state.data, idle.trajectories)
-
-
-def stribeck_step() -> Step:
-    state, idle, both = idle_then_stribeck()
-    return Step(state.first, idle, both, state.data)
-
-
-def test_a_cause_that_loses_its_worth_is_dropped() -> None:
-    state, idle, both = idle_then_stribeck()
-    causes = (
-        AcceptedCause("motor.cogging", 0.3, 1.0, 1e-9, ("motor.cogging",), state.first, idle, None),
-        AcceptedCause("motor.stribeck", 0.9, 1.0, 1e-9, ("motor.stribeck",), idle, both, None),
-    )
-    after = drop_worthless(replace(state, model=both, causes=causes), QUICK, lambda _: None)
-    assert [one.effect for one in after.causes] == ["motor.stribeck"]
-    assert after.model.structure.effects == (*AXIS.effects, "motor.stribeck")
-    (rejected,) = after.rejected
-    assert (rejected.effect, rejected.explained) == ("motor.cogging", 0.3)
-    assert rejected.why == "lost its worth once motor.stribeck was there"
-
-
-def test_a_cause_must_be_worth_what_is_asked_on_the_records_held_out() -> None:
-    step = stribeck_step()
-    gained = (step.before.validation_energy - step.after.validation_energy) / step.data.validation_samples
-    assert objection(step, replace(QUICK, min_improvement_sigma=0.99 * gained**0.5)) is None
-    why = objection(step, replace(QUICK, min_improvement_sigma=1.01 * gained**0.5))
-    assert why is not None
-    assert "is not worth it" in why
-
-
-def test_a_cause_that_explains_a_thousandth_is_an_error_of_the_simulation() -> None:
-    step = stribeck_step()
-    wild = replace(step.first, fitted=tuple(replace(one, residual=100.0 * one.residual) for one in step.first.fitted))
-    assert objection(step, QUICK) is None
-    assert "of the misfit" in str(objection(replace(step, first=wild), QUICK))
-
-
-def test_only_what_is_significant_and_worth_it_is_refitted() -> None:
-    loose = replace(QUICK, min_improvement_sigma=0.0)
-    state = begun(records({}), loose).scored(loose)
-    p = min(state.round.p_value(one) for one in state.round.scores)
-    worth = (state.round.scores[0].energy / state.data.samples) ** 0.5
-
-    def tried(level: float, worth: float = 0.0) -> list[CandidateRefit]:
-        criteria = replace(loose, significance=level, min_improvement_sigma=worth)
-        return refit_hopeful(state, criteria, lambda _: None)
-
-    assert tried(2.0 * p)
-    assert not tried(p)
-    assert not tried(2.0 * p, 1.01 * worth)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,45 @@
+"""The tests that a cause must stand, and the causes that lose their worth once another is there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from support.small_bench import AXIS, QUICK, idle_then_stribeck
+
+from robotid.diagnosis.search.acceptance import Step, drop_worthless, objection
+from robotid.diagnosis.search.state import AcceptedCause
+
+
+def stribeck_step() -> Step:
+    state, idle, both = idle_then_stribeck()
+    return Step(state.first, idle, both, state.data)
+
+
+def test_a_cause_that_loses_its_worth_is_dropped() -> None:
+    state, idle, both = idle_then_stribeck()
+    causes = (
+        AcceptedCause("motor.cogging", 0.3, 1.0, 1e-9, ("motor.cogging",), state.first, idle, None),
+        AcceptedCause("motor.stribeck", 0.9, 1.0, 1e-9, ("motor.stribeck",), idle, both, None),
+    )
+    after = drop_worthless(replace(state, model=both, causes=causes), QUICK, lambda _: None)
+    assert [one.effect for one in after.causes] == ["motor.stribeck"]
+    assert after.model.structure.effects == (*AXIS.effects, "motor.stribeck")
+    (rejected,) = after.rejected
+    assert (rejected.effect, rejected.explained) == ("motor.cogging", 0.3)
+    assert rejected.why == "lost its worth once motor.stribeck was there"
+
+
+def test_a_cause_must_be_worth_what_is_asked_on_the_records_held_out() -> None:
+    step = stribeck_step()
+    gained = (step.before.validation_energy - step.after.validation_energy) / step.data.validation_samples
+    assert objection(step, replace(QUICK, min_improvement_sigma=0.99 * gained**0.5)) is None
+    why = objection(step, replace(QUICK, min_improvement_sigma=1.01 * gained**0.5))
+    assert why is not None
+    assert "is not worth it" in why
+
+
+def test_a_cause_that_explains_a_thousandth_is_an_error_of_the_simulation() -> None:
+    step = stribeck_step()
+    wild = replace(step.first, fitted=tuple(replace(one, residual=100.0 * one.residual) for one in step.first.fitted))
+    assert objection(step, QUICK) is None
+    assert "of the misfit" in str(objection(replace(step, first=wild), QUICK))

@@ -1,0 +1,75 @@
+"""Which candidates are refitted, and what follows where they cannot be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+from support.small_bench import QUICK, STRIBECK, begun, records
+
+from robotid.diagnosis.refit.refitted_model import RefittedModel
+from robotid.diagnosis.scoring.candidate import Candidate
+from robotid.diagnosis.scoring.ranking import Round
+from robotid.diagnosis.scoring.score_test import Score
+from robotid.diagnosis.search import refits
+from robotid.diagnosis.search.refits import CandidateRefit, refit_hopeful
+from robotid.diagnosis.search.state import SearchState
+from robotid.errors import NumericsError
+
+
+def refit_but(
+    monkeypatch: pytest.MonkeyPatch, refused: Callable[[Round, Candidate], bool]
+) -> tuple[Round, list[CandidateRefit]]:
+    """A round, and what is refitted of it where some refits fail; no candidate is asked for twice."""
+    state = begun(records(STRIBECK), QUICK).scored(QUICK)
+    refitted, asked = refits._refitted, list[Candidate]()
+
+    def failing(state: SearchState, one: Score, explained: float) -> RefittedModel:
+        asked.append(one.candidate)
+        if refused(state.round, one.candidate):
+            raise NumericsError("not this one")
+        return refitted(state, one, explained)
+
+    monkeypatch.setattr(refits, "_refitted", failing)
+    tried = refits.refit_hopeful(state, QUICK, lambda _: None)
+    assert len(set(asked)) == len(asked)
+    return state.round, tried
+
+
+def hopeful(seen: Round) -> set[str]:
+    return {one.candidate.name for one in seen.best_of_each if one.energy > 0.5 * seen.scores[0].energy}
+
+
+def test_candidates_that_cannot_be_refitted_give_way_to_those_that_follow(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen, tried = refit_but(monkeypatch, lambda seen, one: one.name in hopeful(seen))
+    assert tried
+    assert not {one.effect for one in tried} & hopeful(seen)
+
+
+def test_an_effect_that_cannot_be_refitted_from_one_point_of_its_grid_is_tried_from_another(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refused(seen: Round, one: Candidate) -> bool:
+        best = seen.scores[0].candidate
+        return one.name != best.name or one == best
+
+    seen, tried = refit_but(monkeypatch, refused)
+    best = seen.scores[0].candidate
+    assert [one.effect for one in tried] == [best.name]
+    assert tried[0].score.candidate != best
+
+
+def test_only_what_is_significant_and_worth_it_is_refitted() -> None:
+    loose = replace(QUICK, min_improvement_sigma=0.0)
+    state = begun(records({}), loose).scored(loose)
+    p = min(state.round.p_value(one) for one in state.round.scores)
+    worth = (state.round.scores[0].energy / state.data.samples) ** 0.5
+
+    def tried(level: float, worth: float = 0.0) -> list[CandidateRefit]:
+        criteria = replace(loose, significance=level, min_improvement_sigma=worth)
+        return refit_hopeful(state, criteria, lambda _: None)
+
+    assert tried(2.0 * p)
+    assert not tried(p)
+    assert not tried(2.0 * p, 1.01 * worth)

@@ -1,0 +1,63 @@
+"""A diagnosis in the domain's terms: a fit and records in, a verdict out, no file between."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+from support.small_bench import STRIBECK, fitted, records
+
+from robotid.diagnosis import Criteria, Diagnosis, DiagnosisOptions, diagnose
+from robotid.estimate.grey_box import FitOptions
+from robotid.extension import effects_to_add, extend, extension_task, with_gains
+from robotid.signals.record import Record
+
+CRITERIA = Criteria(max_causes=1, max_refits=1, skip=("power_friction", "record_change"))
+
+
+@cache
+def made() -> tuple[Record, ...]:
+    return tuple(records(STRIBECK))
+
+
+@cache
+def found(*, validated: bool = True) -> Diagnosis:
+    return diagnose(fitted(list(made())), made() if validated else made()[:2], CRITERIA)
+
+
+def test_causes_are_validated_on_the_records_that_the_fit_does_not_name() -> None:
+    (cause,) = found().causes
+    assert (found().verdict, cause.effect) == ("named", "motor.stribeck")
+    assert cause.heldout_gain > 1.0
+    assert set(found().records) == {"slow", "wide", "check"}
+
+
+def test_without_further_records_a_cause_has_no_gain() -> None:
+    d = found(validated=False)
+    assert [cause.effect for cause in d.causes] == ["motor.stribeck"]
+    assert d.causes[0].heldout_gain != d.causes[0].heldout_gain  # nan
+    assert set(d.records) == {"slow", "wide"}
+
+
+def test_no_experiment_is_proposed_where_none_can_be_driven() -> None:
+    assert DiagnosisOptions().experiments is None
+    assert all(cause.separation is None for cause in found().causes)
+
+
+def test_what_goes_on_is_logged_and_long_records_are_sampled() -> None:
+    said = list[str]()
+    d = diagnose(fitted(list(made())), made(), CRITERIA, DiagnosisOptions(max_samples=1500), said.append)
+    assert any("scoring the catalogue" in text for text in said)
+    assert [remark for remark in d.remarks if "1500 of 2000" in remark] == [t for t in said if "1500 of 2000" in t]
+    assert len(d.remarks) >= 3
+
+
+def test_an_extension_shows_the_gains_that_the_diagnosis_reports() -> None:
+    fit = fitted(list(made()))
+    task = extension_task(found(), fit, made(), FitOptions())
+    (cause,) = with_gains(found(), task).causes
+    extension = extend(task, effects_to_add(found(), fit))
+    assert extension.added == ("motor.stribeck",)
+    gained = extension.after["check"].fit_percent - extension.before["check"].fit_percent
+    assert cause.heldout_gain == pytest.approx(gained, abs=1e-6)
+    assert {p.name: p.value for p in cause.parameters}.keys() == STRIBECK.keys()
