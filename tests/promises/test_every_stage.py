@@ -99,10 +99,10 @@ def test_every_field_of_the_findings_is_of_one_stage() -> None:
 
 
 def test_no_other_module_has_a_table_of_stages() -> None:
-    """A mapping or a sequence of several of their names, written out, stands in `pipeline.table` alone."""
-    for file in sorted(PACKAGE.rglob("*.py")):
-        if file == PACKAGE / "pipeline" / "table.py":
-            continue
+    """A mapping or a sequence of several of their names, written out, stands in `pipeline.table` alone; the front door
+    has functions of such names."""
+    functions, rows = PACKAGE / "__init__.py", PACKAGE / "pipeline" / "table.py"
+    for file in sorted(set(PACKAGE.rglob("*.py")) - {functions, rows}):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             items = node.keys if isinstance(node, ast.Dict) else getattr(node, "elts", [])
             words = {item.value for item in items if isinstance(item, ast.Constant)}
