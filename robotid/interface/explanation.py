@@ -1,4 +1,4 @@
-"""The catalogue of effects, told by the effects themselves."""
+"""The catalogue of effects, as the effects declare themselves."""
 
 from __future__ import annotations
 

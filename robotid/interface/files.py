@@ -205,7 +205,7 @@ def _write(path: Path, content: object, config: Config) -> None:
 
 
 def _configuration(result: Any) -> Config:
-    """A configuration under which a result could have been made, as far as one can be told."""
+    """A configuration under which a result could have been made, as far as it is known."""
     if isinstance(result, Validation):
         best = result.models[result.best]
         roles = {name: r.role for name, r in best.records.items()}

@@ -18,6 +18,7 @@ from robotid.estimate.identify import StartOptions, initialise_flexible, initial
 from robotid.estimate.result import Estimate, FitResult
 from robotid.estimate.rigid import RigidResult
 from robotid.interface.dataset import Dataset, as_dataset
+from robotid.interface.hints import in_python_terms
 from robotid.interface.model import Model
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
@@ -57,6 +58,12 @@ class Options:
     def __post_init__(self) -> None:
         if self.output not in ("speed", "position"):
             raise ConfigError(f'the output cannot be "{self.output}"', where="Options", hint="speed or position")
+        for name in ("horizon", "cutoff", "window"):
+            value = getattr(self, name)
+            if value is not None and not value > 0:
+                raise ConfigError(f"{name} is {value!r}", where="Options", hint="give a positive number, or None")
+        if self.band is not None and not (np.shape(self.band) == (2,) and 0 < self.band[0] < self.band[1]):
+            raise ConfigError(f"the band is {self.band!r}", where="Options", hint="give (lowest, highest) in Hz")
 
     @property
     def fit(self) -> FitOptions:
@@ -158,8 +165,9 @@ def fit(
         if name not in data.names:
             raise ConfigError(f'there is no record "{name}"', where="Options, weights", hint=suggest(name, data.names))
     joint = assemble(model.structure, angle=options.output == "position")
-    start = initialise(model, joint, used, options)
-    result = fit_model(NAME, joint, start.parameters, used.records, options.fit)
+    with in_python_terms():
+        start = initialise(model, joint, used, options)
+        result = fit_model(NAME, joint, start.parameters, used.records, options.fit)
     return Fit(
         **fields_of(result, FitResult),
         model=model,

@@ -11,8 +11,9 @@ from typing import Any, TypedDict, Unpack
 import numpy as np
 
 from robotid.config.suggest import suggest
-from robotid.errors import ConfigError, RobotidError
+from robotid.errors import ConfigError
 from robotid.interface.dataset import Dataset
+from robotid.interface.hints import SIGNALS, in_python_terms
 from robotid.signals.columns import Column
 from robotid.signals.measured import Selection, measured_record
 from robotid.signals.readers import read as read_table
@@ -20,16 +21,6 @@ from robotid.signals.readers.delimited import without_unit
 from robotid.signals.readers.table import Table, numeric
 from robotid.signals.record import Role, Use
 from robotid.signals.sampling import Policy
-
-SIGNALS = {
-    "time": "t",
-    "torque": "tau_m",
-    "angle": "phi_m",
-    "speed": "dphi_m",
-    "arm_angle": "phi_a",
-    "reference": "ref",
-}
-"""What `read` calls a signal, and what a record does."""
 
 REPAIRS = {
     "gaps": ("refuse", "interpolate"),
@@ -105,7 +96,7 @@ def read(
             )
         more: dict[str, Any] = {"role": role, "use": use, "sampling_time": sampling_time, "linear": linear, **columns}
         return _together([read(one, name=_numbered(one, k), **more) for k, one in enumerate(source)])
-    try:
+    with in_python_terms():
         table = _table(source)
         named = {key: _column(key, columns[key], table) for key in SIGNALS if key in columns}  # type: ignore[literal-required]
         selection = Selection(
@@ -118,8 +109,6 @@ def read(
             **_rest(columns),
         )
         record, report = measured_record(selection, table)
-    except RobotidError as error:
-        raise type(error)(error.what, where=error.where, hint=in_python(error.hint)) from None
     return Dataset((record,), (report,))
 
 
@@ -230,33 +219,3 @@ def _checked_name(name: str) -> str:
     if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_-]*", name):
         raise ConfigError(f'"{name}" is no name of a record', where="read", hint="use letters, digits, _ and -")
     return name
-
-
-def in_python(hint: str) -> str:
-    """A hint that names settings of the configuration, in terms of `read`."""
-    words = {signal: key for key, signal in SIGNALS.items()}
-    signal = "|".join(sorted(words, key=len, reverse=True))
-    rules = (
-        (rf"write ({signal}): \{{name: (.+?), scale: \.\.\.\}}", r'write {0}=rid.Column("\2", scale=...)'),
-        (
-            rf"say which under columns: ({signal}), or that there is none, (?:{signal}): null",
-            "say which by {0}=..., or that there is none by {0}=None",
-        ),
-        (rf"name the time column under columns: ({signal}), or give", "name the time column by {0}=..., or give"),
-        (rf"(?:name it|say which) under columns: ({signal})\b", "name it by {0}=..."),
-        (rf"write ({signal}): null under columns", "give {0}=None"),
-        (rf"\b({signal}): null", "{0}=None"),
-        (r"set repair: \{(\w+): (\w+)\}", r'give repair={"\1": "\2"}'),
-        (r"speed_delay: (-?\d+)", r"speed_delay=\1"),
-        (r"say which: \{name: (.+?), column: 0\}", r'say which: rid.Column("\1", column=0)'),
-        (
-            r"; a record's file is relative to the configuration|a record's file is relative to the configuration",
-            "check the path",
-        ),
-    )
-    for pattern, form in rules:
-        found = re.search(pattern, hint)
-        if found:
-            key = words.get(found[1], "") if found.groups() else ""
-            hint = hint[: found.start()] + found.expand(form.replace("{0}", key)) + hint[found.end() :]
-    return hint

@@ -13,7 +13,7 @@ from support.logs import motor_log
 from support.paths import SHARED
 
 import robotid as rid
-from robotid.interface.reading import in_python
+from robotid.interface.hints import in_python
 
 LOG = motor_log()
 RADIANS = {"time": LOG["time"], "torque": LOG["torque"], "angle": np.deg2rad(LOG["angle_deg"])}
@@ -42,10 +42,10 @@ def dated() -> Any:
     "source", [lambda: LOG, lambda: RADIANS, frame, dated], ids=["degrees", "SI", "frame", "dates"]
 )
 def test_sources_alike(source: Callable[[], Any], file: Path) -> None:
-    record, told = rid.read(file)[0], rid.read(source())[0]
-    assert record.sampling_time == told.sampling_time == 0.002
-    np.testing.assert_allclose(told.phi_m, record.phi_m, atol=1e-9)
-    np.testing.assert_allclose(told.tau_m, record.tau_m, atol=1e-9)
+    record, other = rid.read(file)[0], rid.read(source())[0]
+    assert record.sampling_time == other.sampling_time == 0.002
+    np.testing.assert_allclose(other.phi_m, record.phi_m, atol=1e-9)
+    np.testing.assert_allclose(other.tau_m, record.tau_m, atol=1e-9)
 
 
 def test_a_file_names_its_record_and_what_was_found_is_remarked(file: Path) -> None:

@@ -166,9 +166,9 @@ def test_a_validation_is_saved_alone(steps: Steps, tmp_path: Path, capsys: pytes
 
 
 def test_what_is_being_done_is_reported(steps: Steps) -> None:
-    told: list[str] = []
-    rid.extend(steps.fit, steps.found, log=told.append)
-    assert "fitting with motor.stribeck" in told
+    lines: list[str] = []
+    rid.extend(steps.fit, steps.found, log=lines.append)
+    assert "fitting with motor.stribeck" in lines
 
 
 def test_numbers_of_numpy_do_as_well() -> None:
@@ -206,6 +206,9 @@ BAD: dict[str, tuple[Callable[[Steps], Any], str]] = {
     "a number for records": (lambda s: rid.fit(RIGID, 3), "a record was expected, found int"),  # type: ignore[arg-type]
     "an unknown weight": (lambda s: rid.fit(RIGID, s.log, options=rid.Options(weights={"lg": 1})), "did you mean log?"),
     "an unknown output": (lambda s: rid.Options(output="torque"), "speed or position"),  # type: ignore[arg-type]
+    "a band of one": (lambda s: rid.Options(band=5), "give (lowest, highest) in Hz"),  # type: ignore[arg-type]
+    "no horizon": (lambda s: rid.Options(horizon=0.0), "Options: horizon is 0.0; give a positive number, or None"),
+    "nothing rigid": (lambda s: rid.fit(RIGID, rid.read(motor_log(), use="flex")), 'read one with use="rigid"'),
     "a wrong name": (lambda s: s.fit["motor.inertia.j"], "did you mean motor.inertia.J?"),
     "an unknown record": (lambda s: s.log["lg"], 'there is no record "lg"; did you mean log?'),
     "twice": (lambda s: rid.diagnose(s.fit, held_out=s.log), 'two records have the name "log"; give one'),
