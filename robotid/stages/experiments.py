@@ -16,8 +16,8 @@ from robotid.signals.reference import Reference
 from robotid.stages.excite import realise
 from robotid.stages.ingestion.virtual import controller_of
 
-LARGE, SMALL = 1.0, 0.15  # of the largest speed on record
-LONG, SHORT = 5.0, 1.0  # periods [s]
+SPEED_SHARES = (0.15, 1.0)  # of the largest speed on record: dry friction shows at the one, inertia at the other
+LONG_PERIOD, SHORT_PERIOD = 5.0, 1.0  # s
 
 
 def experiments(settings: Config) -> Experiments:
@@ -36,8 +36,8 @@ def references(records: Sequence[Record]) -> dict[str, Reference]:
 
 
 def _blocks(top: float, h: float) -> Iterator[dict[str, Any]]:
-    long, short = (h * round(period / h) for period in (LONG, SHORT))
-    for share in (SMALL, LARGE):
+    long, short = (h * round(period / h) for period in (LONG_PERIOD, SHORT_PERIOD))
+    for share in SPEED_SHARES:
         amplitude = float(f"{share * top:.2g}")
         yield {"kind": "triangle", "amplitude": amplitude, "period": long, "duration": long, "sampling_time": h}
         yield {"kind": "triangle", "amplitude": amplitude, "period": short, "duration": long, "sampling_time": h}

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robotid.model.array import Array, blocks
-from robotid.model.joint import Joint
 from robotid.model.port import Port
 from robotid.model.port_motion import Placed
 from robotid.model.term import Motion
@@ -35,32 +34,51 @@ class TorqueShare:
     alone: bool
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
+class _Acting:
+    """A term at its place along a stretch of samples: the motion of its port, and its torque (n,)."""
+
+    place: Placed
+    motion: Motion
+    torque: Array
+
+
+@dataclass(frozen=True, slots=True)
 class _Tally:
-    """Running sums of one effect."""
+    """Sums of one effect over all samples so far. square : of its torque; peak : its largest torque, there : where, in
+    words, and largest : its share of all torques there."""
 
     square: float = 0.0
     peak: float = 0.0
     largest: float = 0.0
     there: str = ""
 
+    def with_stretch(self, acting: _Acting, total: Array, trajectory: Trajectory, record: str) -> _Tally:
+        """With a stretch of samples. total : absolute torques of all effects at the port, (n,)."""
+        torque = acting.torque
+        square, k = self.square + float(torque @ torque), int(np.argmax(np.abs(torque)))
+        peak = float(abs(torque[k]))
+        if peak <= self.peak:
+            return replace(self, square=square)
+        return _Tally(square, peak, peak / float(total[k]), f"{_motion_at(acting, k, trajectory)} on {record}")
+
 
 def torque_shares(runs: Iterable[tuple[str, Trajectory]]) -> dict[str, TorqueShare]:
     """Shares of every term that absorbs a torque itself, by dotted name, over (record name, trajectory) pairs of one
-    joint. What bends the motion, as a backlash does, has none."""
+    joint. What transforms the motion, as a backlash does, has none."""
     tallies: dict[str, _Tally] = {}
     totals: dict[Port, float] = {}
     places: list[Placed] = []
     for record, trajectory in runs:
         places = [place for place in trajectory.joint.placed if place.transform is None]
-        for motions, torques in _blocks(trajectory, places):
+        for stretch in _stretches(trajectory, places):
             for port in {place.port for place in places}:
-                here = [k for k, place in enumerate(places) if place.port is port]
-                total = np.sum([np.abs(torques[k]) for k in here], axis=0)
+                here = [one for one in stretch if one.place.port is port]
+                total = np.sum([np.abs(one.torque) for one in here], axis=0)
                 totals[port] = totals.get(port, 0.0) + float(total @ total)
-                for k in here:
-                    tally = tallies.setdefault(_name(places[k]), _Tally())
-                    _add(tally, places[k], motions[k], torques[k], total, trajectory.joint, trajectory.theta, record)
+                for one in here:
+                    name = _name(one.place)
+                    tallies[name] = tallies.get(name, _Tally()).with_stretch(one, total, trajectory, record)
     return {_name(place): _share(place, tallies[_name(place)], totals[place.port], places) for place in places}
 
 
@@ -70,20 +88,11 @@ def _share(place: Placed, tally: _Tally, total: float, places: Sequence[Placed])
     return TorqueShare(_name(place), str(place.port), float(rms), tally.largest, tally.there, alone)
 
 
-def _add(
-    tally: _Tally, place: Placed, m: Motion, torque: Array, total: Array, joint: Joint, theta: Array, record: str
-) -> None:
-    tally.square += float(torque @ torque)
-    k = int(np.argmax(np.abs(torque)))
-    if abs(torque[k]) > tally.peak:
-        tally.peak, tally.largest = float(abs(torque[k])), float(abs(torque[k]) / total[k])
-        tally.there = f"{_say(place, m, k, joint, theta)} on {record}"
-
-
-def _say(place: Placed, m: Motion, k: int, joint: Joint, theta: Array) -> str:
+def _motion_at(acting: _Acting, k: int, trajectory: Trajectory) -> str:
     """The motion that the effect reads, at sample k."""
-    units = on_axis(linear=joint.structure.linear)
-    d = place.term.partials(m, theta[place.at].tolist())
+    place, m = acting.place, acting.motion
+    units = on_axis(linear=trajectory.joint.structure.linear)
+    d = place.term.partials(m, trajectory.theta[place.at].tolist())
     if not (isinstance(d.x, float) and d.x == 0.0):
         return f"a {POSITION.get(place.port, 'position')} of {_number(m.x, k)} {units('rad')}"
     if place.reads_acceleration:
@@ -95,22 +104,19 @@ def _number(signal: Array, k: int) -> str:
     return f"{abs(float(signal[k if signal.size > 1 else 0])):.3g}"
 
 
-def _blocks(trajectory: Trajectory, places: Sequence[Placed]) -> Iterator[tuple[list[Motion], list[Array]]]:
-    """Motion and torque of the terms at these places, block by block of samples."""
+def _stretches(trajectory: Trajectory, places: Sequence[Placed]) -> Iterator[list[_Acting]]:
+    """The terms at these places, stretch by stretch of samples."""
     joint, theta = trajectory.joint, trajectory.theta
     for at in blocks(len(trajectory.u), BLOCK):
         inputs, x = trajectory.step_inputs(at), trajectory.x[:, at]
         mode = friction_mode(inputs, x)
         ddq = joint.evaluate(x, inputs.u, mode.s, inputs.t, theta, mode.sticking).f[joint.speeds]
-        pairs = zip(joint.placed, joint.motions(x, ddq, mode.s, inputs.t, theta), strict=True)
-        motions = [m for place, m in pairs if place in places]
-        yield (
-            motions,
-            [
-                np.broadcast_to(place.term.torque(m, theta[place.at].tolist()), x.shape[1:])
-                for place, m in zip(places, motions, strict=True)
-            ],
-        )
+        motions = joint.motions(x, ddq, mode.s, inputs.t, theta)
+        yield [
+            _Acting(place, m, np.broadcast_to(place.term.torque(m, theta[place.at].tolist()), x.shape[1:]))
+            for place, m in zip(joint.placed, motions, strict=True)
+            if place in places
+        ]
 
 
 def _name(place: Placed) -> str:
