@@ -1,0 +1,74 @@
+"""The noise that a diagnosis reckons with: that of the sensors where it is reached, torque errors besides where not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from support.hidden_records import SPEED_NOISE, hidden
+
+from robotid.diagnosis.noise.noise_estimate import NoiseEstimate, estimate_noise
+from robotid.estimate.fitted_model import SimulatedSegment
+
+
+@cache
+def segments(effect: str, value: float) -> tuple[SimulatedSegment, ...]:
+    symbol = {"constant_torque": "tau0", "quadratic_friction": "Fq"}[effect]
+    found = [hidden(effect, {symbol: value}, number=number) for number in (1, 2)]
+    return tuple(segment for one in found for segment in one.simulated.segments("speed"))
+
+
+CLEAN = ("constant_torque", 0.0)
+WRONG = ("quadratic_friction", 2e-4)
+
+
+def estimated(left: tuple[SimulatedSegment, ...], *, torque_errors: bool) -> NoiseEstimate:
+    """The noise where candidates and curves leave this of a misfit."""
+    return estimate_noise(segments(*WRONG), left, lambda: left, "speed", torque_errors=torque_errors)
+
+
+def energy_a_sample(estimate: NoiseEstimate, left: tuple[SimulatedSegment, ...]) -> float:
+    energy = sum(one.energy(part.residual) for one, part in zip(estimate.segments, left, strict=True))
+    return energy / sum(len(part.residual) for part in left)
+
+
+def test_what_is_explained_down_to_the_noise_has_the_noise_of_the_sensors() -> None:
+    found = estimated(segments(*CLEAN), torque_errors=True)
+    assert found.reached
+    for segment in found.segments:
+        assert np.sqrt(segment.whitening.output) == pytest.approx(SPEED_NOISE, rel=0.1)
+    assert energy_a_sample(found, segments(*CLEAN)) == pytest.approx(1.0, rel=0.2)
+
+
+def test_what_nothing_explains_counts_as_torque_errors_only_where_that_is_asked() -> None:
+    left = segments(*WRONG)
+    sensors, errors = (estimated(left, torque_errors=asked) for asked in (False, True))
+    assert not sensors.reached
+    assert not errors.reached
+    assert energy_a_sample(sensors, left) > 10.0
+    assert errors.segments[0].whitening.torque > 2.0 * sensors.segments[0].whitening.torque
+    assert energy_a_sample(errors, left) < 0.1 * energy_a_sample(sensors, left)
+
+
+def test_free_curves_are_only_asked_where_candidates_leave_too_much() -> None:
+    asked = list[bool]()
+
+    def curves() -> tuple[SimulatedSegment, ...]:
+        asked.append(True)
+        return segments(*CLEAN)
+
+    clean, wrong = segments(*CLEAN), segments(*WRONG)
+    assert estimate_noise(wrong, clean, curves, "speed", torque_errors=False).reached
+    assert asked == []
+    assert estimate_noise(wrong, wrong, curves, "speed", torque_errors=False).reached
+    assert asked == [True]
+
+
+def test_a_segment_at_rest_does_not_have_much_less_noise_than_the_others() -> None:
+    first, second = segments(*CLEAN)
+    still = replace(second, residual=1e-3 * second.residual)
+    found = estimate_noise((first, first, still), (first, first, still), lambda: (), "speed", torque_errors=False)
+    levels = [np.sqrt(segment.whitening.output) for segment in found.segments]
+    assert levels[2] == pytest.approx(0.25 * levels[0], rel=0.05)
