@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class RefitChoice:
+class RefitChoiceSettings:
     """Which candidates are refitted, and from where."""
 
     hopeful_share: float = 0.5  # of the best score's energy: candidates below it are not refitted
@@ -49,4 +49,4 @@ class ChangeSettings:
     max_iterations: int = 6  # of a fit of one parameter
 
 
-CHOICE, ACCEPTANCE, CHANGES = RefitChoice(), AcceptanceSettings(), ChangeSettings()
+CHOICE, ACCEPTANCE, CHANGES = RefitChoiceSettings(), AcceptanceSettings(), ChangeSettings()
