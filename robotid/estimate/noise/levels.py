@@ -160,21 +160,48 @@ def _corners(residuals: Sequence[Residual], settings: LevelSettings) -> Array:
 
 
 def _lines(one: Residual, whiten: InnovationsFilter, corners: Array, settings: LevelSettings) -> _Lines:
-    n, h = len(one.signal), one.response.sampling_time
-    omega = 2 * np.pi * np.arange(1, n // 2 + 1) / n
-    innovations = whiten(one.signal)
-    left = np.ones(len(omega))
-    if one.columns is not None and len(one.columns):
-        basis = _orthonormal(whiten(one.columns))
-        innovations = innovations - (basis @ innovations) @ basis
-        left = 1.0 - np.minimum(1.0, _periodogram(basis).sum(axis=0))
-    seen = np.flatnonzero(left > 1.0 - settings.full)
-    seen = seen[seen >= settings.skipped]
-    gain = whiten.squared(omega)[seen] * left[seen]
-    torque = gain * one.response.squared(omega[seen])
+    h = one.response.sampling_time
+    innovations = _Innovations.of(one, whiten, settings)
+    omega = innovations.omega
+    torque = innovations.gain * one.response.squared(omega)
     poles = np.exp(-corners * h)
-    red = torque * (1.0 - poles**2)[:, None] / np.abs(1.0 - poles[:, None] * np.exp(-1j * omega[seen])) ** 2
-    return _Lines(_periodogram(innovations)[seen], gain, torque, red)
+    red = torque * (1.0 - poles**2)[:, None] / np.abs(1.0 - poles[:, None] * np.exp(-1j * omega)) ** 2
+    return _Lines(innovations.power, innovations.gain, torque, red)
+
+
+def whitened_lines(one: Residual, whiten: InnovationsFilter, settings: LevelSettings = SETTINGS) -> tuple[Array, Array]:
+    """Periodogram of a whitened residual at the frequencies that tell of its noise, and what noise of the filter's own
+    levels would show there, (f,) each."""
+    innovations, levels, h = _Innovations.of(one, whiten, settings), whiten.levels, one.response.sampling_time
+    omega, expected = innovations.omega, levels.output * innovations.gain
+    if levels.torque + levels.red > 0.0:
+        pole = levels.pole(h)
+        red = levels.red * (1.0 - pole**2) / np.abs(1.0 - pole * np.exp(-1j * omega)) ** 2
+        expected = expected + innovations.gain * one.response.squared(omega) * (levels.torque + red)
+    return innovations.power, expected
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Innovations:
+    """Periodogram of a whitened residual at the frequencies omega (f,) [rad per sample] that tell of its noise, and the
+    squared gain (f,) by which noise of the output gets there."""
+
+    omega: Array
+    power: Array
+    gain: Array
+
+    @classmethod
+    def of(cls, one: Residual, whiten: InnovationsFilter, settings: LevelSettings) -> _Innovations:
+        n = len(one.signal)
+        omega = 2 * np.pi * np.arange(1, n // 2 + 1) / n
+        innovations, left = whiten(one.signal), np.ones(n // 2)
+        if one.columns is not None and len(one.columns):
+            basis = _orthonormal(whiten(one.columns))
+            innovations = innovations - (basis @ innovations) @ basis
+            left = 1.0 - np.minimum(1.0, _periodogram(basis).sum(axis=0))
+        seen = np.flatnonzero(left > 1.0 - settings.full)
+        seen = seen[seen >= settings.skipped]
+        return cls(omega[seen], _periodogram(innovations)[seen], whiten.squared(omega[seen]) * left[seen])
 
 
 def _periodogram(signals: Array) -> Array:

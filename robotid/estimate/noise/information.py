@@ -1,0 +1,56 @@
+"""What noise of known levels does to a least-squares estimate.
+
+An output-error fit weighs all samples alike and is consistent whatever the colour of its residual, but its covariance
+is (J J')^-1 J R J' (J J')^-1 with R the covariance of the residual (Ljung 1999, section 9.5). Here R follows from where
+the noise arises: an error of the torque passes through the joint and lasts, so R grows along the record, which no
+stationary spectrum tells.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy
+
+from robotid.estimate.noise.levels import SETTINGS, LevelSettings, Residual, whitened_lines
+from robotid.estimate.noise.response import TorqueResponse
+from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
+from robotid.model.array import Array
+from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
+
+SURPRISE = 4.0  # standard deviations of the mean of an octave of the whitened spectrum that pass for chance
+OCTAVE = 8  # lines of the narrowest one
+
+
+def noise_information(jacobian: Array, response: TorqueResponse, levels: NoiseLevels) -> Array:
+    """J R J' for the noise of one record. jacobian (m, n) -> (m, m)."""
+    n = jacobian.shape[1]
+    found = levels.output * jacobian @ jacobian.T
+    if levels.torque + levels.red == 0.0:
+        return np.asarray(found)
+    columns = np.zeros((len(response.b), 1, n))
+    columns[:, 0, 1:2] = response.b[:, None]
+    impulse = solve_block_bidiagonal(response.A[:, :, None], columns)[response.row, 0]
+    spectra = np.fft.rfft(jacobian, 2 * n, axis=1) * np.fft.rfft(impulse, 2 * n).conj()
+    through = np.fft.irfft(spectra, 2 * n, axis=1)[:, :n]
+    found = found + levels.torque * through @ through.T
+    if levels.red > 0.0:
+        pole = levels.pole(response.sampling_time)
+        lasting = scipy.signal.lfilter([1.0], [1.0, -pole], through[:, ::-1], axis=1)[:, ::-1].copy()
+        lasting[:, 1:] *= np.sqrt(1.0 - pole**2)
+        found = found + levels.red * lasting @ lasting.T
+    return np.asarray(found)
+
+
+def is_explained(one: Residual, levels: NoiseLevels, settings: LevelSettings = SETTINGS) -> bool:
+    """Whether noise of these levels is all that a residual shows: no octave of its whitened spectrum stands out."""
+    whiten = innovations_filter(one.response, levels)
+    power, expected = whitened_lines(one, whiten, settings)
+    edges = [0, OCTAVE]
+    while 2 * edges[-1] < len(power):
+        edges.append(2 * edges[-1])
+    bands = [slice(a, b) for a, b in zip(edges, [*edges[1:], len(power)], strict=True)]
+    for band in bands:
+        ratio = float(np.mean(power[band] / expected[band])) if band.stop > band.start else 1.0
+        if abs(ratio - 1.0) * np.sqrt((band.stop - band.start) / 2.0) > SURPRISE:
+            return False
+    return True
