@@ -2,7 +2,7 @@
 
 import sys
 
-from robotid.cli.app import main
+from robotid.cli.entry import main
 
 if __name__ == "__main__":
     sys.exit(main())

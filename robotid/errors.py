@@ -2,9 +2,26 @@
 
 from __future__ import annotations
 
+import unicodedata
 from typing import ClassVar
 
-INTERRUPTED = 130  # the exit code of what was stopped from the keyboard
+INTERRUPTED = 130  # the exit code of what was stopped from the keyboard or by SIGTERM
+
+
+def printable(text: str, keep: str = "") -> str:
+    """A text with its control characters written out, \\x1b say, so that no file steers the terminal that shows its
+    names. keep : control characters that stay, such as a line feed. Bytes of a file name that are no text are written
+    out as well."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c in keep or unicodedata.category(c) == "Zs" else _escaped(c) for c in text)
+
+
+def _escaped(character: str) -> str:
+    code = ord(character)
+    if 0xDC80 <= code <= 0xDCFF:  # how Python hands on a byte that is no text (PEP 383)
+        return f"\\x{code - 0xDC00:02x}"
+    return character.encode("unicode_escape").decode()
 
 
 class RobotidError(Exception):
@@ -21,7 +38,7 @@ class RobotidError(Exception):
 
     def __str__(self) -> str:
         line = f"{self.where}: {self.what}" if self.where else self.what
-        return f"{line}; {self.hint}" if self.hint else line
+        return printable(f"{line}; {self.hint}" if self.hint else line)
 
 
 class ConfigError(RobotidError):

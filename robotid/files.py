@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import re
+from contextlib import suppress
 from pathlib import Path
 
 from robotid.errors import InputError
 
+PART = re.compile(r"\..+\.(\d+)\.part")  # a temporary name, and the process that writes it
 CHECK_FOLDER = "check its folder and the space left"
 
 
@@ -23,6 +27,35 @@ def atomic_write(path: Path, content: bytes | str, *, hint: str = CHECK_FOLDER, 
         _replace(path, part, content.encode() if isinstance(content, str) else content, durable)
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror or error}", where=str(path), hint=hint) from error
+
+
+def remove_leftovers(folder: Path) -> None:
+    """Remove the temporary files of processes that ended while they wrote into a folder of this machine."""
+    with suppress(OSError):
+        for file in folder.iterdir():
+            found = PART.fullmatch(file.name)
+            if found is not None and not _is_alive(int(found[1])):
+                with suppress(OSError):
+                    file.unlink()
+
+
+def _is_alive(process: int) -> bool:
+    if os.name != "posix" or process == os.getpid():
+        return True  # elsewhere nobody can ask without ending it
+    try:
+        os.kill(process, 0)
+    except OverflowError:
+        return False
+    except OSError as error:
+        return error.errno != errno.ESRCH
+    return True
+
+
+def touch(path: Path, time: float | None = None) -> None:
+    """Set the times of a file, by default to now, for programs that compare them. A file that one may only read keeps
+    its own."""
+    with suppress(OSError):
+        os.utime(path, None if time is None else (time, time))
 
 
 def _replace(path: Path, part: Path, content: bytes, durable: bool) -> None:

@@ -15,7 +15,9 @@ from robotid import __version__
 from robotid.cli.console import print_message
 from robotid.cli.options import AsJson, ConfigPath, Debug, Out, Set
 from robotid.cli.stages import add_stages
-from robotid.errors import InputError, RobotidError
+from robotid.cli.streams import standard_streams
+from robotid.errors import INTERRUPTED, InputError, RobotidError
+from robotid.interrupt import Interrupted, check, interruptible
 
 app = typer.Typer(
     name="robotid",
@@ -31,30 +33,53 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else arguments
     # many small matrices: threads cost far more than they bring, and the library reads this before numpy is imported
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    with standard_streams() as results:
+        code = _run(arguments)
+        results.flush()
+        if results.failure is not None and code == 0:
+            print_message(f"stdout: cannot be written: {results.failure.strerror}")
+            return InputError.exit_code
+        return code
+
+
+def _run(arguments: Sequence[str]) -> int:
+    debug = "--debug" in arguments
     try:
-        app(list(arguments), prog_name="robotid")
-    except SystemExit as end:
-        return end.code if isinstance(end.code, int) else int(end.code is not None)
+        with interruptible():
+            code = _dispatch(arguments)
+            check()
+            return code
     except RobotidError as error:
-        if "--debug" in arguments:
+        if debug:
             traceback.print_exc()
         print_message(str(error))
         return error.exit_code
-    except OSError as error:
-        return _system(error, debug="--debug" in arguments)
+    except OSError as error:  # a full disk or a forbidden folder is nobody's bug
+        if debug:
+            traceback.print_exc()
+        print_message(f"{error.filename or 'system'}: {error.strerror or error}")
+        return InputError.exit_code
+    except MemoryError:
+        if debug:
+            traceback.print_exc()
+        print_message("system: there is not enough memory for this")
+        return InputError.exit_code
+    except Interrupted:
+        print_message("interrupted")
+        return INTERRUPTED
     except Exception:
         traceback.print_exc()
         print_message("this is a bug in robotid; please report it with the lines above")
         return 1
+
+
+def _dispatch(arguments: Sequence[str]) -> int:
+    """The exit code of a command that ends by itself. Raises what the command raises."""
+    try:
+        app(list(arguments), prog_name="robotid")
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else int(end.code is not None)
     return 0
-
-
-def _system(error: OSError, *, debug: bool) -> int:
-    """A full disk or a forbidden folder is nobody's bug."""
-    if debug or error.filename is None:
-        traceback.print_exc()
-    print_message(f"{error.filename or 'system'}: {error.strerror or error}")
-    return InputError.exit_code
 
 
 def _print_version(wanted: bool) -> None:

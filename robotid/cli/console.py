@@ -11,6 +11,7 @@ from io import StringIO
 from math import isfinite
 from typing import IO, TYPE_CHECKING, Literal
 
+from robotid.errors import printable
 from robotid.report.tables.table import Json, Table
 
 if TYPE_CHECKING:
@@ -24,12 +25,23 @@ GAP = 3  # between columns
 def print_message(text: str, *, quiet: bool = False) -> None:
     """One line of talk."""
     if not quiet:
-        print(text, file=sys.stderr, flush=True)
+        print(printable(text, keep="\n"), file=sys.stderr, flush=True)
 
 
 def print_json(document: Json) -> None:
     """One JSON document; a number that is not finite becomes null."""
-    print(json.dumps(_finite(document), indent=2, ensure_ascii=False, allow_nan=False))
+    text = json.dumps(_finite(document), indent=2, ensure_ascii=False, allow_nan=False)
+    if not _can_encode(text):
+        text = json.dumps(_finite(document), indent=2, allow_nan=False)
+    print(text)
+
+
+def _can_encode(text: str) -> bool:
+    try:
+        text.encode(sys.stdout.encoding or "utf-8")
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _finite(document: Json) -> Json:
@@ -46,13 +58,24 @@ def print_tables(tables: Sequence[Table]) -> None:
     """Tables on stdout; where that is not a terminal, bare of colour and as wide as need be."""
     on_terminal, buffer = sys.stdout.isatty(), StringIO()
     console = terminal(sys.stdout) if on_terminal else terminal(buffer, WIDE)
-    parts = [part for table in tables for part in _parts(table, console.width)]
+    parts = [part for table in tables for part in _parts(_printable(table), console.width)]
     for i, table in enumerate(parts):
         if i:
             console.print()
         _print(table, console)
     if not on_terminal:
         print("\n".join(line.rstrip() for line in buffer.getvalue().splitlines()))
+
+
+def _printable(table: Table) -> Table:
+    """A table that steers no terminal, whatever names it shows."""
+    return replace(
+        table,
+        title=printable(table.title),
+        columns=tuple(map(printable, table.columns)),
+        rows=tuple(tuple(map(printable, row)) for row in table.rows),
+        note=printable(table.note, keep="\n"),
+    )
 
 
 def terminal(stream: IO[str], width: int | None = None) -> Console:

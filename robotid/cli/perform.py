@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import typer
@@ -14,6 +15,7 @@ from robotid.cli.progress import watching
 from robotid.config.load import load
 from robotid.errors import INTERRUPTED, ThresholdError
 from robotid.pipeline.execute import AFTER_ANOTHER, FRESH, Outcome, execute, execute_all, reader
+from robotid.pipeline.lock import locked
 from robotid.pipeline.run import Run
 from robotid.pipeline.table import PRODUCTS, REPORT, STAGES, VALIDATE
 from robotid.progress import Log
@@ -42,7 +44,16 @@ def open_run(config: Path, out: Path | None, overrides: Sequence[str]) -> Run:
 
 
 def perform(stage: str | None, run: Run, options: StageOptions) -> None:
-    """Run one stage, or all of them, and print what came of it. Raises what the stages raise."""
+    """Run one stage, or all of them, and print what came of it. Waits for another process in the same run directory.
+    Raises what the stages raise."""
+    if options.dry_run:
+        _perform(stage, run, options)
+        return
+    with locked(run.out, run.command(stage or "run"), partial(print_message, quiet=options.quiet)):
+        _perform(stage, run, options)
+
+
+def _perform(stage: str | None, run: Run, options: StageOptions) -> None:
     done: list[Outcome] = []
     failure = None
     with watching(quiet=options.quiet or options.dry_run) as log:

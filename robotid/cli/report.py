@@ -7,7 +7,8 @@ from functools import partial
 from pathlib import Path
 
 from robotid.artifacts.store import ELSEWHERE, ArtifactHeader
-from robotid.files import atomic_write
+from robotid.files import atomic_write, touch
+from robotid.interrupt import check
 from robotid.pipeline.execute import FORCED, FRESH, Outcome
 from robotid.pipeline.report_page import Material, gather, page_file, page_stamp, why_made
 from robotid.pipeline.run import Run
@@ -41,7 +42,7 @@ def make_report(
     if why:
         atomic_write(file, _page(material), hint=ELSEWHERE)
     else:
-        file.touch()  # make compares times
+        touch(file)  # make compares times
     written = () if figures is None else _write_figures(material, figures, form, log)
     stamp = page_stamp(run)
     assert stamp is not None
@@ -85,6 +86,7 @@ def _write_figures(material: Material, folder: Path, form: str, log: Log | None)
     every = figure_specs(material.findings)
     files = tuple(folder / f"{spec.name}.{form}" for spec in every)
     for k, (spec, file) in enumerate(zip(every, files, strict=True)):
+        check()
         if log is not None:
             log(Progress(spec.name, k, len(every)))
         save_figure(spec.draw(), file)

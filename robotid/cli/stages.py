@@ -9,9 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
-from robotid.cli.console import print_message
 from robotid.cli.options import AsJson, ConfigPath, Debug, DryRun, Force, Jobs, Out, Quiet, Set
-from robotid.errors import INTERRUPTED
+from robotid.interrupt import Interrupted
 from robotid.pipeline.table import REPORT, STAGES
 
 
@@ -69,8 +68,7 @@ def _perform(
     try:
         perform(stage, open_run(config, out, overrides or []), StageOptions(**options))
     except KeyboardInterrupt:
-        print_message("interrupted")
-        raise typer.Exit(INTERRUPTED) from None
+        raise Interrupted from None
 
 
 def limit_threads(jobs: int | None) -> None:

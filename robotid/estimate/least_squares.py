@@ -13,6 +13,7 @@ import numpy as np
 from robotid.errors import NumericsError
 from robotid.estimate.residual import Evaluation, Linearisation, OutputError
 from robotid.estimate.result import End
+from robotid.interrupt import Interrupted, check
 from robotid.model.array import Array, Mask
 from robotid.progress import Iteration
 
@@ -93,6 +94,7 @@ def solve(
     in_noise = NOISE_SHARE * len(start) / sum(map(len, first.residuals))
     try:
         for number in range(1, options.max_iterations + 1):
+            check()
             reduction = predicted_reduction(at, bounds) / max(costs[-1], 1e-300)
             if reduction < options.tolerance:
                 end = End.CONVERGED
@@ -113,7 +115,7 @@ def solve(
             costs.append(after.cost)
             if log is not None:
                 log(Iteration(number, after.cost, decrease))
-    except KeyboardInterrupt:
+    except (Interrupted, KeyboardInterrupt):
         if not options.interruptible:
             raise
         end = End.INTERRUPTED

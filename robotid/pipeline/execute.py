@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -14,13 +13,14 @@ from robotid.artifacts.layout import layout_digest
 from robotid.artifacts.provenance import Provenance
 from robotid.artifacts.store import ELSEWHERE, ArtifactHeader, load, save
 from robotid.errors import InputError, ThresholdError
-from robotid.files import atomic_write
+from robotid.files import atomic_write, touch
+from robotid.interrupt import check
 from robotid.model.units import on_axis
 from robotid.pipeline.freshness import StageStatus, State, judge
 from robotid.pipeline.run import Run
 from robotid.pipeline.stage import Stage, find
 from robotid.pipeline.table import STAGES
-from robotid.progress import Begun, Log
+from robotid.progress import Begun, Log, Progress, Step
 
 FRESH, FORCED = "fresh", "forced"  # reasons
 AFTER_ANOTHER = "an earlier stage would run"
@@ -133,8 +133,8 @@ def _run(
 ) -> tuple[Outcome, tuple[str, ...]]:
     """The outcome of running a stage, and the demands that it fails."""
     begin = time.perf_counter()
-    if log is not None:
-        log(Begun(stage.name))
+    log = _stopping(log)
+    log(Begun(stage.name))
     config = run.loaded.config
     contents: list[Any] = [load(run.file(STAGES[name]), STAGES[name].type()).content for name in stage.inputs]
     if stage.reads_files:
@@ -154,6 +154,17 @@ def _run(
     _write_companion(run, stage, outcome)
     save(run.file(stage), content, made, on_axis(linear=config.robot.linear))
     return replace(outcome, seconds=time.perf_counter() - begin), made.failed
+
+
+def _stopping(log: Log | None) -> Log:
+    """A log whose every event is a point at which the run may be stopped."""
+
+    def stop_or_log(event: Begun | Progress | Step) -> None:
+        check()
+        if log is not None:
+            log(event)
+
+    return stop_or_log
 
 
 def _write_companion(run: Run, stage: Stage, outcome: Outcome) -> None:
@@ -181,9 +192,9 @@ def _judged(run: Run, stage: Stage, outcome: Outcome, failed: tuple[str, ...]) -
     """
     if failed or outcome.interrupted:
         before = min((run.file(STAGES[name]).stat().st_mtime for name in stage.inputs), default=1.0) - 1.0
-        os.utime(outcome.file, (before, before))
+        touch(outcome.file, before)
     else:
-        os.utime(outcome.file)
+        touch(outcome.file)
     if failed:
         raise ThresholdError("; ".join(failed), where=str(outcome.file), hint="see `robotid show` of it")
     return outcome

@@ -15,6 +15,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
+from robotid.interrupt import check
 from robotid.model.array import Array
 from robotid.report.drawing.layout import time_figure
 from robotid.report.drawing.time import Series, TimePlot
@@ -75,6 +76,7 @@ class _Shown:
 
 
 def _shown(spec: FigureSpec, most: int) -> _Shown:
+    check()
     if spec.plot is None:
         return _Shown(spec, Markup(inline(spec.draw(), spec.name)))
     still = inline(time_figure(_thinned(spec.plot, STATIC_POINTS)), spec.name)

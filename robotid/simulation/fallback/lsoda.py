@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 
 from robotid import __version__
 from robotid.errors import NumericsError
+from robotid.interrupt import check
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.term import Term
@@ -49,6 +50,7 @@ def smooth_rate(joint: Joint, x: Array, u: float, t: float, theta: Array) -> Arr
 def _integrate(problem: Problem, first: int, stop: int, start: Array) -> Array:
     h, x = problem.sampling_time, [start]
     for k in range(first, stop):
+        check()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # that it failed is reported below
             step = _solve_ivp(

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.integrate import DenseOutput, OdeSolver, solve_ivp
 
 from robotid.errors import NumericsError
+from robotid.interrupt import check
 from robotid.model.array import Array
 from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
 from robotid.simulation.newton.problem import WindowProblem
@@ -156,6 +157,7 @@ class TrajectoryNewton(OdeSolver):
         problem, total = self.problem, self.problem.intervals
         guess = problem.guess[:, self.node : self.node + self.window + 1]
         while True:
+            check()
             stop = min(total, self.node + self.window)
             found = newton(problem, self.node, self.y, guess, self.scale)
             self.nfev += 3 * found.iterations

@@ -1,0 +1,104 @@
+"""Ctrl-C and SIGTERM: a signal sets a flag, and whoever works asks for it between two steps.
+
+An exception that a signal raises wherever the program happens to be lands inside a library's callback, where it is
+swallowed or taken for an error of that library. So the command line works within `interruptible`, long work calls
+`check` at points where stopping is safe, and calls that may block for ever stand in `blocking`. A second signal ends
+the process at once. Where nothing is `interruptible`, as in a notebook, Python's own KeyboardInterrupt stays as it is.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import FrameType
+
+from robotid.errors import INTERRUPTED
+
+SHOW_CURSOR = b"\x1b[?25h"  # what a live display hides
+
+
+class Interrupted(BaseException):
+    """The process was asked to stop. No Exception, so that no handler of errors takes it for one."""
+
+
+@dataclass(slots=True)
+class _Requests:
+    """Signals so far, whether one of them waits for a safe point, and how many blocking calls are under way."""
+
+    received: int = 0
+    pending: bool = False
+    blocking: int = 0
+
+
+_requests: _Requests | None = None
+"""None where nothing is interruptible. A signal handler has no other way to reach the code that it interrupts."""
+
+
+def check() -> None:
+    """A safe point. Raises Interrupted where a signal has asked to stop since the last one."""
+    if _requests is not None and _requests.pending:
+        _requests.pending = False
+        raise Interrupted
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Let SIGINT and SIGTERM set the flag that `check` asks for.
+
+    A signal that the caller's shell has switched off stays so. Without effect inside another, and in a thread that may
+    not handle signals.
+    """
+    global _requests
+    if _requests is not None or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    former = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    _requests = _Requests()
+    try:
+        for number, handler in former.items():
+            if handler not in (signal.SIG_IGN, None):
+                signal.signal(number, _receive)
+        yield
+    finally:
+        for number, handler in former.items():
+            if handler not in (signal.SIG_IGN, None):
+                signal.signal(number, handler)
+        _requests = None
+
+
+@contextmanager
+def blocking() -> Iterator[None]:
+    """Around a call that may wait for somebody else, such as a write to a pipe: here a signal raises at once."""
+    check()
+    requests = _requests
+    if requests is None:
+        yield
+        return
+    requests.blocking += 1
+    try:
+        yield
+    finally:
+        requests.blocking -= 1
+
+
+def _receive(number: int, frame: FrameType | None) -> None:
+    requests = _requests
+    if requests is None:
+        return
+    requests.received += 1
+    if requests.received > 1:
+        _end()
+    if requests.blocking:
+        raise Interrupted
+    requests.pending = True
+
+
+def _end() -> None:
+    """End the process without further ado."""
+    if os.isatty(2):
+        os.write(2, SHOW_CURSOR)
+    os._exit(INTERRUPTED)
