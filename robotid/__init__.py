@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from robotid.errors import RobotidError as RobotidError
     from robotid.estimate.result import FitResult as FitResult
     from robotid.extension.results import Extension as Extension
+    from robotid.interface.checking import check as check
     from robotid.interface.dataset import Dataset as Dataset
     from robotid.interface.evaluation import Simulation as Simulation
     from robotid.interface.evaluation import simulate as simulate
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from robotid.model.parameters import Parameters as Parameters
     from robotid.model.structure import Structure as Structure
     from robotid.signals.columns import Column as Column
+    from robotid.signals.plausibility.finding import Plausibility as Plausibility
     from robotid.signals.record import Record as Record
     from robotid.simulation.trajectory import Trajectory as Trajectory
     from robotid.validation.results import Validation as Validation
@@ -51,6 +53,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "read": "interface.reading",
+    "check": "interface.checking",
     "Model": "interface.model",
     "fit": "interface.identification",
     "simulate": "interface.evaluation",
@@ -68,6 +71,7 @@ _HOMES = {
     "Fit": "interface.identification",
     "Simulation": "interface.evaluation",
     "Record": "signals.record",
+    "Plausibility": "signals.plausibility.finding",
     "Structure": "model.structure",
     "Joint": "model.joint",
     "Parameters": "model.parameters",

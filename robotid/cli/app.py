@@ -13,7 +13,7 @@ import typer
 
 from robotid import __version__
 from robotid.cli.console import print_message
-from robotid.cli.options import AsJson, ConfigPath, Debug, Out, Set
+from robotid.cli.options import Accept, AsJson, ConfigPath, Debug, Out, Quiet, Set
 from robotid.cli.stages import add_stages
 from robotid.cli.streams import standard_streams
 from robotid.errors import INTERRUPTED, InputError, RobotidError
@@ -98,6 +98,23 @@ def _options(
 
 
 add_stages(app)
+
+
+@app.command()
+def check(
+    config: ConfigPath,
+    out: Out = None,
+    overrides: Set = None,
+    accept: Accept = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Whether the records make sense, before anything is fitted."""
+    from robotid.cli.check import check_configuration
+    from robotid.cli.perform import open_run
+
+    check_configuration(open_run(config, out, overrides or []), accept or [], as_json=as_json, quiet=quiet)
 
 
 @app.command()

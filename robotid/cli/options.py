@@ -13,6 +13,12 @@ Set = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY.PATH=VALUE", help="Change the configuration; repeatable.")
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")]
+Accept = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--accept", metavar="CHECK", help="A finding of `robotid check` that is known to be right; repeatable."
+    ),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No talk on stderr but errors.")]
 Force = Annotated[bool, typer.Option("--force", help="Run even what is up to date.")]
 Jobs = Annotated[

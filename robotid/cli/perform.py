@@ -14,12 +14,14 @@ from robotid.cli.console import print_json, print_message, print_tables
 from robotid.cli.progress import watching
 from robotid.config.load import load
 from robotid.errors import INTERRUPTED, ThresholdError
+from robotid.pipeline.check import check, precedes_a_fit, require_meaningful
 from robotid.pipeline.execute import AFTER_ANOTHER, FRESH, Outcome, execute, execute_all, reader
 from robotid.pipeline.lock import locked
 from robotid.pipeline.run import Run
-from robotid.pipeline.table import PRODUCTS, REPORT, STAGES, VALIDATE
+from robotid.pipeline.table import COLLECT, PRODUCTS, REPORT, STAGES, VALIDATE
 from robotid.progress import Log
 from robotid.report.numbers import fixed
+from robotid.report.tables import check as check_view
 from robotid.report.tables.sliding import in_units_of_axis
 from robotid.report.tables.table import Json, Table
 
@@ -28,7 +30,8 @@ STATES = {"made": "green", "fresh": "dim", "yes": "yellow", "no": "dim"}
 
 @dataclass(frozen=True, slots=True)
 class StageOptions:
-    """How stages are run and shown. figures, form : folder and format of the report's figures."""
+    """How stages are run and shown. figures, form : folder and format of the report's figures. accept : findings of the
+    check that do not stop a run."""
 
     as_json: bool = False
     quiet: bool = False
@@ -36,6 +39,7 @@ class StageOptions:
     dry_run: bool = False
     figures: Path | None = None
     form: str = "pdf"
+    accept: tuple[str, ...] = ()
 
 
 def open_run(config: Path, out: Path | None, overrides: Sequence[str]) -> Run:
@@ -85,12 +89,24 @@ def _outcomes(stage: str | None, run: Run, options: StageOptions, log: Log | Non
         outcome = None
         for outcome in execute_all(run, force=options.force, dry_run=options.dry_run, log=log):
             yield outcome
+            if outcome.stage == COLLECT.name and not outcome.interrupted and not options.dry_run:
+                _check(run, options)
         if outcome is not None and not outcome.interrupted:
             yield _reported(run, options, log, would_change=options.dry_run and outcome.why != FRESH)
     elif stage == REPORT.name:
         yield _reported(run, options, log)
     else:
         yield execute(run, stage, force=options.force, dry_run=options.dry_run, log=log)
+
+
+def _check(run: Run, options: StageOptions) -> None:
+    """Stop before anything is fitted to records that make no sense; a warning is a line on stderr."""
+    if not precedes_a_fit(run, force=options.force):
+        return
+    found = check(run, options.accept)
+    require_meaningful(run, found)
+    for line in check_view.lines(found):
+        print_message(line, quiet=options.quiet)
 
 
 def _reported(run: Run, options: StageOptions, log: Log | None, *, would_change: bool = False) -> Outcome:

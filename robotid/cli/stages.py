@@ -9,20 +9,36 @@ from typing import Annotated, Any
 
 import typer
 
-from robotid.cli.options import AsJson, ConfigPath, Debug, DryRun, Force, Jobs, Out, Quiet, Set
+from robotid.cli.options import Accept, AsJson, ConfigPath, Debug, DryRun, Force, Jobs, Out, Quiet, Set
 from robotid.interrupt import Interrupted
 from robotid.pipeline.table import REPORT, STAGES
 
 
 def add_stages(app: typer.Typer) -> None:
     """One command a stage, and `run` for all of them."""
-    app.command("run", help="Every stage that is not up to date, in order.")(_command(None))
+    app.command("run", help="Every stage that is not up to date, in order.")(_run)
     for stage in STAGES.values():
         app.command(stage.name, help=stage.summary)(_command(stage.name))
     app.command(REPORT.name, help=REPORT.summary)(_report)
 
 
-def _command(stage: str | None) -> Callable[..., None]:
+def _run(
+    config: ConfigPath,
+    out: Out = None,
+    overrides: Set = None,
+    accept: Accept = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+    force: Force = False,
+    jobs: Jobs = None,
+    dry_run: DryRun = False,
+    debug: Debug = False,
+) -> None:
+    options = {"as_json": as_json, "quiet": quiet, "force": force, "dry_run": dry_run, "accept": tuple(accept or ())}
+    _perform(None, config, out, overrides, jobs, **options)
+
+
+def _command(stage: str) -> Callable[..., None]:
     def command(
         config: ConfigPath,
         out: Out = None,

@@ -16,6 +16,7 @@ from robotid.model.parameters import Parameter
 from robotid.model.port import Port, Signal
 from robotid.model.structure import RECORD_CHANGE, Structure, changed
 from robotid.model.term import Role
+from robotid.signals.plausibility.procedure import CHECKS
 from robotid.terms import TERMS
 
 PLACES = [*map(str, Port), *map(str, Signal)]
@@ -42,9 +43,16 @@ def problems(config: Config) -> Iterator[Problem]:
             yield from _effects(plant.model, robot.gear_ratio, ("plant", "model"))
         yield from _truth(plant.parameters, config.plant_structure())
     yield from _records(config)
+    yield from _accepted(config)
     yield from _fit(config)
     yield from _thresholds(config)
     yield from _diagnosis(config)
+
+
+def _accepted(config: Config) -> Iterator[Problem]:
+    for k, name in enumerate(config.check.accept):
+        if name not in CHECKS:
+            yield Problem(("check", "accept", k), f'there is no check "{name}"', suggest(name, CHECKS, many=20))
 
 
 def declared(structure: Structure) -> dict[str, Parameter]:

@@ -14,6 +14,7 @@ from robotid.config.section import Name, NonNegative, Positive, Section
 from robotid.model.structure import Structure
 
 __all__ = [
+    "CheckSettings",
     "Config",
     "ControllerSettings",
     "DiagnoseSettings",
@@ -34,6 +35,13 @@ __all__ = [
 ]
 
 Count = Annotated[int, Field(gt=0)]
+
+
+class CheckSettings(Section):
+    """Whether the records make sense, which is asked before anything is fitted. accept : names of checks whose fatal
+    findings are known to be right, so that a run goes on, such as torque_sign."""
+
+    accept: tuple[str, ...] = ()
 
 
 class InitRigidSettings(Section):
@@ -134,6 +142,7 @@ class Config(Section):
     records: Annotated[tuple[RecordSettings, ...], Field(min_length=1)]
     plant: PlantSettings | None = None
     controller: ControllerSettings | None = None
+    check: CheckSettings = CheckSettings()
     init_rigid: InitRigidSettings = InitRigidSettings()
     init_flex: InitFlexSettings = InitFlexSettings()
     fit: FitSettings = FitSettings()

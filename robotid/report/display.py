@@ -23,10 +23,11 @@ from robotid.model.array import Array
 from robotid.model.units import on_axis, sliding
 from robotid.report.figures import draw
 from robotid.report.numbers import fixed, number
-from robotid.report.tables import diagnose, extend, fit, init_flex, init_rigid, validate
+from robotid.report.tables import check, diagnose, extend, fit, init_flex, init_rigid, validate
 from robotid.report.tables.sliding import in_units_of_axis
 from robotid.report.tables.table import Table
 from robotid.report.tables.text import as_html, as_text
+from robotid.signals.plausibility import Plausibility
 from robotid.signals.quality import Recordings
 from robotid.signals.record import Record
 from robotid.validation.results import Validation
@@ -162,6 +163,22 @@ class RecordView(View[Record]):
 
     def figure(self) -> Figure:
         return draw(Recordings((self.content,)))
+
+
+@shows(Plausibility)
+class PlausibilityView(View[Plausibility]):
+    """What the checks of records found."""
+
+    def line(self) -> str:
+        return check.sentence(self.content)
+
+    def tables(self) -> Sequence[Table]:
+        return check.tables(self.content)
+
+    def columns(self) -> Columns:
+        found = self.content.findings
+        names = ("record", "name", "severity", "what", "consequence", "cure", "accepted")
+        return {name: [getattr(finding, name) for finding in found] for name in names}
 
 
 @shows(RigidResult)

@@ -1,0 +1,24 @@
+"""The command check: whether the records make sense, before anything is fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from robotid.cli.console import print_json, print_message, print_tables
+from robotid.cli.progress import watching
+from robotid.pipeline.check import check, require_meaningful
+from robotid.pipeline.run import Run
+from robotid.report.tables import check as view
+
+
+def check_configuration(run: Run, accepted: Sequence[str], *, as_json: bool, quiet: bool) -> None:
+    """Print all findings. Raises NumericsError where a fit would be meaningless, and what `collect` raises."""
+    with watching(quiet=quiet) as log:
+        found = check(run, accepted, log=log)
+    if as_json:
+        print_json(view.document(found))
+    elif not quiet:
+        print_tables(view.tables(found))
+    require_meaningful(run, found)
+    print_message(view.sentence(found), quiet=quiet)
+    print_message(f"next: {run.command('run')}", quiet=quiet)

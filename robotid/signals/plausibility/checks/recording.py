@@ -1,0 +1,131 @@
+"""The recording itself: clock, resolution, saturation, and what of the joint the motion shows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import scipy
+
+from robotid.model.array import Array
+from robotid.signals.plausibility.check import Remark, check
+from robotid.signals.plausibility.evidence import Evidence
+from robotid.signals.plausibility.settings import CHECK
+from robotid.signals.record import Record
+
+COMPARED = 4000  # samples of a record, to which it is thinned before motions are compared
+
+
+@check()
+def clock(evidence: Evidence) -> Iterator[Remark]:
+    """The sampling intervals vary, or samples are missing."""
+    report, record = evidence.report, evidence.record
+    unit = evidence.units["speed"]
+    if report.jitter_rms > CHECK.jitter:
+        acceleration = float(np.std(np.diff(evidence.derived_speed))) / record.sampling_time
+        cost = report.jitter_rms * record.sampling_time * acceleration
+        yield Remark(
+            "warning",
+            f"the sampling intervals vary by {100 * report.jitter_rms:.2g} % RMS and {100 * report.jitter:.2g} % at"
+            " most",
+            f"taken for equal, they add about {cost:.2g} {unit} of noise to the speed",
+            "record with a real-time clock, or use the time stamps of the drive",
+        )
+    if report.missing > CHECK.missing * report.samples:
+        yield Remark(
+            "warning",
+            f"{report.missing} of {report.samples} samples were missing and are filled in",
+            "motion and torque are guesses there",
+            "cut the record by start and stop, or record again",
+        )
+
+
+@check(unless=("angle_unit",))
+def quantisation(evidence: Evidence) -> Iterator[Remark]:
+    """The encoder is coarse for the motion."""
+    report, record = evidence.report, evidence.record
+    if not report.quantum:
+        return
+    # white noise of q / sqrt(12) in the angle, through a central difference
+    noise = report.quantum / (record.sampling_time * np.sqrt(24.0))
+    speed = float(np.sqrt(np.mean(record.dphi_m**2)))
+    if evidence.speed_is_derived and noise > CHECK.coarse * speed:
+        unit = evidence.units
+        yield Remark(
+            "warning",
+            f"a step of the encoder is {report.quantum:.3g} {unit['angle']}: {noise:.2g} {unit['speed']} of noise in"
+            f" the derived speed, {100 * noise / speed:.2g} % of it",
+            "small effects disappear in the noise of the derived speed",
+            "set fit: {output: position}, or record a finer angle or the drive's own speed",
+        )
+
+
+@check(unless=("torque_levels",))
+def saturation(evidence: Evidence) -> Iterator[Remark]:
+    """The torque sits at its limits."""
+    share = evidence.report.saturation
+    if share > CHECK.saturated:
+        yield Remark(
+            "warning",
+            f"the torque is at its largest or smallest value in {100 * share:.2g} % of the samples",
+            "a command that the drive cut off is not the torque that acted",
+            "add the effect saturation to torque, or record a smaller motion",
+        )
+
+
+@check(unless=("speed_empty",))
+def standstill(evidence: Evidence) -> Iterator[Remark]:
+    """The motor rests for most of the record."""
+    if evidence.report.still > CHECK.still:
+        yield Remark(
+            "warning",
+            f"the motor rests in {100 * evidence.report.still:.2g} % of the samples",
+            "at rest, dry friction takes any torque, and nothing is learnt",
+            "cut the record by start and stop",
+        )
+
+
+@check(unless=("speed_empty", "speed_unrelated"))
+def reversals(evidence: Evidence) -> Iterator[Remark]:
+    """The motor never reverses."""
+    if evidence.report.reversals == 0:
+        yield Remark(
+            "note",
+            "the motor never reverses",
+            "dry friction cannot be told from a constant torque",
+            "use it beside a record that reverses, or fix one of the two",
+        )
+
+
+@check()
+def repetition(evidence: Evidence) -> Iterator[Remark]:
+    """A validation record repeats the motion of a record of the fit."""
+    for other in evidence.others:
+        if abs(other.sampling_time / evidence.record.sampling_time - 1) < 1e-6 and _alike(evidence.record, other):
+            yield Remark(
+                "note",
+                f"it repeats the motion of {other.name}, which is fitted",
+                "it shows that the joint repeats itself, and not that the model predicts other motions",
+                "validate with another motion",
+            )
+            return
+
+
+def _alike(one: Record, other: Record) -> bool:
+    """Whether two records hold the same motion, one perhaps later: peak of the correlation of their angles where they
+    overlap by half of the shorter one at least."""
+    step = -(-max(len(one), len(other)) // COMPARED)
+    a, b = (np.diff(r.phi_m[::step]) for r in (one, other))
+    cross = scipy.signal.correlate(a, b, mode="full")
+    size = np.sqrt(_overlapping(a**2, len(b)) * _overlapping(b**2, len(a))[::-1])
+    at_least = min(len(a), len(b)) // 2
+    enough = _overlapping(np.ones_like(a), len(b)) >= at_least
+    kept = enough & (size > 1e-12 * float(size.max(initial=0.0)))
+    return bool(kept.any()) and float(np.max(cross[kept] / size[kept])) > CHECK.repeat
+
+
+def _overlapping(square: Array, other: int) -> Array:
+    """Sum of a signal (n,) over its overlap with one of `other` samples, at every shift, (n + other - 1,)."""
+    sums = np.concatenate([[0.0], np.cumsum(square)])
+    last = np.arange(1, len(square) + other)
+    return np.asarray(sums[np.minimum(last, len(square))] - sums[np.maximum(last - other, 0)])

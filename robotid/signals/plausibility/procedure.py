@@ -1,0 +1,80 @@
+"""All checks on all records."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+from importlib import import_module
+from pkgutil import iter_modules
+
+from robotid.errors import NumericsError
+from robotid.signals.plausibility import checks
+from robotid.signals.plausibility.check import Check
+from robotid.signals.plausibility.evidence import Axis, Evidence
+from robotid.signals.plausibility.finding import Finding, Plausibility
+from robotid.signals.quality import Recordings
+
+GRAVITY = {"fatal": 0, "warning": 1, "note": 2}
+
+
+def _discovered() -> dict[str, Check]:
+    """Every check of every file, those first whose findings others wait for."""
+    modules = [import_module(f"{checks.__name__}.{module.name}") for module in iter_modules(checks.__path__)]
+    waiting = {one.name: one for module in modules for one in vars(module).values() if isinstance(one, Check)}
+    ordered: dict[str, Check] = {}
+    while waiting:
+        ready = [one for one in waiting.values() if not set(one.unless) & set(waiting)]
+        if not ready:
+            raise TypeError(f"these checks wait for each other: {', '.join(waiting)}")
+        for one in ready:
+            ordered[one.name] = waiting.pop(one.name)
+    return ordered
+
+
+CHECKS: dict[str, Check] = _discovered()
+"""Every check by name, in the order in which they are asked."""
+
+
+def check_records(recordings: Recordings, axis: Axis, accepted: Collection[str] = ()) -> Plausibility:
+    """Whether records make sense. accepted : names of checks whose fatal findings are known to be right."""
+    fitted = [record for record in recordings.records if record.role == "estimate"]
+    findings: list[Finding] = []
+    for record, report in zip(recordings.records, recordings.reports, strict=True):
+        others = fitted if record.role == "validate" else ()
+        findings += _found(Evidence(record, report, axis, others), accepted)
+    return Plausibility(
+        tuple(record.name for record in recordings.records),
+        tuple(sorted(findings, key=lambda finding: GRAVITY[finding.severity])),
+    )
+
+
+def _found(evidence: Evidence, accepted: Collection[str]) -> Iterator[Finding]:
+    """The findings on one record. A check is not asked where another has found what would explain its finding."""
+    grave: set[str] = set()
+    for one in CHECKS.values():
+        if grave & set(one.unless):
+            continue
+        for finding in one(evidence):
+            if finding.severity != "note":
+                grave.add(one.name)
+            yield replace(finding, accepted=finding.severity == "fatal" and one.name in accepted)
+
+
+def refuse_meaningless(found: Plausibility, check: str, accept: str) -> None:
+    """Raises NumericsError for the first finding that makes a result meaningless.
+
+    check : what to type to see all findings; accept : how a finding is accepted, with {name} in it.
+    """
+    fatal = found.fatal
+    if not fatal:
+        return
+    first: Finding = fatal[0]
+    records = [finding.record for finding in fatal if finding.name == first.name]
+    others = list(dict.fromkeys(finding.name for finding in fatal if finding.name != first.name))
+    more = f" ({', '.join(records[1:])} alike)" if records[1:] else ""
+    besides = f"; besides: {', '.join(others)}, see `{check}`" if others else ""
+    raise NumericsError(
+        f"{first.what}{more}, so that {first.consequence}",
+        where=first.record,
+        hint=f"{first.cure}; {accept.format(name=first.name)} accepts it{besides}",
+    )

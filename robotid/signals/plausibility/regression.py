@@ -1,0 +1,224 @@
+"""The torque against the motion, whatever the model: inertia, friction and anything that depends on the position.
+
+    tau = J a + Fv v + Fc sgn v + c0 + c1 x + c2 sin x + c3 cos x
+
+over a low-pass band that all columns pass alike. The position's part stands for gravity and springs that a model may
+lack. Two numbers do not depend on it: the sign of J, and the power that friction takes, mean of (Fv v + Fc sgn v) v.
+Passivity demands that this power is not negative, for a rigid joint and for a flexible one at every frequency, also
+where the inertia that shows is negative, between an antiresonance and a resonance (Ortega et al. 1998).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import scipy
+
+from robotid.model.array import Array
+from robotid.signals.differentiate import ParallelFilter, bandwidth
+from robotid.signals.plausibility.settings import REGRESSION
+from robotid.signals.record import Record
+
+MASS, VISCOUS, DRY = 0, 1, 2
+
+
+@dataclass(frozen=True, slots=True)
+class Determined:
+    """A number with its standard deviation, infinite where the record cannot tell it."""
+
+    value: float
+    std: float
+
+    @property
+    def ratio(self) -> float:
+        """Value in standard deviations."""
+        if not np.isfinite(self.std):
+            return 0.0
+        return float(np.sign(self.value) * np.inf) if self.std == 0.0 else self.value / self.std
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TorqueRegression:
+    """The torque of one record on its motion.
+
+    inertia [kg m2], friction_power [W]. explained : share of the torque's variance that the regression explains, or
+    that is coherent with the speed, whichever is larger; by_chance : the same of a torque shifted in time, the largest
+    of several. white : whether successive samples of the torque have nothing to do with each other. cutoff [Hz].
+    delay [s] : by which the angle is late against the torque as the inertia shows it.
+    """
+
+    inertia: Determined
+    friction_power: Determined
+    explained: float
+    by_chance: float
+    white: bool
+    cutoff: float
+    delay: Determined
+
+
+def regress_torque(record: Record, turns: float | None) -> TorqueRegression:
+    """Regression of a record's torque. turns : angle of the arm for one radian of the motor, whose sine and cosine
+    gravity follows; None for an axis that slides."""
+    tried = [_Filtered.at(record, cutoff, turns) for cutoff in _cutoffs(record)]
+    best = max(tried, key=lambda one: one.adjusted)
+    solution = _Solution.of(best.columns, best.torque)
+    explained, by_chance = _explained(record, best)
+    v = best.columns[VISCOUS]
+    power = np.zeros(len(best.columns))
+    power[VISCOUS], power[DRY] = np.mean(v**2), np.mean(np.abs(v))
+    mass = np.zeros(len(best.columns))
+    mass[MASS] = 1.0
+    return TorqueRegression(
+        inertia=solution.combination(mass),
+        friction_power=solution.combination(power),
+        explained=explained,
+        by_chance=by_chance,
+        white=_white(record.tau_m),
+        cutoff=best.cutoff,
+        delay=_delay(best, solution),
+    )
+
+
+def _cutoffs(record: Record) -> list[float]:
+    """Cut-offs to try [Hz]: from the torque's bandwidth down to few periods in the record."""
+    highest = bandwidth(record.tau_m, record.sampling_time) or 0.25 / record.sampling_time
+    lowest = min(REGRESSION.min_periods / record.duration, highest)
+    return [float(cutoff) for cutoff in np.geomspace(highest, lowest, REGRESSION.cutoffs)]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Filtered:
+    """One cut-off. columns (p, n), torque (n,), jerk (n,), all filtered alike."""
+
+    cutoff: float
+    columns: Array
+    torque: Array
+    jerk: Array
+
+    @classmethod
+    def at(cls, record: Record, cutoff: float, turns: float | None) -> _Filtered:
+        parallel, h = ParallelFilter(cutoff), record.sampling_time
+        motion = parallel.motion(record.phi_m, h)
+        x = motion.position - motion.position.mean()
+        rows = [motion.acceleration, motion.speed, np.sign(motion.speed), np.ones_like(x), x]
+        if turns is not None:
+            rows += [np.sin(turns * motion.position), np.cos(turns * motion.position)]
+        jerk = np.gradient(motion.acceleration, h)
+        filtered = parallel.apply(np.vstack([*rows, record.tau_m, jerk]), h)
+        step = -(-filtered.shape[-1] // REGRESSION.max_samples)
+        *columns, torque, jerk = filtered[:, ::step]
+        return cls(cutoff, np.array(columns), torque, jerk)
+
+    @property
+    def share(self) -> float:
+        """Share of the torque's variance that the columns explain."""
+        return explained_share(self.columns, self.torque)
+
+    @property
+    def adjusted(self) -> float:
+        """The same, corrected for the number of columns."""
+        n, p = len(self.torque), len(self.columns)
+        return -np.inf if n < 4 * p else 1.0 - (1.0 - self.share) * n / (n - p)
+
+
+def explained_share(columns: Array, torque: Array) -> float:
+    """Share of a torque's variance (n,) that columns (p, n), one of them constant, explain."""
+    centred = torque - torque.mean()
+    whole = float(centred @ centred)
+    if whole == 0.0:
+        return 0.0
+    basis = _Solution.basis(columns)[0]
+    left = centred - basis @ (basis.T @ centred)
+    return max(0.0, 1.0 - float(left @ left) / whole)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Solution:
+    """Least squares over the directions that the columns determine, with deviations from the scores of blocks."""
+
+    theta: Array
+    covariance: Array
+    scale: Array
+    unseen: Array
+    residual: Array
+
+    @staticmethod
+    def basis(columns: Array) -> tuple[Array, Array, Array, Array]:
+        """Orthonormal basis (n, k) of what the columns determine; lengths (p,), singular values and directions."""
+        scale = np.linalg.norm(columns, axis=1)
+        scale = np.where(scale > 0.0, scale, 1.0)
+        left, values, directions = scipy.linalg.svd((columns / scale[:, None]).T, full_matrices=False)
+        seen = values > REGRESSION.min_direction * max(float(values[0]), np.finfo(float).tiny)
+        return left[:, seen], scale, np.where(seen, values, 0.0), directions
+
+    @classmethod
+    def of(cls, columns: Array, torque: Array) -> _Solution:
+        basis, scale, values, directions = cls.basis(columns)
+        seen = values > 0.0
+        inverse = directions[seen].T / values[seen]
+        theta = inverse @ (basis.T @ torque)
+        residual = torque - (columns / scale[:, None]).T @ theta
+        scores = basis * residual[:, None]
+        edges = np.linspace(0, len(torque), REGRESSION.blocks + 1).astype(int)
+        sums = np.array([scores[a:b].sum(axis=0) for a, b in pairwise(edges.tolist())])
+        covariance = inverse @ (sums.T @ sums) @ inverse.T
+        return cls(theta, covariance, scale, directions[~seen], residual)
+
+    def combination(self, weights: Array) -> Determined:
+        """A linear combination of the unknowns, weights (p,)."""
+        scaled = weights / self.scale
+        size = float(np.linalg.norm(scaled))
+        value = float(scaled @ self.theta)
+        if size == 0.0 or np.linalg.norm(self.unseen @ scaled) > REGRESSION.max_share * size:
+            return Determined(value, np.inf)
+        return Determined(value, float(np.sqrt(max(0.0, float(scaled @ self.covariance @ scaled)))))
+
+
+def _delay(filtered: _Filtered, solution: _Solution) -> Determined:
+    """The delay [s] of the angle against the torque, as the torque of an inertia that follows a later acceleration:
+    J a(t + d) = J a + J d da/dt. It cannot be told where friction can take its part, so both are free."""
+    more = _Solution.of(np.vstack([filtered.columns, filtered.jerk]), filtered.torque)
+    weights = np.zeros(len(filtered.columns) + 1)
+    weights[-1] = 1.0
+    inertia = float(solution.theta[MASS] / solution.scale[MASS])
+    found = more.combination(weights)
+    if inertia == 0.0:
+        return Determined(0.0, np.inf)
+    return Determined(found.value / inertia, found.std / abs(inertia))
+
+
+def _explained(record: Record, filtered: _Filtered) -> tuple[float, float]:
+    """Share of the torque that the motion explains, and the largest share for the same torque shifted in time."""
+    columns, torque = filtered.columns, filtered.torque
+    speed = columns[VISCOUS]
+    shares = [explained_share(columns, torque), coherent_share(torque, speed)]
+    chance = [0.0, 0.0]
+    for k in range(1, REGRESSION.shifts + 1):
+        # unequal steps, lest a periodic excitation comes back to where it was
+        shift = int(len(torque) * (k + 0.37 * np.sin(2.4 * k)) / (REGRESSION.shifts + 1))
+        moved = np.roll(torque, shift)
+        found = [explained_share(columns, moved), coherent_share(moved, speed)]
+        chance = [max(a, b) for a, b in zip(chance, found, strict=True)]
+    kept = int(np.argmax([share - other for share, other in zip(shares, chance, strict=True)]))
+    return shares[kept], chance[kept]
+
+
+def coherent_share(torque: Array, speed: Array) -> float:
+    """Share of a torque's variance (n,) that is coherent with a speed (n,), over all frequencies."""
+    length = max(8, 2 * len(torque) // REGRESSION.segments)
+    if len(torque) < 4 * length or not np.ptp(torque) or not np.ptp(speed):
+        return 0.0
+    _, cross = scipy.signal.csd(torque, speed, nperseg=length)
+    _, own = scipy.signal.welch(torque, nperseg=length)
+    _, other = scipy.signal.welch(speed, nperseg=length)
+    floor = np.finfo(float).eps * float(other.max())
+    return float(np.sum(np.abs(cross) ** 2 / np.maximum(other, floor)) / np.sum(own))
+
+
+def _white(signal: Array) -> bool:
+    """Whether a signal (n,) is uncorrelated from one sample to the next (Bartlett's band at 4 deviations)."""
+    centred = signal - signal.mean()
+    energy = float(centred @ centred)
+    return energy > 0 and bool(abs(float(centred[1:] @ centred[:-1])) < 4.0 * energy / np.sqrt(len(signal)))

@@ -1,0 +1,52 @@
+"""Tuning constants of the checks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class RegressionSettings:
+    """How the torque is compared with the motion that it makes."""
+
+    cutoffs: int = 6  # low-pass filters that are tried; the one at which the torque is explained best is kept
+    min_periods: float = 10.0  # of the lowest cut-off in a record
+    max_samples: int = 40_000  # of a record after decimation: more add nothing to a sign
+    blocks: int = 24  # of a record, whose scores give the standard deviations
+    min_direction: float = 0.03  # singular value, relative to the largest, below which columns cannot be told apart
+    max_share: float = 0.1  # of a sought combination along such a direction: more, and it is not determined
+    shifts: int = 19  # of the torque against the motion, which show what an unrelated torque would explain
+    segments: int = 16  # of a record, over which the coherence is averaged
+
+
+@dataclass(frozen=True, slots=True)
+class CheckSettings:
+    """From which number on a finding is reported."""
+
+    sure: float = 5.0  # standard deviations by which a sign must be wrong
+    unexplained: float = 0.03  # share of the torque's variance: less, and the motion does not explain the torque
+    chance: float = 1.5  # times what a shifted torque explains: less is chance
+    weak: float = 0.5  # share of the torque's variance: less is remarked
+    copy: float = 1e-10  # share of a column's variance: a difference that is only rounding
+    few_levels: int = 3  # distinct values of a torque that is only switched
+    same_speed: float = 0.5  # correlation with the angle's derivative: less, and the speed is another signal
+    scale: float = 1.5  # recorded over derived speed, or its inverse, from which it is no calibration error
+    notable_scale: float = 0.03  # deviation of the same from 1
+    factor: float = 0.02  # relative deviation at which a known factor is recognised
+    geared: float = 0.2  # gear ratio from which on a motor-side inertia is small
+    max_motor_inertia: float = 1.0  # kg m2 at the motor of a geared joint: a rotor of half a tonne has that
+    max_power: float = 1e5  # W: no robot joint has a drive of 100 kW
+    max_motor_speed: float = 2500.0  # rad/s, 24,000 rpm
+    max_arm_speed: float = 60.0  # rad/s behind a gear
+    min_inertia: float = 1e-8  # kg m2: that of the smallest motors is ten times larger
+    jitter: float = 0.01  # RMS deviation of a sampling interval, share of the sampling time
+    missing: float = 0.001  # share of the samples that were filled in
+    coarse: float = 0.1  # share of the speed's RMS that the encoder's quantum makes
+    saturated: float = 0.05  # share of the samples
+    still: float = 0.5  # share of the samples at rest
+    repeat: float = 0.999  # correlation of two speeds that are the same motion
+    late: float = 0.5  # samples of delay between torque and angle, and speed and angle, that are reported
+
+
+REGRESSION = RegressionSettings()
+CHECK = CheckSettings()
