@@ -83,6 +83,10 @@ def _unrelated(log: Log) -> Array:
     return np.asarray(np.std(log["tau_m"]) * np.sin(2 * np.pi * 1.7 * log["t"] + np.cumsum(_noise(log, 3)) * 0.05))
 
 
+def _thousandfold(log: Log) -> Log:
+    return log | {"tau_m": 1e3 * log["tau_m"]}
+
+
 def _noise(log: Log, seed: int) -> Array:
     return np.random.default_rng(seed).standard_normal(len(log["t"]))
 
@@ -98,7 +102,14 @@ MISTAKES = (
     Mistake("torque_is_angle", lambda log: log | {"tau_m": log["phi_m"]}, "torque_copy"),
     Mistake("torque_is_speed", lambda log: log | {"tau_m": 3.0 * log["dphi_m"] + 1.0}, "torque_copy"),
     Mistake("two_levels", lambda log: log | {"tau_m": np.sign(log["tau_m"])}, "torque_levels", "warning"),
-    Mistake("newton_millimetres", lambda log: log | {"tau_m": 1e3 * log["tau_m"]}, "inertia_size", kinds=("flexible",)),
+    Mistake("newton_millimetres", _thousandfold, "inertia_size", kinds=("flexible",)),
+    Mistake(
+        "newton_millimetres_without_a_gear",
+        _thousandfold,
+        "inertia_size",
+        "warning",
+        kinds=("rigid",),
+    ),
     Mistake(
         "angle_of_the_arm",
         lambda log: log | {"phi_m": RATIO * log["phi_m"], "dphi_m": RATIO * log["dphi_m"]},
@@ -107,8 +118,9 @@ MISTAKES = (
     ),
     Mistake(
         "degrees",
-        lambda log: {name: values for name, values in log.items() if name != "dphi_m"}
-        | {"phi_m": np.rad2deg(log["phi_m"])},
+        lambda log: (
+            {name: values for name, values in log.items() if name != "dphi_m"} | {"phi_m": np.rad2deg(log["phi_m"])}
+        ),
         "angle_unit",
         "warning",
     ),

@@ -120,7 +120,7 @@ class _Filtered:
     def adjusted(self) -> float:
         """The same, corrected for the number of columns."""
         n, p = len(self.torque), len(self.columns)
-        return -np.inf if n < 4 * p else 1.0 - (1.0 - self.share) * n / (n - p)
+        return -np.inf if n < REGRESSION.samples_a_column * p else 1.0 - (1.0 - self.share) * n / (n - p)
 
 
 def explained_share(columns: Array, torque: Array) -> float:

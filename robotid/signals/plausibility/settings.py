@@ -12,6 +12,7 @@ class RegressionSettings:
     cutoffs: int = 6  # low-pass filters that are tried; the one at which the torque is explained best is kept
     min_periods: float = 10.0  # of the lowest cut-off in a record
     max_samples: int = 40_000  # of a record after decimation: more add nothing to a sign
+    samples_a_column: int = 8  # least number after decimation
     blocks: int = 24  # of a record, whose scores give the standard deviations
     min_direction: float = 0.03  # singular value, relative to the largest, below which columns cannot be told apart
     max_share: float = 0.1  # of a sought combination along such a direction: more, and it is not determined
@@ -35,6 +36,7 @@ class CheckSettings:
     factor: float = 0.02  # relative deviation at which a known factor is recognised
     geared: float = 0.2  # gear ratio from which on a motor-side inertia is small
     max_motor_inertia: float = 1.0  # kg m2 at the motor of a geared joint: a rotor of half a tonne has that
+    fast: float = 10.0  # rad/s: what has more inertia than that, and no gear, turns more slowly
     max_power: float = 1e5  # W: no robot joint has a drive of 100 kW
     max_motor_speed: float = 2500.0  # rad/s, 24,000 rpm
     max_arm_speed: float = 60.0  # rad/s behind a gear

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+from support.manual.checks import checks
 from support.manual.configuration import sections
 from support.manual.effects import catalogue, details
 from support.manual.interface import interface
@@ -23,6 +24,7 @@ BLOCKS: Mapping[str, Callable[[], str]] = {
     "parameters of effects": details,
     "settings": sections,
     "interface": interface,
+    "checks": checks,
 }
 """Makers of what stands between `<!-- name -->` and `<!-- end of name -->`."""
 

@@ -39,6 +39,13 @@ def inertia_size(evidence: Evidence) -> Iterator[Remark]:
             f"torque in Nmm: tau_m: {{name: ..., unit: mNm}} ({found.value / 1e3:.2g} kg m2); angle of the arm instead "
             f"of the motor: phi_m: {{name: ..., scale: {1 / axis.gear_ratio:.6g}}} ({found.value * ratio:.2g} kg m2)",
         )
+    elif found.value > CHECK.max_motor_inertia and fastest_turn(evidence) > CHECK.fast:
+        yield Remark(
+            "warning",
+            f"an inertia of {found.value:.3g} kg m2 would turn at up to {fastest_turn(evidence):.3g} rad/s",
+            "every parameter is wrong by the same factor as the torque or the angle",
+            "give the units of tau_m and phi_m, such as tau_m: {name: ..., unit: mNm}",
+        )
     elif found.value < CHECK.min_inertia:
         yield Remark(
             "warning",
@@ -71,15 +78,19 @@ def _round(counts: float) -> bool:
     return counts >= MIN_COUNTS and any(abs(counts / known - 1) < SAME_COUNTS for known in ROUND_COUNTS)
 
 
+def fastest_turn(evidence: Evidence) -> float:
+    """Largest speed [rad/s], as a mean over a few samples, so that a coarse encoder's steps do not count."""
+    angle, width = evidence.record.phi_m, max(1, len(evidence.record) // 200)
+    return float(np.abs(angle[width:] - angle[:-width]).max()) / (width * evidence.record.sampling_time)
+
+
 @check()
 def speed_size(evidence: Evidence) -> Iterator[Remark]:
     """The motor or the arm would turn faster than machines do."""
     axis = evidence.axis
     if axis.linear:
         return
-    # means over a few samples, so that a coarse encoder's steps do not count
-    angle, width = evidence.record.phi_m, max(1, len(evidence.record) // 200)
-    fastest = float(np.abs(angle[width:] - angle[:-width]).max()) / (width * evidence.record.sampling_time)
+    fastest = fastest_turn(evidence)
     ratio = abs(axis.gear_ratio) if axis.gear_ratio is not None else 0.0
     if fastest > CHECK.max_motor_speed or ratio * fastest > CHECK.max_arm_speed:
         behind = f", and the arm at {ratio * fastest:.3g} rad/s" if ratio else ""

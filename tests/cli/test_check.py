@@ -1,0 +1,72 @@
+"""The command check, and that a run stops before anything is fitted to records that make no sense."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from support.mistaken_logs import configuration, right_log, write_csv
+
+from robotid.cli.app import main
+
+
+@pytest.fixture
+def wrong(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A configuration of a log whose torque has the wrong sign, in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    log = right_log("rigid")
+    write_csv(tmp_path / "log.csv", log | {"tau_m": -log["tau_m"]})
+    (tmp_path / "axis.yaml").write_text(configuration("rigid", {"estimate": "log.csv"}))
+    return "axis.yaml"
+
+
+def test_check_prints_a_table_and_one_line(wrong: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", wrong]) == 4
+    shown = capsys.readouterr()
+    assert "torque_sign" in shown.out
+    assert "scale: -1" in shown.out
+    (line,) = [line for line in shown.err.splitlines() if "wrong sign" in line]
+    assert line.startswith("estimate: torque and motion ask for an inertia of -0.012 kg m2")
+    assert line.endswith("`check: {accept: [torque_sign]}` or --accept torque_sign accepts it")
+
+
+def test_check_as_json(wrong: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", wrong, "--json"]) == 4
+    document = json.loads(capsys.readouterr().out)
+    assert document["meaningful"] is False
+    assert document["records"] == ["estimate"]
+    (found,) = document["findings"]
+    assert set(found) == {"record", "check", "severity", "accepted", "what", "consequence", "cure"}
+    assert (found["check"], found["severity"], found["accepted"]) == ("torque_sign", "fatal", False)
+
+
+@pytest.mark.parametrize("accept", [["--accept", "torque_sign"], ["--set", "check.accept=[torque_sign]"]])
+def test_what_is_accepted_does_not_stop(wrong: str, accept: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", wrong, *accept]) == 0
+    shown = capsys.readouterr()
+    assert "accepted" in shown.out
+    assert "next: robotid run axis.yaml" in shown.err
+
+
+def test_a_run_stops_before_anything_is_fitted(wrong: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", wrong]) == 4
+    assert "one of them has the wrong sign" in capsys.readouterr().err.splitlines()[-1]
+    assert sorted(path.name for path in Path("runs/axis").iterdir()) == ["excitation.h5", "records.h5"]
+
+
+def test_a_check_that_does_not_exist(wrong: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", wrong, "--accept", "torque_sing"]) == 2
+    assert capsys.readouterr().err.splitlines()[-1] == (
+        '--accept: there is no check "torque_sing"; did you mean torque_sign?'
+    )
+    assert main(["check", wrong, "--set", "check.accept=[torque_sing]"]) == 2
+    assert 'there is no check "torque_sing"; did you mean torque_sign?' in capsys.readouterr().err
+
+
+def test_records_that_make_sense(finished: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", finished]) == 0
+    shown = capsys.readouterr()
+    assert "nothing was found in slow" in shown.out
+    assert "1 record checked: nothing was found" in shown.err
+    assert main(["run", finished]) == 0
