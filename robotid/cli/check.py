@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from robotid.cli.console import print_json, print_message, print_tables
 from robotid.cli.progress import watching
 from robotid.pipeline.check import check, require_meaningful
+from robotid.pipeline.lock import locked
 from robotid.pipeline.run import Run
 from robotid.report.tables import check as view
 
 
 def check_configuration(run: Run, accepted: Sequence[str], *, as_json: bool, quiet: bool) -> None:
     """Print all findings. Raises NumericsError where a fit would be meaningless, and what `collect` raises."""
-    with watching(quiet=quiet) as log:
+    with locked(run.out, run.command("check"), partial(print_message, quiet=quiet)), watching(quiet=quiet) as log:
         found = check(run, accepted, log=log)
     if as_json:
         print_json(view.document(found))
