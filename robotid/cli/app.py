@@ -100,8 +100,8 @@ def _options(
 add_stages(app)
 
 
-@app.command()
-def check(
+@app.command("check")
+def check_records(
     config: ConfigPath,
     out: Out = None,
     overrides: Set = None,
