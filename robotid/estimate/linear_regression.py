@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from robotid.errors import NumericsError
 from robotid.estimate.covariance import coloured_information
@@ -26,11 +27,20 @@ class Block:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Limits:
+    """Lower and upper bounds of theta, (p,) each."""
+
+    lower: Array
+    upper: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Solution:
-    """theta (p,); its covariance for white errors and for errors as coloured as they are, (p, p); residuals (n,) a
-    block; condition number of the columns scaled to unit norm."""
+    """theta (p,); weights, one a block; covariance for white errors and for errors as coloured as they are, (p, p);
+    residuals (n,) a block; condition number of the columns scaled to unit norm."""
 
     theta: Array
+    weights: Array
     covariance: Array
     covariance_robust: Array
     residuals: tuple[Array, ...]
@@ -52,6 +62,17 @@ def solve(names: Sequence[str], blocks: Sequence[Block]) -> Solution:
     return _with_uncertainty(theta, blocks, weights)
 
 
+def solve_within(blocks: Sequence[Block], solution: Solution, limits: Limits) -> Array:
+    """The least squares of a solution within limits, theta (p,): what stops at a limit changes the others, too."""
+    theta = solution.theta
+    if np.all((limits.lower <= theta) & (theta <= limits.upper)):
+        return theta
+    columns, tau = _stack(blocks, solution.weights)
+    scale = np.linalg.norm(columns, axis=1)
+    within = lsq_linear((columns / scale[:, None]).T, tau, (limits.lower * scale, limits.upper * scale))
+    return np.asarray(within.x / scale)
+
+
 def relative_error(residual: Array, tau: Array) -> float:
     """100 ||residual|| / ||tau|| [%]."""
     scale = float(np.linalg.norm(tau))
@@ -59,10 +80,15 @@ def relative_error(residual: Array, tau: Array) -> float:
 
 
 def _minimise(blocks: Sequence[Block], weights: Array) -> Array:
-    columns = np.hstack([w * b.columns for w, b in zip(weights, blocks, strict=True)])
-    tau = np.concatenate([w * b.tau for w, b in zip(weights, blocks, strict=True)])
+    columns, tau = _stack(blocks, weights)
     scale = np.linalg.norm(columns, axis=1)
     return np.asarray(np.linalg.lstsq((columns / scale[:, None]).T, tau, rcond=None)[0] / scale)
+
+
+def _stack(blocks: Sequence[Block], weights: Array) -> tuple[Array, Array]:
+    """All weighted columns (p, n) and torques (n,)."""
+    columns = np.hstack([w * b.columns for w, b in zip(weights, blocks, strict=True)])
+    return columns, np.concatenate([w * b.tau for w, b in zip(weights, blocks, strict=True)])
 
 
 def _with_uncertainty(theta: Array, blocks: Sequence[Block], weights: Array) -> Solution:
@@ -75,7 +101,7 @@ def _with_uncertainty(theta: Array, blocks: Sequence[Block], weights: Array) -> 
     variance = sum(float(e @ e) for e in errors) / (stacked.shape[1] - len(theta))
     middle = sum((coloured_information(c, e) for c, e in zip(columns, errors, strict=True)), np.zeros_like(inverse))
     condition = float(np.linalg.cond(stacked / scale[:, None]))
-    return Solution(theta, variance * inverse, inverse @ middle @ inverse, residuals, condition)
+    return Solution(theta, weights, variance * inverse, inverse @ middle @ inverse, residuals, condition)
 
 
 def too_few(columns: Array) -> bool:

@@ -65,7 +65,8 @@ def regress(joint: Joint, parameters: Parameters, record: Record, parallel: Para
                 own.append(here[k - place.at.start])
                 motor_side.append(there[k - place.at.start])
                 known -= parameters.values[k] * own[-1]
-    signals = np.vstack([*own, *motor_side, record.tau_m, record.tau_m - known, motion.speed])
+    torque = parallel.applied(record.tau_m, h)
+    signals = np.vstack([*own, *motor_side, torque, torque - known, motion.speed])
     *rows, torque, tau, speed = parallel.apply(signals, h)
     kept = np.abs(speed) >= parallel.min_speed
     columns = np.array(rows).reshape(2, len(names), len(tau))[:, :, kept]

@@ -9,18 +9,16 @@ import numpy as np
 
 from robotid.display import Displayed
 from robotid.errors import NumericsError
-from robotid.estimate.linear_regression import Block, Solution, relative_error, solve, too_few
+from robotid.estimate.cutoff import choose_cutoff
+from robotid.estimate.linear_regression import Block, Limits, Solution, relative_error, solve, solve_within
 from robotid.estimate.regressor import Merged, Regression, merge, regress
 from robotid.estimate.result import Estimate
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.term import Role
-from robotid.signals.differentiate import AUTOMATIC, ParallelFilter, bandwidth
+from robotid.signals.differentiate import AUTOMATIC, ParallelFilter
 from robotid.signals.record import Record
-
-CUTOFF_CANDIDATES = 8  # tried for a flexible joint
-MIN_PERIODS = 10.0  # of the lowest of them, in a record
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -28,7 +26,8 @@ class RigidResult(Displayed):
     """Step 1. parameters : a sum of parameters that only act together is called joint.effect.symbol, on the motor side.
 
     covariance : (p, p), for white residuals. torque_error_percent : 100 ||tau - tau_hat|| / ||tau|| a record, both
-    filtered. cutoff : a record. guesses : by dotted name of the model, a sum shared out among its members.
+    filtered. cutoff : a record. guesses : by dotted name of the model, a sum shared out among its members; where an
+    estimate is outside its bounds, those of the least squares within them.
     """
 
     parameters: tuple[Estimate, ...]
@@ -61,9 +60,11 @@ def fit_rigid(
     unknowns = merge(regressions)
     if not unknowns:
         return _nothing_to_estimate()
-    solution = solve([u.name for u in unknowns], [Block(_columns(unknowns, g), g.tau) for g in regressions])
+    blocks = [Block(_columns(unknowns, g), g.tau) for g in regressions]
+    solution = solve([u.name for u in unknowns], blocks)
+    limits = _limits(joint, parameters, unknowns)
     return RigidResult(
-        parameters=_estimates(joint, parameters, unknowns, solution),
+        parameters=_estimates(joint, parameters, unknowns, limits, solution),
         covariance=solution.covariance,
         condition_number=solution.condition_number,
         torque_error_percent={
@@ -71,7 +72,7 @@ def fit_rigid(
             for record, residual, g in zip(records, solution.residuals, regressions, strict=True)
         },
         cutoff={record.name: f.cutoff or 0.0 for record, f in zip(records, filters, strict=True)},
-        guesses=_share_out(joint, unknowns, solution.theta),
+        guesses=_share_out(joint, unknowns, solve_within(blocks, solution, limits)),
         remarks=_remarks(joint, unknowns),
     )
 
@@ -81,51 +82,38 @@ def _chosen(joint: Joint, parameters: Parameters, record: Record, parallel: Para
     return parallel if parallel.cutoff else parallel.at(choose_cutoff(joint, parameters, record, parallel.order))
 
 
-def choose_cutoff(joint: Joint, parameters: Parameters, record: Record, order: int = 4) -> float:
-    """Cut-off [Hz] of the parallel filter: 99 % of the torque's energy lies below.
-
-    A flexible joint is rigid only well below its notch, which is not known yet: there, of several cut-offs up to
-    this one, the one at which the rigid model explains the torque best. Raises NumericsError for a constant torque.
-    """
-    highest = bandwidth(record.tau_m, record.sampling_time)
-    if highest <= 0:
-        raise NumericsError("the torque is constant", where=record.name, hint="record a motion that excites the joint")
-    if joint.masses == 1:
-        return highest
-    lowest = MIN_PERIODS / record.duration  # below it, too few samples are left
-    candidates = np.geomspace(max(lowest, highest), lowest, CUTOFF_CANDIDATES).tolist()
-    return float(min(candidates, key=lambda cutoff: _misfit(joint, parameters, record, ParallelFilter(cutoff, order))))
-
-
-def _misfit(joint: Joint, parameters: Parameters, record: Record, parallel: ParallelFilter) -> float:
-    """Of the rigid model at a cut-off, infinite where too little of the record is left to fit it."""
-    g = regress(joint, parameters, record, parallel)
-    if too_few(g.columns):
-        return np.inf
-    theta = np.linalg.lstsq(g.columns.T, g.tau, rcond=None)[0]
-    return float(relative_error(g.tau - theta @ g.columns, g.torque) / np.sqrt(1 - len(theta) / len(g.tau)))
-
-
 def _columns(unknowns: Sequence[Merged], regression: Regression) -> Array:
     """One column an unknown, (p, n): its first member's, per unit of the sum."""
     first = [regression.names.index(u.members[0]) for u in unknowns]
     return np.asarray(regression.columns[first] / np.array([[u.ratios[0]] for u in unknowns]))
 
 
+def _limits(joint: Joint, parameters: Parameters, unknowns: Sequence[Merged]) -> Limits:
+    """Bounds of the unknowns, a sum's made of those of its members."""
+    members = [[joint.names.index(member) for member in unknown.members] for unknown in unknowns]
+    lower, upper = (
+        np.array([np.dot(unknown.ratios, bound[where]) for unknown, where in zip(unknowns, members, strict=True)])
+        for bound in (parameters.lower, parameters.upper)
+    )
+    return Limits(lower, upper)
+
+
 def _estimates(
-    joint: Joint, parameters: Parameters, unknowns: Sequence[Merged], solution: Solution
+    joint: Joint,
+    parameters: Parameters,
+    unknowns: Sequence[Merged],
+    limits: Limits,
+    solution: Solution,
 ) -> tuple[Estimate, ...]:
     std, robust = np.sqrt(np.diag(solution.covariance)), np.sqrt(np.diag(solution.covariance_robust))
     estimates = []
     for k, unknown in enumerate(unknowns):
-        where = [joint.names.index(member) for member in unknown.members]
-        lower, upper = (float(np.dot(unknown.ratios, bound[where])) for bound in (parameters.lower, parameters.upper))
-        value = float(solution.theta[k])
+        lower, upper, value = float(limits.lower[k]), float(limits.upper[k]), float(solution.theta[k])
         estimates.append(
             Estimate(
                 name=unknown.name,
                 value=value,
-                unit=parameters.units[where[0]],
+                unit=parameters.units[joint.names.index(unknown.members[0])],
                 std=float(std[k]),
                 std_robust=float(robust[k]),
                 lower=lower,

@@ -15,6 +15,7 @@ from robotid.model.array import Array
 
 NYQUIST_SHARE = 0.8  # a cut-off beyond this share of the Nyquist frequency filters nothing worth having
 SAMPLES_A_CUTOFF = 4.0  # samples kept a period of the cut-off
+FEW_SAMPLES = 20.0  # a period of the cut-off: half a sample is then a phase of nine degrees
 POSITION_CUTOFF = 5.0  # of a position's filter, in cut-offs of the parallel filter: it must not shape what that passes
 
 
@@ -46,7 +47,22 @@ class ParallelFilter:
     def motion(self, position: Array, sampling_time: float) -> Kinematics:
         """Position (n,) and its derivatives, filtered so little that the parallel filter alone shapes them."""
         assert self.cutoff is not None
-        return differentiate(position, sampling_time, POSITION_CUTOFF * self.cutoff, self.order)
+        motion = differentiate(position, sampling_time, POSITION_CUTOFF * self.cutoff, self.order)
+        if not self._is_coarse(sampling_time):
+            return motion
+        return replace(motion, acceleration=second_difference(motion.position, sampling_time))
+
+    def applied(self, torque: Array, sampling_time: float) -> Array:
+        """A torque (n,) that is held from sample to sample, as it is at the samples: the mean of what was before and
+        what comes. Where few samples make a period of the cut-off, that lag of half a sample would pass for
+        friction."""
+        if not self._is_coarse(sampling_time):
+            return torque
+        return np.asarray((torque + np.concatenate([torque[:1], torque[:-1]])) / 2)
+
+    def _is_coarse(self, sampling_time: float) -> bool:
+        """Whether few samples make a period of the cut-off."""
+        return self.cutoff is not None and self.cutoff * sampling_time >= 1 / FEW_SAMPLES
 
     def apply(self, signals: Array, sampling_time: float) -> Array:
         """Signals (..., n) filtered and decimated, (..., n / step)."""
@@ -72,6 +88,15 @@ def low_pass(signal: Array, sampling_time: float, cutoff: float, order: int = 4)
 def central_difference(signal: Array, sampling_time: float) -> Array:
     """Derivative along the last axis by central differences, one-sided of second order at both ends."""
     return np.asarray(np.gradient(signal, sampling_time, axis=-1, edge_order=2))
+
+
+def second_difference(signal: Array, sampling_time: float) -> Array:
+    """Second derivative by second differences, at both ends that of the neighbour. signal (n,) -> (n,).
+
+    Under a torque that is held from sample to sample, this is exactly the mean of the accelerations on both sides.
+    """
+    inner = np.diff(signal, 2) / sampling_time**2
+    return np.concatenate([inner[:1], inner, inner[-1:]])
 
 
 def differentiate(position: Array, sampling_time: float, cutoff: float, order: int = 4) -> Kinematics:
