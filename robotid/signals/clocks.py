@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -35,7 +34,7 @@ def on_one_clock(table: Table, columns: Mapping[str, Column]) -> tuple[Table, li
         changed[name] = _at(t[kept], stamps[name], table.columns[name], zero_order_hold=signal in ZERO_ORDER_HOLD)
         how = "held" if signal in ZERO_ORDER_HOLD else "interpolated"
         remarks.append(f"{signal} has time stamps of its own, {table.clocks[name]}: it is {how} onto {base}")
-    return replace(table, columns=table.columns | changed), remarks
+    return table.with_columns(changed), remarks
 
 
 def _overlap(table: Table, base: str, t: Array, stamps: Mapping[str, Array]) -> Mask:

@@ -109,10 +109,10 @@ def suitable(signal: str, *, linear: bool) -> dict[str, str]:
 def find(table: Table, signal: str, *, linear: bool = False) -> Column | None:
     """The column that bears a usual name of a signal, or None. Raises ConfigError where several do."""
     found = []
-    for name, values in table.columns.items():
+    for name in table.columns:
         stem, unit = ending(name)
         fits = unit is not None and (unit.quantity in suitable(signal, linear=linear) or (unit.raw and signal != "t"))
-        if values.ndim == 1 and ({short(name), stem} if fits else {short(name)}) & set(ALIASES[signal]):
+        if len(table.shape(name)) == 1 and ({short(name), stem} if fits else {short(name)}) & set(ALIASES[signal]):
             found.append(name)
     exact = [name for name in found if short(name) == signal]
     if len(found) > 1 and len(exact) != 1:

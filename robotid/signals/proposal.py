@@ -95,7 +95,7 @@ def _recorded(table: Table) -> list[str]:
     """
     if table.clocks:
         return [name for name in table.columns if name not in table.clocks.values()]
-    lengths = {name: max(values.shape) for name, values in table.columns.items()}
+    lengths = {name: max(table.shape(name)) for name in table.columns}
     total = Counter(lengths.values())
     usual = max(total, key=lambda length: length * total[length], default=0)
     return [name for name, length in lengths.items() if length == usual]
@@ -108,7 +108,7 @@ def _guess(table: Table, name: str) -> _Guess | None:
     if signal is None:
         return None
     scale = 1.0 if unit is not None and unit.raw else None
-    column = Column(name, None if table.columns[name].ndim == 1 else 0, unit.name if unit else None, scale)
+    column = Column(name, None if len(table.shape(name)) == 1 else 0, unit.name if unit else None, scale)
     return _Guess(signal, certainty, column)
 
 

@@ -14,8 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from robotid.errors import InputError
+from robotid.errors import InputError, printable
 from robotid.model.array import Array
+from robotid.signals.readers.room import require_room
 from robotid.signals.readers.table import Table
 from robotid.signals.units import parse
 
@@ -23,6 +24,7 @@ SUFFIXES = (".csv", ".tsv", ".txt")
 
 UNIT = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|/\s+(\S+))$")
 MISSING = {"", "nan", "na", "n/a", "null", "none", "-", "--"}
+IN_MEMORY = 8  # times a text's own size that its lines and numbers take
 LOOKED_AT = 60  # lines from which the layout is told
 
 
@@ -63,6 +65,7 @@ def read(path: Path) -> Table:
 
 def _text(path: Path) -> str:
     """UTF-8, UTF-16 where it says so, else what Windows writes."""
+    require_room(path, "it", IN_MEMORY * path.stat().st_size)
     raw = path.read_bytes()
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         return raw.decode("utf-16", errors="replace")
@@ -213,8 +216,8 @@ def _table(path: Path, layout: Layout, values: Array, rows: list[int], text: dic
         raise InputError("no column holds numbers", where=str(path), hint="record again, or name another file")
     return Table(
         str(path),
-        {name: np.ascontiguousarray(values[:, j]) for j, name in numbers.items()},
-        {name: layout.units[j] for j, name in numbers.items() if layout.units[j]},
+        {printable(name): np.ascontiguousarray(values[:, j]) for j, name in numbers.items()},
+        {printable(name): layout.units[j] for j, name in numbers.items() if layout.units[j]},
         np.array(rows, dtype=np.float64) + 1,
         {layout.names[j]: cell for j, cell in text.items()},
     )

@@ -5,7 +5,9 @@ Structs become dotted names, the entries of cells and struct arrays numbers coun
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import struct
+import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,55 +17,130 @@ from scipy.io import loadmat
 
 from robotid.errors import InputError
 from robotid.model.array import Array
-from robotid.signals.readers.table import Table, numeric, table
+from robotid.signals.readers.hdf5 import values_within
+from robotid.signals.readers.room import require_room
+from robotid.signals.readers.table import Columns, Deferred, Table, floats, numeric, numeric_parts, table
 
 SUFFIXES = (".mat",)
 MOST_ENTRIES = 64  # of a cell or struct array that are looked into
+MAX_DEPTH = 32  # of structs and cells in each other
+MAX_NODES = 20_000  # groups and datasets of a file of version 7.3
+HEADER = 128  # [bytes] before the first variable of version 5
+ORDERS = {b"IM": "<", b"MI": ">"}  # of bytes, as the end of that header tells
+COMPRESSED = 15  # how version 5 marks a variable that is packed
 
 
 def read(path: Path) -> Table:
-    """Every numeric variable, field of a struct and entry of a cell."""
+    """Every numeric variable, field of a struct and entry of a cell.
+
+    Of version 7.3 a column is read when it is asked for. Raises InputError for a damaged file, and where it declares
+    more than there is room for.
+    """
     try:
-        columns = dict(_modern(path) if h5py.is_hdf5(path) else _classic(path))
+        columns = Columns(dict(_modern(path) if h5py.is_hdf5(path) else _classic(path)))
+    except InputError:
+        raise
     except Exception as error:  # a damaged file makes the parser fail in ways that nobody has listed
-        what = "this is not a readable MATLAB file: foreign or damaged"
-        raise InputError(what, where=str(path), hint="save it again") from error
+        raise _damaged(path) from error
     return table(str(path), columns)
 
 
+def _damaged(path: Path) -> InputError:
+    what = "this is not a readable MATLAB file: foreign or damaged"
+    return InputError(what, where=str(path), hint="save it again")
+
+
 def _classic(path: Path) -> Iterator[tuple[str, Array]]:
+    require_room(path, "it", _declared_size(path))
     content = loadmat(path, squeeze_me=True, struct_as_record=False)
     for name, value in content.items():
         if isinstance(name, str) and name and not name.startswith("__"):
             yield from _walk(name, value)
 
 
-def _walk(name: str, value: Any) -> Iterator[tuple[str, Array]]:
+def _declared_size(path: Path) -> int:
+    """What the packed variables of a file of version 5 take [bytes] once they are unpacked, as their tags declare."""
+    total, end = 0, path.stat().st_size
+    with path.open("rb") as file:
+        order = ORDERS.get(file.read(HEADER)[-2:])
+        while order and file.tell() + 8 <= end:
+            kind, size = struct.unpack(f"{order}2I", file.read(8))
+            following = file.tell() + size
+            if kind == COMPRESSED:
+                tag = zlib.decompressobj().decompress(file.read(min(size, 1024)), 8)
+                size = struct.unpack(f"{order}2I", tag)[1]
+                total += size
+            file.seek(following)
+    return total
+
+
+def _walk(name: str, value: Any, depth: int = 0) -> Iterator[tuple[str, Array]]:
+    if depth > MAX_DEPTH:
+        return
     if hasattr(value, "_fieldnames"):
         for key in value._fieldnames:
-            yield from _walk(f"{name}.{key}", getattr(value, key))
+            yield from _walk(f"{name}.{key}", getattr(value, key), depth + 1)
     elif isinstance(value, np.ndarray) and value.dtype.kind == "O":
         for i, item in enumerate(value.flat[:MOST_ENTRIES]):
-            yield from _walk(f"{name}.{i}", item)
+            yield from _walk(f"{name}.{i}", item, depth + 1)
     elif isinstance(value, np.ndarray):
         yield from numeric(name, value)
 
 
-def _modern(path: Path) -> Iterator[tuple[str, Array]]:
+def _modern(path: Path) -> Iterator[tuple[str, Deferred]]:
     with h5py.File(path, "r") as file:
-        members: Mapping[str, Any] = file
-        for name, node in members.items():
+        found = _Walk(path, file)
+        for name in file:
             if not name.startswith("#"):
-                yield from _follow(file, name, node)
+                yield from found.follow(name, file.get(name, getlink=True), file, name, ())
 
 
-def _follow(file: h5py.File, name: str, node: h5py.Group | h5py.Dataset) -> Iterator[tuple[str, Array]]:
-    """MATLAB stores columns first, so a matrix arrives transposed; text arrives as numbers, and says so."""
-    if isinstance(node, h5py.Group):
-        for key, inner in node.items():
-            yield from _follow(file, f"{name}.{key}", inner)
-    elif node.dtype == h5py.ref_dtype:
-        for i, reference in enumerate(np.ravel(node[()])[:MOST_ENTRIES]):
-            yield from _follow(file, f"{name}.{i}", file[reference])
-    elif node.attrs.get("MATLAB_class", b"double") != b"char" and "MATLAB_empty" not in node.attrs:
-        yield from numeric(name, np.transpose(node[()]))
+class _Walk:
+    """A walk through a file of version 7.3 that ends, whatever leads back to where it has been."""
+
+    def __init__(self, path: Path, file: h5py.File) -> None:
+        self.path, self.file, self.nodes = path, file, 0
+
+    def follow(
+        self, name: str, link: Any, parent: h5py.Group, key: str | h5py.Reference, above: tuple[int, ...]
+    ) -> Iterator[tuple[str, Deferred]]:
+        """Columns below one entry of a group. MATLAB stores columns first, so a matrix arrives transposed; text arrives
+        as numbers, and says so. Links that lead out of the file, or to a name, are not MATLAB's. above : places of
+        the nodes that this one is in."""
+        self.nodes += 1
+        if not isinstance(link, h5py.HardLink | type(None)) or len(above) > MAX_DEPTH or self.nodes > MAX_NODES:
+            return
+        node = parent[key]
+        place = h5py.h5o.get_info(node.id).addr
+        if place in above:
+            return
+        above = (*above, place)
+        if isinstance(node, h5py.Group):
+            for inner in node:
+                yield from self.follow(f"{name}.{inner}", node.get(inner, getlink=True), node, inner, above)
+        elif node.dtype == h5py.ref_dtype:
+            entries = np.ravel(values_within(self.path, node))[:MOST_ENTRIES]
+            for i, reference in enumerate(entries):
+                yield from self.follow(f"{name}.{i}", None, self.file, reference, above)
+        elif node.attrs.get("MATLAB_class", b"double") != b"char" and "MATLAB_empty" not in node.attrs:
+            for part in numeric_parts(name, node.dtype, node.shape[::-1]):
+                yield part.name, Deferred(part.shape, _Reading(self.path, node.name, part.fields))
+
+
+class _Reading:
+    """Reads one dataset of a file of version 7.3, or one field of it."""
+
+    def __init__(self, path: Path, name: str, fields: tuple[str, ...]) -> None:
+        self.path, self.name, self.fields = path, name, fields
+
+    def __call__(self) -> Array:
+        try:
+            with h5py.File(self.path, "r") as file:
+                values: Any = np.transpose(values_within(self.path, file[self.name]))
+        except InputError:
+            raise
+        except Exception as error:  # as above
+            raise _damaged(self.path) from error
+        for field in self.fields:
+            values = values[field]
+        return floats(values.squeeze())

@@ -10,10 +10,12 @@ import numpy as np
 from robotid.errors import InputError
 from robotid.model.array import Array
 from robotid.signals.readers.extra import library
+from robotid.signals.readers.room import require_room
 from robotid.signals.readers.table import LARGEST_EXACT, Table, table
 
 SUFFIXES = (".parquet", ".pq")
 
+BYTES = 8  # of a number
 TICKS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
@@ -26,6 +28,8 @@ def read(path: Path) -> Table:
     try:
         content = _flat(path)
         columns, units, text = _columns(content)
+    except InputError:
+        raise
     except Exception as error:  # a damaged file makes the parser fail in ways that nobody has listed
         what = "this is not a readable Parquet file: foreign or damaged"
         raise InputError(what, where=str(path), hint="save it again") from error
@@ -38,6 +42,8 @@ def _flat(path: Path) -> Any:
     import pyarrow.parquet as pq
 
     with pq.ParquetFile(path) as file:
+        facts = file.metadata
+        require_room(path, "it", facts.num_rows * facts.num_columns * BYTES)
         content = file.read()
     while any(pa.types.is_struct(field.type) for field in content.schema):
         content = content.flatten()

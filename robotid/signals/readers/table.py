@@ -3,19 +3,57 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
 
-from robotid.errors import ConfigError, InputError
+from robotid.errors import ConfigError, InputError, printable
 from robotid.model.array import Array
 
 SHOWN = 12  # names that a message lists
 INDEXED = re.compile(r"(.+)\[(\d+)\]")
 LARGEST_EXACT = 2**53  # integer up to which a float holds every one
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Deferred:
+    """A column that is in the file and has not been read. shape : (n,) or of a matrix; load : reads it."""
+
+    shape: tuple[int, ...]
+    load: Callable[[], Array]
+
+
+class Columns(Mapping[str, Array]):
+    """Columns by name, each read when it is first asked for. Reading raises InputError where that fails."""
+
+    def __init__(self, columns: Mapping[str, Array | Deferred]) -> None:
+        self._columns = dict(columns)
+
+    def __getitem__(self, name: str) -> Array:
+        column = self._columns[name]
+        if isinstance(column, Deferred):
+            column = self._columns[name] = column.load()
+        return column
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._columns
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """The shape of a column, without reading it."""
+        return self._columns[name].shape
+
+    def replaced(self, others: Mapping[str, Array]) -> Columns:
+        """The same columns with others in their place or beside them."""
+        return Columns(self._columns | dict(others))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,7 +63,7 @@ class Table:
     hold text, and the first of it; clocks : the column that holds a column's time stamps, where the file tells."""
 
     path: str
-    columns: dict[str, Array]
+    columns: Mapping[str, Array]
     units: dict[str, str] = field(default_factory=dict)
     lines: Array | None = None
     text: dict[str, str] = field(default_factory=dict)
@@ -53,6 +91,17 @@ class Table:
             what = f'"{name}" has columns 0 to {len(rows) - 1}, not {column}'
             raise ConfigError(what, where=self.path, hint="columns are counted from 0")
         return np.ascontiguousarray(rows[column])
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """The shape of a column, read only where the file does not tell."""
+        return self.columns.shape(name) if isinstance(self.columns, Columns) else self.columns[name].shape
+
+    def with_columns(self, others: Mapping[str, Array]) -> Table:
+        """The same table with other columns in the place of its own or beside them."""
+        return replace(
+            self,
+            columns=self.columns.replaced(others) if isinstance(self.columns, Columns) else {**self.columns, **others},
+        )
 
     def stored(self, name: str) -> str:
         """The column that holds what a name means: q for q[3], where q is a matrix."""
@@ -100,6 +149,30 @@ def numeric(name: str, values: Any) -> Iterator[tuple[str, Array]]:
             yield name, floats(squeezed)
 
 
+@dataclass(frozen=True, slots=True)
+class NumericPart:
+    """What is numeric in an array. name : dotted; fields : from the array down to it; shape : without axes of length
+    one."""
+
+    name: str
+    fields: tuple[str, ...]
+    shape: tuple[int, ...]
+
+
+def numeric_parts(
+    name: str, dtype: np.dtype[Any], shape: tuple[int, ...], fields: tuple[str, ...] = ()
+) -> Iterator[NumericPart]:
+    """What `numeric` finds in an array, told by its type and shape alone."""
+    if dtype.names and dtype.fields is not None:
+        for part in dtype.names:
+            inner = dtype.fields[part][0]
+            yield from numeric_parts(f"{name}.{part}", inner.base, (*shape, *inner.shape), (*fields, part))
+    elif dtype.kind in "fiub":
+        squeezed = tuple(int(n) for n in shape if n != 1)
+        if len(squeezed) in (1, 2) and 0 not in squeezed:
+            yield NumericPart(name, fields, squeezed)
+
+
 def floats(values: Any) -> Array:
     """Numbers as floats. Integers too large for that, nanoseconds since 1970 say, are counted from the first."""
     if values.ndim == 1 and values.dtype.kind in "iu" and max(-int(values.min()), int(values.max())) > LARGEST_EXACT:
@@ -119,4 +192,10 @@ def table(
     if not columns:
         hint = "save plain arrays or structs of them; MATLAB's tables, timetables and timeseries cannot be read"
         raise InputError("the file holds no numeric array of one or two dimensions", where=path, hint=hint)
-    return Table(path, dict(columns), dict(units or {}), None, dict(text or {}), dict(clocks or {}))
+    shown = {name: printable(name) for name in columns}
+    if any(name != as_shown for name, as_shown in shown.items()):  # names that would steer a terminal are written out
+        columns = {as_shown: columns[name] for name, as_shown in shown.items()}
+        units = {shown.get(name, name): unit for name, unit in (units or {}).items()}
+        clocks = {shown.get(name, name): shown.get(clock, clock) for name, clock in (clocks or {}).items()}
+    kept = columns if isinstance(columns, Columns) else dict(columns)
+    return Table(path, kept, dict(units or {}), None, dict(text or {}), dict(clocks or {}))
