@@ -71,14 +71,16 @@ docs: $(STAMP)
 # One rule a stage. What make finds stale by time, robotid checks by content: what turns out fresh is only touched.
 # Measured files are those that the configuration names; one that is missing is left for robotid to report.
 HERE := $(dir $(CONFIG))
-NAMED := $(shell sed -n 's/^[^\#]*file: *//p' $(CONFIG) 2>/dev/null | sed 's/[ ,}\#].*//' | tr -d "'\"")
+NAMED := $(shell sed -n -e 's/^[^\#]*file: *\[\([^]]*\)\].*/\1/p' -e t -e 's/^[^\#]*file: *\([^ ,}\#]*\).*/\1/p' $(CONFIG) 2>/dev/null \
+	| tr -d "'\"" | tr ',' ' ')
+EXCITATION := $(if $(shell sed -n '/^[^\#]*excite: */p' $(CONFIG) 2>/dev/null),$(RUN)/excitation.h5)
 FILES := $(wildcard $(patsubst $(HERE)/%,/%,$(addprefix $(HERE),$(NAMED))))
 
 pipeline: $(RUN)/report.html
 
 $(RUN)/excitation.h5: $(CONFIG) | $(STAMP)
 	$(ROBOTID) excite $(CONFIG)
-$(RUN)/records.h5: $(CONFIG) $(RUN)/excitation.h5 $(FILES)
+$(RUN)/records.h5: $(CONFIG) $(EXCITATION) $(FILES)
 	$(ROBOTID) collect $(CONFIG)
 $(RUN)/rigid.h5: $(CONFIG) $(RUN)/records.h5
 	$(ROBOTID) init-rigid $(CONFIG)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from robotid.config.section import Finite, Section
 
@@ -15,14 +15,23 @@ def _not_zero(scale: float) -> float:
     return scale
 
 
+def _position(name: Any) -> Any:
+    return str(name) if isinstance(name, int) and not isinstance(name, bool) and name >= 0 else name
+
+
+ColumnName = Annotated[str, BeforeValidator(_position)]
+"""The name of a column, or its position, counted from 0."""
+
+
 class ColumnSettings(Section):
     """One signal: scale * recorded + offset, in the unit.
 
-    name : of the column, dotted inside structs; column : of a matrix, counted from 0; unit : absent, as the file says.
-    Volts, amperes, percent and counts need a scale: how much of the SI unit each of them is.
+    name : of the column, dotted inside structs, or its position in the file, counted from 0; column : of a matrix,
+    counted from 0; unit : absent, as the file says. Volts, amperes, percent and counts need a scale: how much of the SI
+    unit each of them is.
     """
 
-    name: str
+    name: ColumnName
     column: Annotated[int, Field(ge=0)] | None = None
     unit: str | None = None
     scale: Annotated[Finite, AfterValidator(_not_zero)] | None = None
@@ -32,12 +41,13 @@ class ColumnSettings(Section):
 class ColumnsSettings(Section):
     """Columns by signal, a name or more. A signal left out is found by its name; null says that there is none."""
 
-    t: str | ColumnSettings | None = None
-    tau_m: str | ColumnSettings | None = None
-    phi_m: str | ColumnSettings | None = None
-    dphi_m: str | ColumnSettings | None = None
-    phi_a: str | ColumnSettings | None = None
-    ref: str | ColumnSettings | None = None
+    t: ColumnName | ColumnSettings | None = None
+    tau_m: ColumnName | ColumnSettings | None = None
+    phi_m: ColumnName | ColumnSettings | None = None
+    dphi_m: ColumnName | ColumnSettings | None = None
+    phi_a: ColumnName | ColumnSettings | None = None
+    ref: ColumnName | ColumnSettings | None = None
+    disturbance: ColumnName | ColumnSettings | None = None
 
 
 class RepairSettings(Section):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from robotid.config.load import Loaded, resolved
@@ -50,6 +50,12 @@ def _moved(loaded: Loaded, folder: Path) -> tuple[RecordSettings, ...]:
     return tuple(
         record
         if record.file is None
-        else record.model_copy(update={"file": os.path.relpath(loaded.directory / record.file, folder)})
+        else record.model_copy(update={"file": _relative(record.files, loaded.directory, folder)})
         for record in loaded.config.records
     )
+
+
+def _relative(files: Sequence[str], here: Path, folder: Path) -> str | tuple[str, ...]:
+    """Files relative to another folder."""
+    moved = tuple(os.path.relpath(here / file, folder) for file in files)
+    return moved[0] if len(moved) == 1 else moved

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import field_serializer, model_validator
+from pydantic import Field, field_serializer, model_validator
 
 from robotid.config.columns import ColumnsSettings, RepairSettings
 from robotid.config.excitation import ExcitationSettings
@@ -12,7 +12,7 @@ from robotid.config.section import Name, NonNegative, Positive, Section
 
 
 class RecordSettings(Section):
-    """One experiment: `excite` for the virtual robot, or `file`, relative to the configuration.
+    """One experiment: `excite` for the virtual robot, or `file`, relative to the configuration, several joined by time.
 
     role : estimate, or validate to be held out of every fit. use : which initialisation it serves, by default both.
     columns : which column of the file is what, absent: found by name. sampling_time [s] : instead of a time column.
@@ -24,13 +24,18 @@ class RecordSettings(Section):
     role: Literal["estimate", "validate"] = "estimate"
     use: Literal["rigid", "flex", "both"] = "both"
     excite: ExcitationSettings | None = None
-    file: str | None = None
+    file: str | Annotated[tuple[str, ...], Field(min_length=2)] | None = None
     columns: ColumnsSettings | None = None
     sampling_time: Positive | None = None
     repair: RepairSettings | None = None
     start: NonNegative | None = None
     stop: Positive | None = None
     speed_delay: int = 0
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The measured files, none of a record that excites."""
+        return () if self.file is None else (self.file,) if isinstance(self.file, str) else self.file
 
     @property
     def names(self) -> tuple[str, ...]:

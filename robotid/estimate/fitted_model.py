@@ -16,7 +16,7 @@ from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.units import unit_of
-from robotid.signals.record import Quantity, Record
+from robotid.signals.record import SIGNALS, Quantity, Record
 from robotid.simulation.trajectory import Trajectory
 
 FIRST_STATES = SolveOptions(max_iterations=8, tolerance=1e-4)  # the first states of a record need no more
@@ -126,7 +126,7 @@ def joined(runs: Sequence[Simulated]) -> Simulated:
     records = [run.record for run in runs]
     signals: dict[str, Any] = {
         name: np.concatenate([getattr(record, name) for record in records])
-        for name in ("tau_m", "phi_m", "dphi_m", "phi_a", "ref")
+        for name in SIGNALS
         if getattr(records[0], name) is not None
     }
     pieces = tuple(piece for run in runs for piece in run.pieces)

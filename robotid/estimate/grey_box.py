@@ -64,7 +64,9 @@ def fit_model(
     """
     begin = time.perf_counter()
     pieces = [piece for record in records for piece in record.pieces(options.horizon or record.duration)]
-    factors = np.array([options.weights.get(piece.name, 1.0) for piece in pieces])
+    factors = np.array(
+        [options.weights.get(piece.name, options.weights.get(piece.experiment, 1.0)) for piece in pieces]
+    )
     problem = OutputError(joint, parameters, tuple(pieces), options.output, factors, options.estimate_states)
     solution = _best_of(problem, options, log)
     problem, solution = _reweigh(problem, solution, factors, options, log)

@@ -7,7 +7,7 @@ from robotid.export.write import Columns
 from robotid.model.units import on_axis
 from robotid.signals.record import Record
 
-UNITS = {"t": "s", "tau_m": "Nm", "phi_m": "rad", "dphi_m": "rad/s", "phi_a": "rad"}
+UNITS = {"t": "s", "tau_m": "Nm", "phi_m": "rad", "dphi_m": "rad/s", "phi_a": "rad", "disturbance": "Nm"}
 
 
 def signal_columns(record: Record, model: FittedModel | None, *, linear: bool) -> Columns:

@@ -35,6 +35,7 @@ from robotid.pipeline.stage import Stage
 from robotid.pipeline.table import STAGES
 from robotid.report.display import View, shows, view_of
 from robotid.report.tables.table import Table
+from robotid.signals.joining import joined
 from robotid.signals.quality import Recordings
 from robotid.signals.readers import formats
 from robotid.signals.readers import read as read_table
@@ -72,7 +73,8 @@ class Setup(Displayed):
         """The records, read from their files or made by the virtual robot when they are first asked for. Raises what
         reading them raises."""
         config = self.config
-        files = {r.name: read_table(self.loaded.directory / r.file) for r in config.records if r.file is not None}
+        here = self.loaded.directory
+        files = {r.name: joined([read_table(here / file) for file in r.files]) for r in config.records if r.files}
         made = collect(config, excite(config), files)
         return Dataset(made.records, made.reports)
 
@@ -344,7 +346,9 @@ class SetupView(View[Setup]):
         return f"{self.content.loaded.path}, {', '.join(r.name for r in self.content.config.records)}"
 
     def tables(self) -> Sequence[Table]:
-        rows = tuple((r.name, r.role, r.use, r.file or "virtual robot") for r in self.content.config.records)
+        rows = tuple(
+            (r.name, r.role, r.use, " + ".join(r.files) or "virtual robot") for r in self.content.config.records
+        )
         return (*_model_tables(self.content.model), Table("Records", ("record", "role", "use", "source"), rows))
 
 

@@ -15,6 +15,7 @@ SIGNALS = {
     "speed": "dphi_m",
     "arm_angle": "phi_a",
     "reference": "ref",
+    "disturbance": "disturbance",
 }
 """What `read` calls a signal, and what a record does."""
 

@@ -15,7 +15,7 @@ from robotid.errors import ConfigError
 from robotid.interface.dataset import Dataset
 from robotid.interface.hints import SIGNALS, in_python_terms
 from robotid.signals.columns import Column
-from robotid.signals.measured import Selection, measured_record
+from robotid.signals.measured import Selection, measured_records
 from robotid.signals.readers import read as read_table
 from robotid.signals.readers.delimited import without_unit
 from robotid.signals.readers.table import Table, numeric
@@ -43,6 +43,7 @@ class Columns(TypedDict, total=False):
     speed: ColumnLike
     arm_angle: ColumnLike
     reference: ColumnLike
+    disturbance: ColumnLike
     start: float
     stop: float
     speed_delay: int
@@ -67,7 +68,8 @@ def read(
     "estimate" serves the fit, "validate" is held out of it. use : which initialisation the record serves, "rigid",
     "flex" or "both". sampling_time [s] : instead of a time column. linear : the axis slides rather than turns.
 
-    time, torque, angle, speed, arm_angle, reference : which column is what; torque and angle are those of the motor.
+    time, torque, angle, speed, arm_angle, reference, disturbance : which column is what; torque and angle are those of
+    the motor, a disturbance is the part of the torque that the controller did not command.
     A column is a name, with its unit where the file does not tell it, "angle [deg]"; `rid.Column(name, unit=...,
     scale=..., offset=..., column=...)` turns volts into torque or picks a column of a matrix. A signal that is left out
     is found by its usual names; None means that there is none. A column without a unit is in SI.
@@ -108,8 +110,8 @@ def read(
             linear=linear,
             **_rest(columns),
         )
-        record, report = measured_record(selection, table)
-    return Dataset((record,), (report,))
+        pairs = measured_records(selection, table)
+    return Dataset(tuple(record for record, _ in pairs), tuple(report for _, report in pairs))
 
 
 def _several(source: Any) -> bool:

@@ -68,7 +68,7 @@ def execute(run: Run, name: str, *, force: bool = False, dry_run: bool = False, 
     saved all the same), and what the stage raises.
     """
     before = {s.stage: s for s in status(run)}
-    for needed in STAGES[name].inputs:
+    for needed in run.needs(STAGES[name]):
         _require_fresh(run, before[needed])
     why = _why_run(STAGES[name], before[name], force=force)
     return _make_fresh(run, STAGES[name], before, why, dry_run=dry_run, log=log)
@@ -119,7 +119,7 @@ def _make_fresh(
     if dry_run:
         return Outcome(stage.name, now.file, False, why or FRESH)
     if why:
-        headers = {name: header for name in stage.inputs if (header := before[name].header) is not None}
+        headers = {name: header for name in run.needs(stage) if (header := before[name].header) is not None}
         outcome, failed = _run(run, stage, headers, why, log)
     else:
         outcome = Outcome(stage.name, now.file, False, FRESH, read=reader(run, stage))
@@ -136,7 +136,10 @@ def _run(
     log = _stopping(log)
     log(Begun(stage.name))
     config = run.loaded.config
-    contents: list[Any] = [load(run.file(STAGES[name]), STAGES[name].type()).content for name in stage.inputs]
+    needed = run.needs(stage)
+    contents: list[Any] = [
+        load(run.file(STAGES[name]), STAGES[name].type()).content if name in needed else None for name in stage.inputs
+    ]
     if stage.reads_files:
         contents.append(_measured_tables(run))
     content = stage(config, *contents, **({"log": log} if stage.logs else {}))
@@ -179,10 +182,11 @@ def _write_companion(run: Run, stage: Stage, outcome: Outcome) -> None:
 
 
 def _measured_tables(run: Run) -> dict[str, Any]:
-    """The measured files as tables, by record."""
-    read = find("robotid.signals.readers:read")
-    tables = {path: read(path) for path in dict.fromkeys(run.measured().values())}
-    return {record: tables[path] for record, path in run.measured().items()}
+    """The measured files as tables, by record; several files of one record joined."""
+    read, joined = find("robotid.signals.readers:read"), find("robotid.signals.joining:joined")
+    measured = run.measured()
+    tables = {path: read(path) for path in dict.fromkeys(path for files in measured.values() for path in files)}
+    return {record: joined([tables[path] for path in files]) for record, files in measured.items()}
 
 
 def _judged(run: Run, stage: Stage, outcome: Outcome, failed: tuple[str, ...]) -> Outcome:
@@ -191,7 +195,7 @@ def _judged(run: Run, stage: Stage, outcome: Outcome, failed: tuple[str, ...]) -
     make compares times of files: what is done is new from here on, and what is not is older than its inputs.
     """
     if failed or outcome.interrupted:
-        before = min((run.file(STAGES[name]).stat().st_mtime for name in stage.inputs), default=1.0) - 1.0
+        before = min((run.file(STAGES[name]).stat().st_mtime for name in run.needs(stage)), default=1.0) - 1.0
         touch(outcome.file, before)
     else:
         touch(outcome.file)

@@ -66,10 +66,10 @@ def _why_stale(run: Run, stage: Stage, header: ArtifactHeader, before: Mapping[s
 
 
 def _why_inputs_differ(run: Run, stage: Stage, header: ArtifactHeader, before: Mapping[str, StageStatus]) -> str:
-    for name in stage.inputs:
+    for name in run.needs(stage):
         if before[name].state is not State.FRESH:
             return f"{before[name].file.name} is {before[name].state}"
-    headers = {name: found for name in stage.inputs if (found := before[name].header) is not None}
+    headers = {name: found for name in run.needs(stage) if (found := before[name].header) is not None}
     try:
         now = run.inputs(stage, headers)
     except InputError as error:

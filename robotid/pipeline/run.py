@@ -42,27 +42,42 @@ class Run:
         """The configuration that a stage depends on, as canonical text."""
         return {name: self.loaded.section_text(name) for name in stage.sections}
 
-    def measured(self) -> dict[str, Path]:
+    def needs(self, stage: Stage) -> tuple[str, ...]:
+        """The stages whose content a stage takes under this configuration."""
+        virtual = any(r.excite is not None for r in self.loaded.config.records)
+        return tuple(name for name in stage.inputs if virtual or name not in stage.for_virtual)
+
+    def measured(self) -> dict[str, tuple[Path, ...]]:
         """Measured files by record name."""
-        return {r.name: self.loaded.directory / r.file for r in self.loaded.config.records if r.file is not None}
+        return {
+            r.name: tuple(self.loaded.directory / f for f in r.files) for r in self.loaded.config.records if r.files
+        }
 
     def inputs(self, stage: Stage, headers: Mapping[str, ArtifactHeader]) -> dict[str, str]:
         """Digests of all that a stage reads, by stage or file. headers : of the stages before it.
 
         Raises InputError where a measured file cannot be read.
         """
-        found = {name: headers[name].digest for name in stage.inputs}
+        found = {name: headers[name].digest for name in self.needs(stage)}
         if stage.reads_files:
-            written = {r.name: f"file {r.file}" for r in self.loaded.config.records}
-            found |= {written[record]: self._digest(path) for record, path in self.measured().items()}
+            written = [(f, self.loaded.directory / f) for r in self.loaded.config.records for f in r.files]
+            found |= {f"file {name}": self._digest(path) for name, path in written}
         return found
 
     def _digest(self, path: Path) -> str:
         """Digest of a measured file, worked out once a run."""
         if path not in self._digests:
             try:
-                self._digests[path] = digest(path.read_bytes())
+                self._digests[path] = digest(_content(path))
             except OSError as error:
                 what = f"cannot be read: {error.strerror}"
                 raise InputError(what, where=str(path), hint="check `file` of the record") from error
         return self._digests[path]
+
+
+def _content(path: Path) -> bytes:
+    """All bytes of a file; of a folder, names and digests of the files in it."""
+    if not path.is_dir():
+        return path.read_bytes()
+    files = sorted(file for file in path.iterdir() if file.is_file())
+    return "\n".join(f"{file.name} {digest(file.read_bytes())}" for file in files).encode()

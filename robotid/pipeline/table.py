@@ -26,6 +26,7 @@ COLLECT = Stage(
     finding="recordings",
     tables="robotid.report.tables.collect",
     inputs=("excite",),
+    for_virtual=("excite",),
     sections=("robot", "records", "plant"),
     reads_files=True,
     logs=True,

@@ -29,7 +29,7 @@ from robotid.report.tables.table import Table
 from robotid.report.tables.text import as_html, as_text
 from robotid.signals.plausibility import Plausibility
 from robotid.signals.quality import Recordings
-from robotid.signals.record import Record
+from robotid.signals.record import SIGNALS, Record
 from robotid.validation.results import Validation
 
 T = TypeVar("T")
@@ -149,7 +149,7 @@ class RecordView(View[Record]):
 
     def tables(self) -> Sequence[Table]:
         r = self.content
-        signals = {"tau_m": "Nm", "phi_m": "rad", "dphi_m": "rad/s", "phi_a": "rad", "ref": ""}
+        signals = {"tau_m": "Nm", "phi_m": "rad", "dphi_m": "rad/s", "phi_a": "rad", "ref": "", "disturbance": "Nm"}
         present = {name: values for name in signals if (values := getattr(r, name)) is not None}
         rows = tuple(
             (name, number(float(v.min())), number(float(v.max())), signals[name]) for name, v in present.items()
@@ -158,7 +158,7 @@ class RecordView(View[Record]):
 
     def columns(self) -> Columns:
         r = self.content
-        signals = {name: getattr(r, name) for name in ("t", "tau_m", "phi_m", "dphi_m", "phi_a", "ref")}
+        signals = {name: getattr(r, name) for name in ("t", *SIGNALS)}
         return {name: values for name, values in signals.items() if values is not None}
 
     def figure(self) -> Figure:

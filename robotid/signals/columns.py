@@ -44,6 +44,7 @@ ALIASES: dict[str, tuple[str, ...]] = {
     "dphi_m": ("dphi_m", "dphi", "omega", "speed", "velocity", "vel", "dq", "qd", "motor_speed", "drehzahl"),
     "phi_a": ("phi_a", "arm_angle", "link_angle", "load_angle", "second_encoder"),
     "ref": ("ref", "reference", "qg", "setpoint", "ref_pos", "ref_vel"),
+    "disturbance": ("disturbance", "torque_disturbance", "force_disturbance"),
 }
 """Names that a signal usually has, a unit at their end (time_s, angle_deg) left out."""
 
@@ -56,6 +57,7 @@ QUANTITIES: dict[str, tuple[str, ...]] = {
     "dphi_m": ("angular speed", "speed"),
     "phi_a": ("angle", "length"),
     "ref": ("angle", "length", "angular speed", "speed"),
+    "disturbance": ("torque", "force"),
 }
 
 

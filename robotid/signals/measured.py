@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from math import pi
 
 import numpy as np
+from numpy.typing import NDArray
 
-from robotid.errors import ConfigError, InputError
+from robotid.errors import ConfigError, InputError, NumericsError
 from robotid.model.array import Array, Mask
 from robotid.signals.clocks import on_one_clock
 from robotid.signals.columns import ALIASES, NEEDED, Column, Signal, convert, find, missing, remark_on
 from robotid.signals.differentiate import central_difference
-from robotid.signals.quality import Report, inspect
+from robotid.signals.quality import MIN_SAMPLES, Report, inspect
 from robotid.signals.readers.table import Table
 from robotid.signals.record import Quantity, Record, Role, Use
 from robotid.signals.repair import repair
-from robotid.signals.sampling import Findings, Policy
+from robotid.signals.resampling import speed_error
+from robotid.signals.sampling import NOTABLE_JITTER, ROUNDED, Findings, Grid, Policy, in_order, uninterrupted
 from robotid.signals.speed_check import speed_lag, speed_scale
 
 ANGLES = ("phi_m", "phi_a", "ref")
@@ -25,14 +27,18 @@ MISTAKEN = 1.5  # recorded over derived speed, or its inverse, from which it is 
 NOTABLE = 0.03  # deviation from 1 of the same that is remarked
 
 
+Rows = NDArray[np.intp]
+"""Numbers of samples of a table, (n,)."""
+
+
 @dataclass(frozen=True, slots=True)
 class Selection:
     """What of a table becomes a record, and how.
 
-    columns : by signal (t, tau_m, phi_m, dphi_m, phi_a, ref); one that is left out is found by its name, None says that
-    there is none. sampling_time [s] : instead of a time column. start, stop [s] : the part that is used, counted from
-    the first sample. speed_delay [samples] : by which the recorded speed is late. linear : the axis slides, and its
-    position does not wrap around.
+    columns : by signal (t, tau_m, phi_m, dphi_m, phi_a, ref, disturbance); one that is left out is found by its name,
+    None says that there is none. sampling_time [s] : instead of a time column. start, stop [s] : the part that is used,
+    counted from the first sample. speed_delay [samples] : by which the recorded speed is late. linear : the axis
+    slides, and its position does not wrap around.
     """
 
     name: str
@@ -47,8 +53,9 @@ class Selection:
     linear: bool = False
 
 
-def measured_record(chosen: Selection, table: Table) -> tuple[Record, Report]:
-    """One record from a table, and a report on what was found and repaired.
+def measured_records(chosen: Selection, table: Table) -> tuple[tuple[Record, Report], ...]:
+    """The record of a table, with a report on what was found and repaired; several, name_1, name_2 and so on, where
+    gaps that are too long to be bridged have cut it.
 
     Raises ConfigError for columns that are not there, InputError for flaws that are refused, NumericsError for a record
     without excitation.
@@ -59,16 +66,84 @@ def measured_record(chosen: Selection, table: Table) -> tuple[Record, Report]:
     if t is None and chosen.sampling_time is None:
         hint = f"name the time column under columns: t, or give sampling_time; {table.offer()}"
         raise ConfigError("neither a time column nor a sampling time is known", where=table.path, hint=hint)
-    kept = _kept(chosen, table, len(found["phi_m"].values), t)
-    flaws = Findings(table, chosen.policy, np.flatnonzero(kept))
-    signals = {name: signal.values[kept] for name, signal in found.items() if name != "t"}
-    cut = None if t is None else t[kept]
-    repaired = repair(flaws, signals, cut, chosen.sampling_time, {} if chosen.linear else _turns(found))
+    rows = np.flatnonzero(_kept(chosen, table, len(found["phi_m"].values), t))
+    rows = rows if t is None else in_order(Findings(table, chosen.policy, rows, remarks), t, found["phi_m"].values)
+    parts = [rows]
+    if t is not None:
+        parts = [rows[a:b] for a, b in uninterrupted(Findings(table, chosen.policy, rows), t[rows])]
+    if len(parts) == 1:
+        return (_measured_record(chosen, table, found, rows, remarks),)
+    return _pieces(chosen, table, found, parts, remarks)
+
+
+def _pieces(
+    chosen: Selection, table: Table, found: Mapping[str, Signal], parts: Sequence[Rows], remarks: list[str]
+) -> tuple[tuple[Record, Report], ...]:
+    """Records of the parts that are long enough and excite. Raises InputError where there is none."""
+    long = [rows for rows in parts if len(rows) >= MIN_SAMPLES]
+    first = table.where(int(parts[1][0]))
+    gaps = f"{len(parts) - 1} gaps, the first" if len(parts) > 2 else "a gap"
+    pieces: list[tuple[Record, Report]] = []
+    unfit: NumericsError | None = None
+    for rows in long:
+        name = f"{chosen.name}_{len(pieces) + 1}"
+        try:
+            record, report = _measured_record(replace(chosen, name=name), table, found, rows, remarks)
+        except NumericsError as error:
+            unfit = error
+            continue
+        pieces.append((replace(record, experiment=chosen.name), report))
+    if not pieces and unfit is not None:
+        raise unfit
+    if not pieces:
+        verb = "leave" if len(parts) > 2 else "leaves"
+        what = f"{gaps} before {first} {verb} no {MIN_SAMPLES} samples in a row"
+        raise InputError(what, where=table.path, hint="record again, or set repair: {gaps: interpolate}")
+    lost = sum(map(len, parts)) - sum(len(record) for record, _ in pieces)
+    left_out = f"; {lost} samples of parts that are too short or at rest are left out" if lost > 0 else ""
+    verb = ", cut" if len(parts) > 2 else " cuts"
+    cut = f"{gaps} before {first}{verb} the record into {_listed(pieces)}{left_out}"
+    return tuple((record, replace(report, remarks=(cut, *report.remarks))) for record, report in pieces)
+
+
+def _listed(pieces: Sequence[tuple[Record, Report]]) -> str:
+    names = [record.name for record, _ in pieces]
+    return f"{names[0]} to {names[-1]}" if len(names) > 2 else " and ".join(names)
+
+
+def _measured_record(
+    chosen: Selection, table: Table, found: Mapping[str, Signal], rows: Rows, remarks: Sequence[str]
+) -> tuple[Record, Report]:
+    """One record of these rows of a table, and the report on it."""
+    t = found["t"].values[rows] if "t" in found else None
+    signals = {name: signal.values[rows] for name, signal in found.items() if name != "t"}
+    flaws = Findings(table, chosen.policy, rows)
+    repaired = repair(flaws, signals, t, chosen.sampling_time, {} if chosen.linear else _turns(found))
     record = _record(chosen, repaired.signals, repaired.grid.sampling_time, found)
-    remarks += repaired.remarks
+    said = [*remarks, *repaired.remarks]
     if len(record) > 2:
-        remarks += _speed_remarks(table, chosen, record, derived="dphi_m" not in found)
-    return record, inspect(record, table.path, repaired, tuple(remarks))
+        said += _clock_remarks(chosen, repaired.grid, record, derived="dphi_m" not in found)
+        said += _speed_remarks(table, chosen, record, derived="dphi_m" not in found)
+    return record, inspect(record, table.path, repaired, tuple(said))
+
+
+def _clock_remarks(chosen: Selection, grid: Grid, record: Record, *, derived: bool) -> list[str]:
+    """What the clock did, and what it would have cost."""
+    h = grid.sampling_time
+    if not len(grid.late) or float(np.std(grid.late)) <= NOTABLE_JITTER * h:
+        return []
+    sizes = ((grid.jitter_rms, "RMS"), (grid.jitter, "at most"))
+    jitter = " and ".join(f"{1e3 * h * share:.2g} ms ({100 * share:.2g} %) {what}" for share, what in sizes)
+    if not grid.resampled:
+        if float(np.abs(grid.late).max()) <= ROUNDED * grid.resolution:
+            return []
+        return [
+            f"the time stamps jitter by {jitter}, but phi_m is smoother without them: sampled every {1e3 * h:.6g} ms"
+        ]
+    cost = speed_error(grid.late, record.dphi_m, h, derived=derived)
+    unit = "m/s" if chosen.linear else "rad/s"
+    ignored = f"ignored, the jitter would be an error of {cost:.2g} {unit} RMS in the speed"
+    return [f"sampling intervals jitter by {jitter}: resampled on the time stamps, every {1e3 * h:.6g} ms; {ignored}"]
 
 
 def _turns(found: Mapping[str, Signal]) -> dict[str, tuple[float, ...]]:
@@ -98,7 +173,8 @@ def _columns(chosen: Selection, table: Table) -> dict[str, Column]:
     found: dict[str, Column | None] = {}
     for signal in ALIASES:
         if signal in given:
-            found[signal] = given[signal]
+            chosen_column = given[signal]
+            found[signal] = chosen_column and replace(chosen_column, name=table.at_position(chosen_column.name))
         elif signal == "t" and table.clocks:
             found[signal] = None
         else:
@@ -159,6 +235,7 @@ def _record(chosen: Selection, signals: dict[str, Array], h: float, found: Mappi
         phi_a=cut.get("phi_a"),
         ref=ref,
         ref_kind=None if ref is None else _kind(found["ref"], ref, angle, speed),
+        disturbance=cut.get("disturbance"),
     )
 
 

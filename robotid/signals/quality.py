@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -62,6 +63,11 @@ class Recordings:
     def __getitem__(self, name: str) -> Record:
         return next(record for record in self.records if record.name == name)
 
+    def of(self, names: Iterable[str]) -> tuple[Record, ...]:
+        """The records of these names, and for a name that gaps have cut, its pieces."""
+        wanted = tuple(names)
+        return tuple(r for name in wanted for r in self.records if name in (r.name, r.experiment))
+
 
 def inspect(
     record: Record, source: str, repaired: RepairedSignals | None = None, remarks: tuple[str, ...] = ()
@@ -70,7 +76,7 @@ def inspect(
     if len(record) < MIN_SAMPLES:
         what = f"a record of {len(record)} samples is too short, the least is {MIN_SAMPLES}"
         raise InputError(what, where=source, hint="record longer")
-    step = quantum(record.phi_m)
+    step = quantum(record.phi_m if repaired is None or repaired.angle is None else repaired.angle)
     _excited(record, source, step)
     v = record.dphi_m
     fastest = float(np.abs(v).max())

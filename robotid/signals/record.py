@@ -15,6 +15,8 @@ from robotid.model.array import Array
 from robotid.signals.differentiate import central_difference
 
 SHORTEST_PIECE = 20  # samples
+SIGNALS = ("tau_m", "phi_m", "dphi_m", "phi_a", "ref", "disturbance")
+"""What a record holds of every sample, where it holds it."""
 
 Role = Literal["estimate", "validate"]
 Use = Literal["rigid", "flex", "both"]
@@ -27,7 +29,8 @@ class Record(Displayed):
 
     tau_m is held from its sample to the next. ref is the controller's reference, of the quantity ref_kind names.
     period [s] is set where the excitation repeats; band [Hz] where it fills a known band. begin [s] : time of the first
-    sample, other than zero for a piece of an experiment.
+    sample, other than zero for a piece of an experiment. disturbance : the part of tau_m that the controller did not
+    command, such as test pulses. experiment : name of the recording, of which gaps have left several records.
     """
 
     name: str
@@ -43,6 +46,8 @@ class Record(Displayed):
     period: float | None = field(default=None, metadata={"unit": "s"})
     band: tuple[float, float] | None = field(default=None, metadata={"unit": "Hz"})
     begin: float = field(default=0.0, metadata={"unit": "s"})
+    disturbance: Array | None = field(default=None, metadata={"unit": "Nm"})
+    experiment: str = ""
 
     @classmethod
     def from_arrays(
@@ -96,11 +101,7 @@ class Record(Displayed):
 
     def piece(self, first: int, last: int) -> Record:
         """Samples first .. last - 1 as a record of the same name, no longer periodic."""
-        cut = {
-            name: signal[first:last]
-            for name in ("tau_m", "phi_m", "dphi_m", "phi_a", "ref")
-            if (signal := getattr(self, name)) is not None
-        }
+        cut = {name: signal[first:last] for name in SIGNALS if (signal := getattr(self, name)) is not None}
         return replace(self, period=None, begin=self.begin + first * self.sampling_time, **cut)
 
     def pieces(self, length: float) -> tuple[Record, ...]:

@@ -16,7 +16,10 @@ MAX_STEP = 0.4  # of a turn, between samples; half a turn could be either way
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RepairedSignals:
-    """Signals (n,) on a regular grid, and how many samples were duplicated, not finite, or past a wrap-around."""
+    """Signals (n,) on a regular grid, and how many samples were duplicated, not finite, or past a wrap-around.
+
+    angle : (k,) the motor angle as it was recorded, before it was brought onto the grid.
+    """
 
     signals: dict[str, Array]
     grid: Grid
@@ -24,6 +27,7 @@ class RepairedSignals:
     not_finite: int
     wraps: int
     remarks: tuple[str, ...]
+    angle: Array | None = None
 
 
 def repair(
@@ -49,10 +53,11 @@ def repair(
     for name, values in signals.items():
         # An angle is unwrapped before anything is interpolated: halfway through a wrap-around it never was.
         unwrapped, count = unwrap(found, name, values, turns.get(name, ()))
-        continuous, holes = finite(found, name, unwrapped, grid.at)
-        signals[name] = grid.fill(continuous)
+        signals[name], holes = finite(found, name, unwrapped, grid.at)
         wraps, bad = wraps + count, bad + holes
-    return RepairedSignals(signals, grid, lost, bad, wraps, tuple(found.remarks))
+    angle = signals.get("phi_m")
+    grid = grid if angle is None else grid.settled(angle)
+    return RepairedSignals(grid.fill(signals), grid, lost, bad, wraps, tuple(found.remarks), angle)
 
 
 def finite(found: Findings, name: str, values: Array, at: Array) -> tuple[Array, int]:

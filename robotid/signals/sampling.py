@@ -1,9 +1,14 @@
-"""The time axis of a recording: one step, no sample twice, none missing."""
+"""The time axis of a recording: one step, no sample twice, none missing.
+
+Stamps that a regular clock explains are only counted. All others are positions, and the signals are brought from them
+onto a regular grid; where the record stands still for longer than can be bridged, it is cut.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +16,16 @@ from numpy.typing import NDArray
 from robotid.errors import InputError
 from robotid.model.array import Array, Mask
 from robotid.signals.readers.table import Table
+from robotid.signals.resampling import MIN_TO_COMPARE, resample, sampled_regularly
 
 MAX_RUN = 3  # samples in a row that are repaired unasked
 MAX_SHARE = 0.01  # share of all samples that is repaired unasked
-MAX_JITTER = 0.3  # of the sampling time, by which a step may deviate
+NOTABLE_JITTER = 1e-3  # of the sampling time, root mean square, from which signals are resampled on their stamps
+MAX_MISSING = 0.5  # share of all samples that may be missing between the others
+ROUNDED = 0.6  # of the resolution of time stamps, up to which a regular clock is only written with few digits
 COARSE = 0.1  # share of repeated times from which the time is written with too few digits
+MOST_DIGITS = 9  # of a time stamp [s] behind the point that are looked for
+HELD = ("tau_m", "disturbance")  # signals that last from their sample to the next
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,10 +54,13 @@ class Findings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grid:
-    """Where the samples stand on a regular grid.
+    """Where the samples stand on a regular grid, in sampling times.
 
-    at : (n,) their numbers, counted from 0; jitter, jitter_rms : largest and root mean square deviation of a step, as
-    shares of the sampling time; missing : samples in gaps.
+    at : (n,) positions counted from the first sample, whole numbers for a regular clock; numbers : (n,) the whole
+    numbers nearest to it as they follow each other; jitter, jitter_rms : largest and root mean square deviation of a
+    step, as shares of the sampling time; late : (n,) [s] of each stamp against a regular clock; missing : samples in
+    gaps; resolution [s] : of the stamps as they are written; resampled : the signals are interpolated at their
+    positions.
     """
 
     sampling_time: float
@@ -55,10 +68,25 @@ class Grid:
     jitter: float = 0.0
     jitter_rms: float = 0.0
     missing: int = 0
+    numbers: Array = field(default_factory=lambda: np.zeros(0))
+    late: Array = field(default_factory=lambda: np.zeros(0))
+    resolution: float = 0.0
+    resampled: bool = False
 
-    def fill(self, signal: Array) -> Array:
-        """A signal with its missing samples interpolated, (n,) -> (n + missing,)."""
-        return np.interp(np.arange(self.at[-1] + 1), self.at, signal) if self.missing else signal
+    def settled(self, angle: Array) -> Grid:
+        """The grid without its stamps, where the angle (n,) says that not the sampling jitters but the stamps."""
+        if self.resampled and len(angle) > MIN_TO_COMPARE and sampled_regularly(self.at, self.numbers, angle):
+            return replace(self, at=self.numbers, missing=int(self.numbers[-1]) + 1 - len(angle), resampled=False)
+        return self
+
+    def fill(self, signals: Mapping[str, Array]) -> dict[str, Array]:
+        """Signals on the regular grid, (n,) -> (m,) each, gaps interpolated."""
+        if self.resampled:
+            return resample(self.at, signals, HELD)
+        if not self.missing:
+            return dict(signals)
+        regular = np.arange(self.at[-1] + 1)
+        return {name: np.interp(regular, self.at, signal) for name, signal in signals.items()}
 
 
 def few(count: int, longest: int, n: int) -> bool:
@@ -70,6 +98,27 @@ def longest_run(mask: Mask) -> int:
     """Most consecutive True, at least one of them. mask : (n,)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
     return int(np.max(edges[1::2] - edges[::2]))
+
+
+def in_order(found: Findings, t: Array, angle: Array) -> NDArray[np.intp]:
+    """The rows in the order of their times, where a few samples were written late. t, angle : of the whole table, (n,).
+
+    Rows stay as they are where more than a few are out of order, or the angle is not smoother for it: then the clock
+    was set back.
+    """
+    rows = found.rows
+    order = np.argsort(t[rows], kind="stable")
+    moved = np.abs(order - np.arange(len(rows)))
+    count, furthest = int(np.sum(np.diff(t[rows]) < 0)), int(moved.max(initial=0))
+    if not count or not np.isfinite(t[rows]).all() or not few(count, furthest, len(rows)):
+        return rows
+    roughness = [float(np.nansum(np.diff(angle[one], 2) ** 2)) for one in (rows[order], rows)]
+    if roughness[0] >= roughness[1]:
+        return rows
+    plural = f"{count} samples stood out of order and were" if count > 1 else "1 sample stood out of order and was"
+    where = found.where(int(np.argmax(np.diff(t[rows]) < 0)) + 1)
+    found.remarks.append(f"{plural} moved in time, the first at {where}")
+    return rows[order]
 
 
 def distinct(found: Findings, t: Array, signals: Mapping[str, Array]) -> Mask:
@@ -102,21 +151,54 @@ def distinct(found: Findings, t: Array, signals: Mapping[str, Array]) -> Mask:
 
 
 def regular(found: Findings, t: Array, declared: float | None) -> Grid:
-    """The grid that samples at increasing times stand on. Raises InputError for irregular sampling and long gaps."""
+    """The grid that samples at increasing times (n,) stand on. Raises InputError for gaps that cannot be bridged."""
     h = _period(found, t, declared)
     steps = np.diff(t) / h
     counts = np.maximum(1, np.rint(steps)).astype(int)
     off = steps - counts
-    if float(np.abs(off).max()) > MAX_JITTER:
-        k = int(np.argmax(np.abs(off)))
-        what = f"sampling is irregular: {t[k + 1] - t[k]:.6g} s where {h:.6g} s are usual"
-        hint = "record at a fixed rate, or if only the clock is at fault write t: null and sampling_time"
-        raise InputError(what, where=found.where(k + 1), hint=hint)
-    missing = int((counts - 1).sum())
+    numbers = np.concatenate([[0], np.cumsum(counts)]).astype(np.float64)
+    late = _late(t, numbers)
+    resolution = stamp_resolution(t)
+    jitter, jitter_rms = float(np.abs(off).max()), float(np.sqrt(np.mean(off**2)))
+    resampled = float(np.std(late)) > NOTABLE_JITTER * h and float(np.abs(late).max()) > ROUNDED * resolution
+    missing = int(numbers[-1]) + 1 - len(t)
+    if resampled:  # long steps may make up for short ones
+        missing = max(0, min(missing, round((t[-1] - t[0]) / (usual_step(t))) + 1 - len(t)))
     if missing:
         _bridge(found, counts, missing)
-    at = np.concatenate([[0], np.cumsum(counts)]).astype(np.float64)
-    return Grid(h, at, float(np.abs(off).max()), float(np.sqrt(np.mean(off**2))), missing)
+    at = (t - t[0]) / h if resampled else numbers
+    return Grid(h, at, jitter, jitter_rms, missing, numbers, late, resolution, resampled)
+
+
+def _late(t: Array, numbers: Array) -> Array:
+    """By how much each stamp is late against the regular clock that explains them best [s], (n,)."""
+    x = numbers - numbers.mean()
+    slope = float(x @ (t - t.mean())) / max(float(x @ x), 1e-300)
+    return np.asarray(t - t.mean() - slope * x)
+
+
+def stamp_resolution(t: Array) -> float:
+    """The decimal fraction of a second that all stamps (n,) are multiples of, 0.0 where there is none."""
+    for digits in range(MOST_DIGITS + 1):
+        scaled = (t - t[0]) * 10.0**digits
+        if float(np.abs(scaled - np.rint(scaled)).max()) < 1e-3:
+            return float(10.0**-digits)
+    return 0.0
+
+
+def uninterrupted(found: Findings, t: Array) -> tuple[tuple[int, int], ...]:
+    """First and last + 1 sample of each part between gaps that are too long to be bridged. t : (n,), nan where a stamp
+    is missing.
+
+    One part where the policy has gaps interpolated or refused, and where time runs backward.
+    """
+    known = np.flatnonzero(np.isfinite(t))
+    steps = np.diff(t[known])
+    if found.policy.gaps is not None or len(known) < 3 or (steps < 0).any() or not (steps > 0).any():
+        return ((0, len(t)),)
+    cuts = known[1:][steps > (MAX_RUN + 1.5) * usual_step(t[known][np.concatenate([[True], steps > 0])])]
+    edges = [0, *cuts.tolist(), len(t)]
+    return tuple(pairwise(edges))
 
 
 def usual_step(t: Array) -> float:
@@ -141,7 +223,11 @@ def _period(found: Findings, t: Array, declared: float | None) -> float:
 def _bridge(found: Findings, counts: NDArray[np.intp], missing: int) -> None:
     """Say that gaps are filled, or refuse."""
     longest = int(counts.max()) - 1
-    repaired = found.policy.gaps is None and few(missing, longest, int(counts.sum()) + 1)
+    everything = int(counts.sum()) + 1
+    if missing > MAX_MISSING * everything:
+        what = f"{missing} of {everything} samples are missing between the others"
+        raise InputError(what, where=found.table.path, hint="record again at a rate that the logger keeps up with")
+    repaired = found.policy.gaps is None and few(missing, longest, everything)
     refused = found.policy.gaps != "interpolate" and not repaired
     k = int(np.argmax(counts) if refused else np.argmax(counts > 1)) + 1
     where = found.where(k)

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from robotid.config.records import RecordSettings
 from robotid.config.schema import Config
+from robotid.errors import ConfigError
 from robotid.progress import Log, Progress
 from robotid.signals.quality import Recordings, Report, inspect
 from robotid.signals.readers.table import Table
 from robotid.signals.record import Record
 from robotid.signals.reference import Excitation
-from robotid.stages.ingestion.measured import measured_record
+from robotid.stages.ingestion.measured import measured_records
 from robotid.stages.ingestion.virtual import virtual_records, virtual_robot
 
 
-def collect(settings: Config, excitation: Excitation, files: Mapping[str, Table], log: Log | None = None) -> Recordings:
-    """All records of the configuration, in its order. files : the table of each record that names a file. log is told
-    of each record.
+def collect(
+    settings: Config, excitation: Excitation | None, files: Mapping[str, Table], log: Log | None = None
+) -> Recordings:
+    """All records of the configuration, in its order. excitation : None where no record excites; files : the table of
+    each record that names a file. log is told of each record.
 
     Raises what the configuration or the files are wrong with: ConfigError, InputError, NumericsError.
     """
@@ -26,12 +30,28 @@ def collect(settings: Config, excitation: Excitation, files: Mapping[str, Table]
     for k, wanted in enumerate(settings.records):
         if log is not None:
             log(Progress(wanted.name, k, len(settings.records)))
-        if plant is not None and wanted.excite is not None:
+        if plant is not None and excitation is not None and wanted.excite is not None:
             made = virtual_records(plant, wanted, excitation, len(records))
             records += made
             reports += [inspect(record, "virtual robot") for record in made]
         else:
-            record, report = measured_record(wanted, files[wanted.name], linear=settings.robot.linear)
-            records.append(record)
-            reports.append(report)
+            for record, report in measured_records(wanted, files[wanted.name], linear=settings.robot.linear):
+                _unique(settings, wanted, record)
+                records.append(record)
+                reports.append(report)
     return Recordings(tuple(records), tuple(reports))
+
+
+def _unique(settings: Config, wanted: RecordSettings, record: Record) -> None:
+    """Raises ConfigError where what gaps have left of a record has the name of another, or the configuration counts on
+    the whole."""
+    if not record.experiment:
+        return
+    hint = "set repair: {gaps: interpolate}, or cut the record by start and stop"
+    others = [name for one in settings.records if one.name != wanted.name for name in one.names]
+    if record.name in others:
+        what = f"gaps cut {wanted.name} into pieces, and {record.name} is another record"
+        raise ConfigError(what, where=wanted.name, hint="rename one")
+    if wanted.name in settings.robot.changes:
+        what = f"gaps cut {wanted.name} into pieces, whose parameters robot.changes cannot name"
+        raise ConfigError(what, where=wanted.name, hint=hint)

@@ -25,14 +25,13 @@ def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: Flex
     joint = assemble(settings.structure(), angle=settings.fit.output == "position")
     parameters = start(settings, joint, rigid, flex)
     options = replace(fit_options(settings), interruptible=True)
-    records = {record.name: record for record in recordings.records}
     models: dict[str, FitResult] = {}
     assert settings.fit.models is not None
     assert settings.fit.best is not None
     names = tuple(settings.fit.models)
     for name, members in settings.fit.models.items():
         line = None if log is None else (lambda iteration, name=name: log(Step(name, names, iteration)))
-        models[name] = fit_model(name, joint, parameters, [records[m] for m in members], options, line)
+        models[name] = fit_model(name, joint, parameters, recordings.of(members), options, line)
         if models[name].end is End.INTERRUPTED:
             break
     best = settings.fit.best if settings.fit.best in models else list(models)[-1]

@@ -35,7 +35,7 @@ def validate(
     free = settings.fit.initial_states == "free"
     fitted = {name: fitted_model(fit, estimate_states=free) for name, fit in fits.models.items()}
     found = validate_models({initial.name: initial} | fitted, fits, recordings.records, flex.frfs, options, log)
-    return replace(found, failed=tuple(_failed(settings, fits.best, found.models[fits.best])))
+    return replace(found, failed=tuple(_failed(settings, recordings, fits.best, found.models[fits.best])))
 
 
 def _options(settings: Config) -> ValidationOptions:
@@ -57,8 +57,10 @@ def _initial(settings: Config, rigid: RigidResult, flex: FlexResult, fits: Fits)
     return FittedModel(initial_name(fits), joint, parameters, settings.fit.output, (), {}, estimate_states=False)
 
 
-def _failed(settings: Config, best: str, model: ModelValidation) -> Iterator[str]:
-    for record, least in settings.validation.thresholds.fit_percent.items():
+def _failed(settings: Config, recordings: Recordings, best: str, model: ModelValidation) -> Iterator[str]:
+    thresholds = settings.validation.thresholds.fit_percent
+    demands = [(record.name, least) for name, least in thresholds.items() for record in recordings.of([name])]
+    for record, least in demands:
         if record not in model.records:
             yield f"{best} cannot be simulated on {record}, where a fit of {least:g} % is asked"
         elif model.records[record].fit_percent < least:

@@ -30,6 +30,8 @@ class LoopErrors:
 def loop_errors(structure: Structure, theta: Array, controller: Controller, record: Record) -> LoopErrors | None:
     """Follow the record's reference with the model under the controller from the measured first state, and compare.
 
+    The record's disturbance acts beside the controller's command, as it did on the machine.
+
     None where the record has no reference of the controller's kind. Raises NumericsError where the loop diverges.
     """
     if record.ref is None or record.ref_kind != controller.kind:
@@ -37,6 +39,7 @@ def loop_errors(structure: Structure, theta: Array, controller: Controller, reco
     joint = assemble(structure, angle=True)
     reference = Reference(record.name, record.sampling_time, record.ref, record.ref_kind)
     # Not the first state that suits open loop best: the controller would fight for it what it is not in truth.
-    x, torque = ControlledJoint(joint, theta, controller).follow(reference, x0=initial_state(joint, theta, record))
+    controlled, start = ControlledJoint(joint, theta, controller), initial_state(joint, theta, record)
+    x, torque = controlled.follow(reference, x0=start, disturbance=record.disturbance)
     pairs = ((record.phi_m, x[joint.motor_angle]), (record.dphi_m, x[joint.motor_speed]), (record.tau_m, torque))
     return LoopErrors(*(error_percent(*pair) for pair in pairs), *(rmse(*pair) for pair in pairs))

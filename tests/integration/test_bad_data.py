@@ -173,9 +173,15 @@ CASES = [
     ),
     Case(
         "gap_long",
+        csv(cut(49, 53)),
+        "FILE: a gap before FILE:51 leaves no 50 samples in a row; record again, or set repair: {gaps: interpolate}",
+    ),
+    Case(
+        "gap_long_refused",
         csv(cut(42, 46)),
         "FILE:44: 4 samples are missing before this one; "
         "cut the record there by start or stop, or set repair: {gaps: interpolate}",
+        record=", repair: {gaps: refuse}",
     ),
     Case(
         "gap_refused",
@@ -209,10 +215,32 @@ CASES = [
         record=", repair: {wrap: refuse}",
     ),
     Case(
-        "irregular",
-        csv(with_sample("t", 42, 0.4245)),
-        "FILE:44: sampling is irregular: 0.0145 s where 0.01 s are usual; "
-        "record at a fixed rate, or if only the clock is at fault write t: null and sampling_time",
+        "mostly_missing",
+        csv({name: values[np.arange(240) % 9 < 3] for name, values in good(240).items()}),
+        "FILE: 156 of 237 samples are missing between the others; record again at a rate that the logger keeps up with",
+        record=", repair: {gaps: interpolate}",
+    ),
+    Case(
+        "disturbance_of_an_angle",
+        csv(good(), head="t,tau_m,phi_m,disturbance_deg"),
+        "FILE, column disturbance_deg: disturbance cannot be in deg; give its unit, such as Nm, or another column",
+        record=", columns: {disturbance: {name: disturbance_deg, unit: deg}}",
+        exit_code=2,
+    ),
+    Case(
+        "disturbance_missing",
+        csv(good()),
+        'FILE: there is no column "pulses"; it holds t, tau_m, phi_m, dphi_m',
+        record=", columns: {disturbance: pulses}",
+        exit_code=2,
+    ),
+    Case(
+        "disturbance_in_volts",
+        csv(good(), head="t,tau_m,phi_m,pulses_V"),
+        "FILE, column pulses_V: disturbance is in V and needs a scale; "
+        "write disturbance: {name: pulses_V, scale: ...} with the Nm per V",
+        record=", columns: {disturbance: pulses_V}",
+        exit_code=2,
     ),
     Case(
         "sampling_time_contradicts",

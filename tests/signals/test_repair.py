@@ -168,3 +168,35 @@ def test_usual_step(h: float, n: int) -> None:
 
 def test_round_steps_are_exact() -> None:
     assert usual_step(np.arange(20000) * 0.001 + 0.25e-9) == 0.001
+
+
+def test_jitter_is_removed_by_resampling_on_the_stamps() -> None:
+    t = T + 0.1 * H * np.random.default_rng(1).uniform(-1, 1, N)
+    repaired = run({"tau_m": np.cos(3 * t), "phi_m": np.sin(3 * t)}, t)
+    assert repaired.grid.resampled
+    k = np.arange(len(repaired.signals["phi_m"]))
+    phase = np.arcsin(repaired.signals["phi_m"][0]) / 3
+    np.testing.assert_allclose(
+        repaired.signals["phi_m"], np.sin(3 * (phase + k * repaired.grid.sampling_time)), atol=3e-6
+    )
+
+
+def test_stamps_that_are_only_rounded_are_not_resampled_on() -> None:
+    """A third of a millisecond written with four digits is off by up to 15 % of the step."""
+    t = np.arange(N) / 3000
+    repaired = run({"tau_m": np.cos(3 * t), "phi_m": np.sin(3 * t)}, np.round(t, 4))
+    assert not repaired.grid.resampled
+    np.testing.assert_array_equal(repaired.signals["phi_m"], np.sin(3 * t))
+
+
+def test_stamps_of_a_logger_that_writes_late_are_not_resampled_on() -> None:
+    late = np.random.default_rng(1).uniform(0, 0.2 * H, N)
+    repaired = run(signals(), T + late)
+    assert not repaired.grid.resampled
+    np.testing.assert_array_equal(repaired.signals["phi_m"], np.sin(3 * T))
+
+
+def test_most_samples_missing() -> None:
+    kept = np.flatnonzero(np.arange(N) % 9 < 3)
+    with pytest.raises(InputError, match="264 of 399 samples are missing between the others"):
+        run({name: values[kept] for name, values in signals().items()}, T[kept], Policy(gaps="interpolate"))

@@ -9,7 +9,10 @@ import pytest
 from support.judged_records import CONTROLLER, clean_records, model
 from support.paper_joint import STRUCTURE, TRUTH
 
+from robotid.catalogue import assemble
+from robotid.signals.reference import Reference
 from robotid.simulation.closed_loop.controller import Controller
+from robotid.simulation.closed_loop.loop import ControlledJoint
 from robotid.validation.closed_loop import loop_errors
 
 RECORD = clean_records()[0]
@@ -41,3 +44,19 @@ def test_rmse_and_percent_agree():
     assert errors is not None
     rms = float(np.sqrt(np.mean(RECORD.tau_m**2)))
     assert errors.torque_rmse == pytest.approx(errors.torque_percent / 100 * rms)
+
+
+def test_a_disturbance_acts_beside_the_command():
+    """Pulses of torque that the controller did not command: with them the truth repeats the record, without it not."""
+    joint = assemble(STRUCTURE, angle=True)
+    theta = joint.parameters().with_values(TRUTH).values
+    pulses = np.where(RECORD.t % 0.5 < 0.1, 1.5, 0.0)
+    reference = Reference("pulses", RECORD.sampling_time, RECORD.ref, RECORD.ref_kind)
+    x, torque = ControlledJoint(joint, theta, CONTROLLER).follow(reference, disturbance=pulses)
+    motion = {"phi_m": x[joint.motor_angle], "dphi_m": x[joint.motor_speed]}
+    disturbed = replace(RECORD, tau_m=torque, disturbance=pulses, **motion)
+    errors = [
+        loop_errors(STRUCTURE, theta, CONTROLLER, one) for one in (disturbed, replace(disturbed, disturbance=None))
+    ]
+    assert errors[0].torque_percent < 1e-4
+    assert errors[1].torque_percent > 20

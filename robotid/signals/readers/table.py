@@ -60,7 +60,9 @@ class Columns(Mapping[str, Array]):
 class Table:
     """A file's numeric columns. path : as messages name it; columns : dotted name to (n,) or a matrix; units : by name,
     where the file tells them; lines : (n,) line of the file of each row, where the file has lines; text : columns that
-    hold text, and the first of it; clocks : the column that holds a column's time stamps, where the file tells."""
+    hold text, and the first of it; clocks : the column that holds a column's time stamps, where the file tells;
+    origins : of columns that were dates, the second since 1970 that they count from; order : all names as they stand,
+    text too, where the file has an order."""
 
     path: str
     columns: Mapping[str, Array]
@@ -68,6 +70,8 @@ class Table:
     lines: Array | None = None
     text: dict[str, str] = field(default_factory=dict)
     clocks: dict[str, str] = field(default_factory=dict)
+    origins: dict[str, float] = field(default_factory=dict)
+    order: tuple[str, ...] = ()
 
     def pick(self, name: str, column: int | None = None) -> Array:
         """One column, (n,). column : of a matrix, whichever way it lies; name[3] means the same as name with column 3.
@@ -111,6 +115,12 @@ class Table:
     def clock(self, name: str) -> str | None:
         """The column with the time stamps of what a name means, where the file tells."""
         return self.clocks.get(self.stored(name))
+
+    def at_position(self, name: str) -> str:
+        """The name of the column that stands at a position, "2", counted from 0; any other name is its own."""
+        order = self.order or tuple(self.columns)
+        known = name in self.columns or not name.isdecimal() or int(name) >= len(order)
+        return name if known else order[int(name)]
 
     def _find(self, name: str) -> Array:
         if name in self.columns:

@@ -39,39 +39,47 @@ class ControlledJoint:
     quantum: float = 0.0
 
     def follow(
-        self, reference: Reference, speed_noise: Array | None = None, x0: Array | None = None
+        self,
+        reference: Reference,
+        speed_noise: Array | None = None,
+        x0: Array | None = None,
+        disturbance: Array | None = None,
     ) -> tuple[Array, Array]:
-        """The motion that a reference of n samples causes: states x (nx, n), torque command (n,) [Nm].
+        """The motion that a reference of n samples causes: states x (nx, n), torque (n,) [Nm].
 
         speed_noise : (n,) [rad/s] added to the measured speed, by default none; x0 : (nx,) first state, by default at
-        rest where the reference begins. Raises NumericsError where the loop diverges.
+        rest where the reference begins; disturbance : (n,) [Nm] added to the controller's command, by default none.
+        Raises NumericsError where the loop diverges.
         """
         joint, n = self.joint, len(reference.ref)
         if x0 is None:
             x0 = np.zeros(joint.nx)
             x0[joint.motor_angle] = reference.ref[0] if reference.kind == "position" else 0.0
-        loop = ClosedLoop(self, reference, np.zeros(n) if speed_noise is None else speed_noise)
-        return loop.run(x0)
+        none = np.zeros(n)
+        noise, added = (none if signal is None else signal for signal in (speed_noise, disturbance))
+        return ClosedLoop(self, reference, noise, added).run(x0)
 
 
 class ClosedLoop:
     """One run of a controlled joint, a problem for `TrajectoryNewton` with states (x, I), I [rad] the controller's
     integral.
 
-    While the solver advances, the loop remembers what came before: the torque command and the torque that acts at every
-    sample, and the motion that the sensors have seen. A run is for one use.
+    While the solver advances, the loop remembers what came before: the torque, disturbance included, and the torque
+    that acts at every sample, and the motion that the sensors have seen. A run is for one use.
     """
 
     tolerance: ClassVar[float] = TOLERANCE
     max_failed_windows: ClassVar[int | None] = None
 
-    def __init__(self, controlled: ControlledJoint, reference: Reference, speed_noise: Array) -> None:
+    def __init__(
+        self, controlled: ControlledJoint, reference: Reference, speed_noise: Array, disturbance: Array
+    ) -> None:
         self.joint = controlled.joint
         self.sampling_time = reference.sampling_time
         self.guess = _rigid_guess(controlled.joint, reference)
         self.intervals = len(reference.ref) - 1
         self._controlled = controlled
-        self._ref, self._speed_noise = reference.ref, speed_noise
+        self._ref, self._speed_noise, self._disturbance = reference.ref, speed_noise, disturbance
         self._dref = np.diff(reference.ref, append=reference.ref[-1]) / reference.sampling_time
         self._command = np.zeros(len(reference.ref))
         self._motion = self.guess[self.joint.motor_states].copy()
@@ -80,7 +88,7 @@ class ClosedLoop:
         )
 
     def run(self, x0: Array) -> tuple[Array, Array]:
-        """States x (nx, n) of the joint from its first state x0 (nx,), and the torque command (n,)."""
+        """States x (nx, n) of the joint from its first state x0 (nx,), and the torque with its disturbance (n,)."""
         x = integrate(self, np.append(x0, 0.0), self._sample_by_sample)
         _, command, _ = self._drive(slice(None), x)
         return x[:-1], command
@@ -109,11 +117,13 @@ class ClosedLoop:
         return error, slope
 
     def _drive(self, at: slice, x: Array) -> tuple[Array, Array, Array]:
-        """Speed error, torque command and its slope to it, zero in saturation, (m,) each, at nodes x (nx + 1, m)."""
+        """Speed error, torque and its slope to it, zero in saturation, (m,) each, at nodes x (nx + 1, m). The torque is
+        the controller's command with the disturbance."""
         controller, quantum = self._controlled.controller, self._controlled.quantum
         phi, dphi = self._seen(at, x)
         error = controller.error(self._ref[at], quantise(phi, quantum), dphi + self._speed_noise[at])
-        return error, *controller.torque(error, x[-1], self._dref[at])
+        command, slope = controller.torque(error, x[-1], self._dref[at])
+        return error, command + self._disturbance[at], slope
 
     def _seen(self, at: slice, x: Array) -> tuple[Array, Array]:
         """Angle and speed as their sensors show them at nodes x (nx + 1, m), before noise."""

@@ -13,8 +13,9 @@ from robotid.signals.record import Record
 from robotid.signals.sampling import Policy
 
 
-def measured_record(settings: RecordSettings, table: Table, *, linear: bool) -> tuple[Record, Report]:
-    """One record from its file. linear : a sliding axis, whose position does not wrap around.
+def measured_records(settings: RecordSettings, table: Table, *, linear: bool) -> tuple[tuple[Record, Report], ...]:
+    """One record from its file, or several where gaps have cut it. linear : a sliding axis, whose position does not
+    wrap around.
 
     Raises ConfigError for columns that are not there, InputError for flaws that are refused, NumericsError for a record
     without excitation.
@@ -32,7 +33,7 @@ def measured_record(settings: RecordSettings, table: Table, *, linear: bool) -> 
         policy=Policy(**settings.repair.model_dump()) if settings.repair else Policy(),
         linear=linear,
     )
-    return measured.measured_record(chosen, table)
+    return measured.measured_records(chosen, table)
 
 
 def _column(column: str | ColumnSettings | None) -> Column | None:

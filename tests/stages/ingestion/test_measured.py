@@ -10,13 +10,13 @@ import pytest
 from support.paths import SHARED
 
 from robotid.config.records import RecordSettings
-from robotid.errors import ConfigError
+from robotid.errors import ConfigError, InputError
 from robotid.model.array import Array
 from robotid.signals.quality import Report
 from robotid.signals.readers import read
 from robotid.signals.readers.table import Table
 from robotid.signals.record import Record
-from robotid.stages.ingestion.measured import measured_record
+from robotid.stages.ingestion.measured import measured_records
 
 H = 1e-3
 T = np.arange(2000) * H
@@ -27,7 +27,8 @@ TORQUE = 0.02 * np.gradient(SPEED, H)
 
 def record(table: Table, *, linear: bool = False, **settings: Any) -> tuple[Record, Report]:
     chosen = RecordSettings.model_validate({"name": "a", "file": "a.csv", **settings})
-    return measured_record(chosen, table, linear=linear)
+    ((found, report),) = measured_records(chosen, table, linear=linear)
+    return found, report
 
 
 def table(**columns: Array) -> Table:
@@ -173,3 +174,71 @@ def test_emps() -> None:
     assert report.jitter < 1e-3
     assert "phi_m is column qm, found by its name" in report.remarks
     assert "ref is column qg, found by its name" in report.remarks
+
+
+def all_records(table: Table, **settings: Any) -> tuple[tuple[Record, Report], ...]:
+    chosen = RecordSettings.model_validate({"name": "a", "file": "a.csv", **settings})
+    return measured_records(chosen, table, linear=False)
+
+
+def test_gaps_beyond_repair_cut_the_record() -> None:
+    kept = np.concatenate([np.arange(0, 700), np.arange(800, 820), np.arange(1000, 2000)])
+    found = all_records(Table("a.csv", {"t": T[kept], "tau_m": TORQUE[kept], "phi_m": ANGLE[kept]}))
+    assert [(r.name, r.experiment, len(r)) for r, _ in found] == [("a_1", "a", 700), ("a_2", "a", 1000)]
+    np.testing.assert_array_equal(found[1][0].phi_m, ANGLE[1000:])
+    sentence = (
+        "2 gaps, the first before a.csv, sample 700, cut the record into a_1 and a_2; "
+        "20 samples of parts that are too short or at rest are left out"
+    )
+    assert [report.remarks[0] for _, report in found] == [sentence] * 2
+
+
+def test_a_cut_record_may_be_asked_to_be_whole() -> None:
+    kept = np.concatenate([np.arange(0, 700), np.arange(710, 2000)])
+    table = Table("a.csv", {"t": T[kept], "tau_m": TORQUE[kept], "phi_m": ANGLE[kept]})
+    ((found, report),) = all_records(table, repair={"gaps": "interpolate"})
+    assert (found.name, len(found), report.missing) == ("a", 2000, 10)
+
+
+def test_jitter_is_stated_with_what_it_would_have_cost() -> None:
+    rng = np.random.default_rng(3)
+    t = T + 0.1 * H * rng.uniform(-1, 1, len(T))
+    angle = 10 * np.sin(2 * np.pi * t) / (2 * np.pi) + 2 * np.sin(40 * np.pi * t) / (40 * np.pi)
+    found, report = record(table(t=t, phi_m=angle))
+    remark = next(remark for remark in report.remarks if "jitter" in remark)
+    assert remark.startswith("sampling intervals jitter by 0.08")
+    assert (
+        "(20 %) at most: resampled on the time stamps, every 1 ms; ignored, the jitter would be an error of" in remark
+    )
+    first = np.argmin(np.abs(T - T[np.argmin(np.abs(ANGLE[:300] - found.phi_m[0]))]))
+    exact = np.arange(len(found)) * H + T[first]
+    speed = 10 * np.cos(2 * np.pi * exact) + 2 * np.cos(40 * np.pi * exact)
+    assert np.abs(found.dphi_m - speed)[1:-1].max() < 0.03
+    ignored, _ = record(table(phi_m=angle), sampling_time=H)
+    cost = float(remark.split("an error of ")[1].split()[0])
+    assert cost == pytest.approx(np.sqrt(np.mean((ignored.dphi_m - SPEED) ** 2)), rel=0.15)
+    assert cost > 0.25
+
+
+def test_a_sample_that_was_written_late_is_moved_to_its_time() -> None:
+    order = np.arange(len(T))
+    order[[500, 501]] = [501, 500]
+    found, report = record(Table("a.csv", {"t": T[order], "tau_m": TORQUE[order], "phi_m": ANGLE[order]}))
+    np.testing.assert_array_equal(found.phi_m, ANGLE)
+    assert "1 sample stood out of order and was moved in time, the first at a.csv, sample 501" in report.remarks
+
+
+def test_a_clock_that_was_set_back_is_refused() -> None:
+    t = T.copy()
+    t[1000:] -= 2.5 * H
+    with pytest.raises(InputError, match="time runs backward"):
+        record(table(t=t))
+
+
+def test_a_disturbance_is_read_in_si() -> None:
+    pulses = np.where(T % 0.5 < 0.1, 2.0, 0.0)
+    found, _ = record(table(pulses=pulses), columns={"disturbance": {"name": "pulses", "unit": "V", "scale": 1.5}})
+    assert found.disturbance is not None
+    np.testing.assert_array_equal(found.disturbance, 1.5 * pulses)
+    np.testing.assert_array_equal(found.piece(100, 300).disturbance, 1.5 * pulses[100:300])
+    assert record(table())[0].disturbance is None
