@@ -11,7 +11,10 @@ import numpy as np
 from robotid.errors import NumericsError
 from robotid.estimate.covariance import coloured_information, impulse_response
 from robotid.estimate.least_squares import Solution, SolveOptions, solve
-from robotid.estimate.residual import Evaluation, OutputError, measured_output, observed
+from robotid.estimate.noise.information import is_explained, noise_information
+from robotid.estimate.noise.levels import Residual, expected_levels, fit_levels, torque_floor
+from robotid.estimate.noise.response import torque_response
+from robotid.estimate.residual import Evaluation, Jacobian, OutputError, measured_output, observed
 from robotid.estimate.result import End, Estimate, FitResult
 from robotid.model.array import Array
 from robotid.model.joint import Joint
@@ -176,13 +179,14 @@ def _covariances(problem: OutputError, solution: Solution, sigma: Array) -> tupl
     m, count = len(solution.evaluation.unknowns), len(problem.columns)
     information, middle = np.zeros((m, m)), np.zeros((m, m))
     theta = problem.theta(solution.evaluation.unknowns)
-    for k, residual in enumerate(solution.evaluation.residuals):
-        jacobian = problem.jacobian(solution.evaluation, k)
-        scaled = jacobian.values / (sigma[k] * problem.weights[k])
+    jacobians = [problem.jacobian(solution.evaluation, k) for k in range(len(problem.records))]
+    residuals = [r / w for r, w in zip(solution.evaluation.residuals, problem.weights, strict=True)]
+    middles = _noise_information(problem, theta, residuals, jacobians)
+    for jacobian, sd, own in zip(jacobians, sigma * problem.weights, middles, strict=True):
+        scaled = jacobian.values / sd
         block = np.ix_(jacobian.unknowns, jacobian.unknowns)
-        impulse = impulse_response(problem.joint, theta, problem.row, problem.records[k].sampling_time, len(residual))
         information[block] += scaled @ scaled.T
-        middle[block] += coloured_information(scaled, residual / (sigma[k] * problem.weights[k]), impulse)
+        middle[block] += own / sd**4
     scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
     seen = values > UNIDENTIFIABLE**2 * values[-1]
@@ -193,6 +197,32 @@ def _covariances(problem: OutputError, solution: Solution, sigma: Array) -> tupl
     classical[columns] = inverse[:count, :count]
     robust[columns] = (inverse @ middle @ inverse)[:count, :count]
     return classical, robust, {problem.columns[k]: text for k, text in weak.items()}
+
+
+def _noise_information(
+    problem: OutputError, theta: Array, residuals: Sequence[Array], jacobians: Sequence[Jacobian]
+) -> list[Array]:
+    """J R J' of every record, weighted by its square, R the covariance of its residual (n,).
+
+    By the noises of output and torque where these explain the residual; else by an autoregression besides.
+    """
+    seen = []
+    for record, residual, jacobian in zip(problem.records, residuals, jacobians, strict=True):
+        own = problem.joint.in_record(theta, record.name)
+        response = torque_response(problem.joint, own, record.sampling_time, problem.output)
+        floor = torque_floor(record.tau_m)
+        seen.append(Residual(residual, response, jacobian.values, most_torque=floor))
+    likeliest = fit_levels(seen)
+    levels = expected_levels(seen, likeliest)
+    found = []
+    explained = all(is_explained(one, level) for one, level in zip(seen, likeliest, strict=True))
+    for one, level, jacobian, weight in zip(seen, levels, jacobians, problem.weights, strict=True):
+        if explained:
+            found.append(weight**2 * noise_information(jacobian.values, one.response, level))
+        else:
+            impulse = impulse_response(problem.joint, theta, problem.row, one.response.sampling_time, len(one.signal))
+            found.append(weight**2 * coloured_information(jacobian.values, one.signal, impulse))
+    return found
 
 
 def _unidentifiable(directions: Array, names: Sequence[str]) -> dict[int, str]:

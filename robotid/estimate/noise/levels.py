@@ -13,7 +13,7 @@ columns lie.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -28,20 +28,25 @@ from robotid.model.array import Array
 @dataclass(frozen=True, slots=True)
 class LevelSettings:
     """sweeps : of whitening and fitting, at most. settled : relative change of a level at which they end. skipped :
-    lowest frequencies of a record, which first states and parameters shape. crossings : how many frequencies, below
-    which the torque's noise prevails, the first sweep tries. corner_step : factor from one corner of the red noise to
-    the next. full : leverage from which a frequency tells nothing."""
+    lowest frequencies of a record, which first states and parameters shape, where their columns are not given.
+    crossings : how many frequencies, below which the torque's noise prevails, the first sweep tries. corner_step :
+    factor from one corner of the red noise to the next. reach, scales : decades on either side of the likeliest level
+    of the torque's noise, and how many levels in them, over which its mean is taken. full : leverage from which a
+    frequency tells nothing."""
 
     sweeps: int = 8
     settled: float = 0.02
     skipped: int = 4
     crossings: int = 7
     corner_step: float = 3.0
+    reach: float = 3.0
+    scales: int = 37
     full: float = 0.8
 
 
 SETTINGS = LevelSettings()
 MEDIAN, SMALLEST = 0.455, 1e-300  # of a squared standard normal; a variance that stands for none
+MEDIAN_POWER = 0.693  # of an exponential distribution of mean one
 KINSHIP = 35 / 18  # neighbouring frequencies per independent one under a Hann taper
 SCORING, PRECISION, TIE = 30, 1e-8, 1e-12  # steps of Fisher scoring, relative change at its end, of equal spectra
 
@@ -49,12 +54,20 @@ SCORING, PRECISION, TIE = 30, 1e-8, 1e-12  # steps of Fisher scoring, relative c
 @dataclass(frozen=True, slots=True, eq=False)
 class Residual:
     """A residual (n,) with the torque's response to it. columns : (m, n) that a fit or a catalogue has taken out of it;
-    least : smallest variance of the output's noise, as the quantum of an encoder sets it."""
+    least : smallest variance of the output's noise, as the quantum of an encoder sets it; most_torque : largest
+    variance of the torque's white noise [Nm2], as the recorded torque itself shows it (`torque_floor`)."""
 
     signal: Array
     response: TorqueResponse
     columns: Array | None = None
     least: float = 0.0
+    most_torque: float = np.inf
+
+
+def torque_floor(torque: Array) -> float:
+    """Variance of the white noise that a recorded torque (n,) can hold at most: the density of its highest octave."""
+    power = _periodogram(torque - torque.mean())
+    return float(np.median(power[len(power) // 2 :])) / MEDIAN_POWER
 
 
 def fit_levels(residuals: Sequence[Residual], settings: LevelSettings = SETTINGS) -> tuple[NoiseLevels, ...]:
@@ -72,6 +85,79 @@ def fit_levels(residuals: Sequence[Residual], settings: LevelSettings = SETTINGS
         if done:
             break
     return levels
+
+
+def expected_levels(
+    residuals: Sequence[Residual], levels: Sequence[NoiseLevels], settings: LevelSettings = SETTINGS
+) -> tuple[NoiseLevels, ...]:
+    """The levels with the torque's noise as large as it is on average over what the residuals leave open.
+
+    Short records tell the torque's noise from that of the output poorly, and the likeliest level is then often none,
+    which would make an interval far too small. The mean is over the likelihood, the standard deviation of the noise
+    beforehand as likely at any value (Gelman 2006).
+    """
+    filters = [innovations_filter(one.response, level) for one, level in zip(residuals, levels, strict=True)]
+    silent = levels[0].torque + levels[0].red == 0.0
+    shape = replace(levels[0], torque=1.0) if silent else levels[0]
+    parts = [_shares(one, whiten, shape, settings) for one, whiten in zip(residuals, filters, strict=True)]
+    scales = _scales(parts, shape, silent=silent, settings=settings)
+    most = min(one.most_torque for one in residuals) / max(shape.torque, SMALLEST)
+    scales = scales[scales <= most] if np.any(scales <= most) else np.array([most])
+    costs = []
+    for scale in scales:
+        found = [_output_beside(part, scale) for part in parts]
+        costs.append(sum(cost for _, cost in found))
+    # Evenly spaced in the logarithm, a standard deviation that is likely at any value weighs with its own size.
+    weights = np.sqrt(scales) * np.exp(-0.5 * (np.array(costs) - min(costs)))
+    mean = float(weights @ scales / weights.sum())
+    outputs = [_output_beside(part, mean)[0] for part in parts]
+    return tuple(
+        replace(shape, output=max(output, one.least), torque=mean * shape.torque, red=mean * shape.red)
+        for output, one in zip(outputs, residuals, strict=True)
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Shares:
+    """Whitened periodogram (f,), and what the output's noise of unit variance and the torque's as it is assumed would
+    add to it, (f,) each."""
+
+    power: Array
+    output: Array
+    torque: Array
+
+
+def _shares(one: Residual, whiten: InnovationsFilter, shape: NoiseLevels, settings: LevelSettings) -> _Shares:
+    innovations = _Innovations.of(one, whiten, settings)
+    pole = shape.pole(one.response.sampling_time)
+    red = shape.red * (1.0 - pole**2) / np.abs(1.0 - pole * np.exp(-1j * innovations.omega)) ** 2
+    torque = innovations.gain * one.response.squared(innovations.omega) * (shape.torque + red)
+    return _Shares(innovations.power, innovations.gain, torque)
+
+
+def _scales(parts: Sequence[_Shares], shape: NoiseLevels, *, silent: bool, settings: LevelSettings) -> Array:
+    """Factors on the torque's noise that are tried, about one or, where none was found, about what can just be seen."""
+    centre = 1.0
+    if silent:
+        centre = float(np.median([np.mean(part.power) / np.max(part.torque) for part in parts]))
+    return np.asarray(centre * np.geomspace(10.0**-settings.reach, 10.0**settings.reach, settings.scales))
+
+
+def _output_beside(part: _Shares, scale: float) -> tuple[float, float]:
+    """The likeliest variance of the output's noise beside so much of the torque's, and minus twice the logarithm of the
+    likelihood; by Fisher scoring of one level."""
+    beside = scale * part.torque
+    level = max(float(np.median(part.power / part.output)) / MEDIAN_POWER, SMALLEST)
+    for _ in range(SCORING):
+        model = level * part.output + beside
+        weight = (part.output / model) ** 2
+        after = max(float(weight @ ((part.power - beside) / part.output) / weight.sum()), TIE * level)
+        done = abs(after - level) <= PRECISION * level
+        level = after
+        if done:
+            break
+    model = level * part.output + beside
+    return level, 2 / KINSHIP * float(np.sum(np.log(model) + part.power / model))
 
 
 def _start(residuals: Sequence[Residual], settings: LevelSettings) -> tuple[NoiseLevels, ...]:
@@ -141,7 +227,7 @@ def _refine(
     return tuple(
         NoiseLevels(
             max(float(found[k]), one.least, TIE * float(np.mean(one.signal**2)) + SMALLEST),
-            float(found[n]) if white else 0.0,
+            min(float(found[n]), one.most_torque) if white else 0.0,
             float(found[n + 1]) if at is not None else 0.0,
             float(corners[at]) if at is not None else 1.0,
         )
@@ -200,7 +286,8 @@ class _Innovations:
             innovations = innovations - (basis @ innovations) @ basis
             left = 1.0 - np.minimum(1.0, _periodogram(basis).sum(axis=0))
         seen = np.flatnonzero(left > 1.0 - settings.full)
-        seen = seen[seen >= settings.skipped]
+        if one.columns is None:
+            seen = seen[seen >= settings.skipped]
         return cls(omega[seen], _periodogram(innovations)[seen], whiten.squared(omega[seen]) * left[seen])
 
 

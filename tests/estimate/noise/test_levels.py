@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,7 +11,8 @@ from scipy.linalg import expm
 from scipy.signal import lfilter
 from scipy.stats import kstest
 
-from robotid.estimate.noise.levels import Residual, fit_levels, whittle
+from robotid.estimate.noise.information import is_explained, noise_information
+from robotid.estimate.noise.levels import Residual, expected_levels, fit_levels, torque_floor, whittle
 from robotid.estimate.noise.response import TorqueResponse
 from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 from robotid.model.array import Array
@@ -118,6 +120,25 @@ def test_the_quantum_of_an_encoder_is_the_least_noise() -> None:
     assert fit_levels(quiet)[0].output == NOISE["position"] ** 2
 
 
+def test_the_torque_cannot_be_noisier_than_it_is_recorded() -> None:
+    t = np.arange(SAMPLES) * H
+    smooth = np.sin(20 * t)
+    assert torque_floor(smooth) < 1e-12
+    noisy = smooth + 0.03 * np.random.default_rng(1).standard_normal(SAMPLES)
+    assert np.sqrt(torque_floor(noisy)) == pytest.approx(0.03, rel=0.1)
+    bounded = [replace(one, most_torque=1e-6) for one in residuals("speed", 0.03)]
+    assert fit_levels(bounded)[0].torque <= 1e-6
+
+
+def test_what_cannot_be_told_is_taken_as_it_is_on_average() -> None:
+    """A quiet torque is bounded by what would show; a loud one keeps its level."""
+    for torque, factor in ((0.0, 0.0), (0.03, 0.03)):
+        drawn = residuals("speed", torque)
+        (level, *_) = expected_levels(drawn, fit_levels(drawn))
+        assert np.sqrt(level.torque) == pytest.approx(factor, abs=0.006)
+        assert level.torque > 0.0
+
+
 def test_a_residual_of_nothing_has_no_noise() -> None:
     (level,) = fit_levels([Residual(np.zeros(SAMPLES), joint("speed"))])
     assert max(level.output, level.torque, level.red) < 1e-200
@@ -141,3 +162,22 @@ def test_levels_that_explain_a_periodogram() -> None:
     power = (np.array([2.0, 0.3]) @ bases) * rng.exponential(size=5000)
     levels, _ = whittle(power, bases)
     assert levels == pytest.approx([2.0, 0.3], rel=0.1)
+
+
+@pytest.mark.parametrize("output", ["speed", "position"])
+def test_the_spread_of_an_estimate_is_that_of_repeated_draws(output: str) -> None:
+    """J R J' for torque noise that lasts, against what the same columns find in drawn residuals."""
+    rng, t = np.random.default_rng(8), np.arange(SAMPLES) * H
+    columns = np.stack([np.sin(6 * t), np.sign(np.sin(4 * t)), t])
+    levels = NoiseLevels(NOISE[output] ** 2, 0.02**2, 0.01**2, -np.log(0.99) / H)
+    told = noise_information(columns, joint(output), levels)
+    drawn = np.stack([columns @ residual(output, rng, 0.02, 0.01, 0.99) for _ in range(60)])
+    assert np.sqrt(np.diag(told)) == pytest.approx(np.sqrt(np.mean(drawn**2, axis=0)), rel=0.3)
+
+
+def test_a_misfit_is_not_explained_by_noise() -> None:
+    drawn = residuals("speed", 0.005)
+    assert all(is_explained(one, level) for one, level in zip(drawn, fit_levels(drawn), strict=True))
+    wave = 0.02 * np.sin(2 * np.pi * 150.0 * np.arange(SAMPLES) * H)
+    wrong = [replace(one, signal=one.signal + wave) for one in drawn]
+    assert not any(is_explained(one, level) for one, level in zip(wrong, fit_levels(wrong), strict=True))
