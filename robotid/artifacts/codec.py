@@ -19,6 +19,8 @@ from urllib.parse import quote, unquote
 import h5py
 import numpy as np
 
+from robotid.signals.readers.hdf5 import require_own_values
+
 T = TypeVar("T")
 Units = Callable[[str], str]
 
@@ -53,7 +55,14 @@ def read(group: h5py.Group, cls: type[T]) -> T:
     missing = [name for name in names if name not in group]
     if missing:
         raise CodecError(f"{group.name} has no {missing[0]}")
-    return cls(**{name: _read(group[name], hints[name]) for name in names})
+    return cls(**{name: _read(_member(group, name), hints[name]) for name in names})
+
+
+def _member(group: h5py.Group, name: str) -> h5py.Group | h5py.Dataset:
+    """What a group itself holds: no link leads to another place or file."""
+    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+        raise CodecError(f"{group.name}/{name} is a link")
+    return group[name]
 
 
 def _unit(field: Field[Any], content: Any, units: Units) -> str | tuple[str, ...]:
@@ -115,6 +124,7 @@ def _read(node: h5py.Group | h5py.Dataset, hint: Any) -> Any:
         return _read_group(node, kind, origin)
     if node.shape is not None:
         words = h5py.check_string_dtype(node.dtype) is not None
+        require_own_values(node)
         value = node.asstr()[()] if words else node[()]
         if node.shape == () and (_is_word(kind) if words else kind in NUMBERS):
             return _plain(value, kind)
@@ -139,10 +149,12 @@ def _read_group(group: h5py.Group, kind: Any, origin: Any) -> Any:
     if is_dataclass(kind):
         return read(group, kind)  # type: ignore[arg-type]
     if origin in (dict, Mapping):
-        return {_to_key(name): _read(node, get_args(kind)[1]) for name, node in group.items()}
+        return {_to_key(name): _read(_member(group, name), get_args(kind)[1]) for name in group}
     if origin is tuple:
         count = int(group.attrs["length"])
-        return tuple(_read(group[str(i)], hint) for i, hint in enumerate(_elements(kind, count)))
+        if count != len(group):
+            raise CodecError(f"{group.name} has {len(group)} entries, not {count}")
+        return tuple(_read(_member(group, str(i)), hint) for i, hint in enumerate(_elements(kind, count)))
     raise CodecError(f"{group.name} is no {kind}")
 
 

@@ -8,25 +8,31 @@ from __future__ import annotations
 
 import hashlib
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import h5py
 
 from robotid.artifacts.codec import CodecError, Units, read, write
 from robotid.artifacts.layout import layout_digest
 from robotid.artifacts.provenance import Provenance, content_digest
-from robotid.errors import InputError
+from robotid.errors import InputError, printable
 from robotid.files import atomic_write
 
 FORMAT = 2  # 1 had no user block
 BLOCK = 512  # [bytes] of the user block; HDF5 allows powers of two from here on
 SIGNATURE = re.compile(rb"robotid artifact, format (\d+)\n")
 FORMER_MARK = "robotid artifact"  # the attribute `format` of format 1
+NAMES = ("name", "record")  # fields that name what the reports show
+UNSAFE = re.compile(r"[<>\"&`]")
 AGAIN = "run its stage again"
 ELSEWHERE = "check its folder and the space left, or give another --out"
-UNREADABLE = (AttributeError, CodecError, KeyError, OSError, RuntimeError, TypeError, ValueError)
+UNREADABLE = (
+    *(AttributeError, CodecError, KeyError, MemoryError, OSError, OverflowError, RuntimeError, TypeError, ValueError),
+    IndexError,
+)
 """What reading raises where a file does not hold what it should."""
 
 T = TypeVar("T")
@@ -73,7 +79,9 @@ def load(path: Path, cls: type[T]) -> Artifact[T]:
         if header.kind != cls.__name__:
             raise InputError(f"this holds {header.kind}, not {cls.__name__}", where=str(path), hint=AGAIN)
         try:
-            return Artifact(read(file["content"], cls), header)
+            content = read(_group(file, "content"), cls)
+            _require_names(content)
+            return Artifact(content, header)
         except UNREADABLE as error:
             raise InputError(f"of another version ({_first_line(error)})", where=str(path), hint=AGAIN) from error
 
@@ -89,7 +97,7 @@ def count_entries(path: Path, field: str) -> int:
     does, and where the content has no such tuple."""
     with _open(path) as file:
         try:
-            node = file["content"][field]
+            node = _group(file, "content")[field]
             return int(node.attrs["length"] if isinstance(node, h5py.Group) else node.shape[0])
         except UNREADABLE as error:
             raise InputError(f"of another version ({_first_line(error)})", where=str(path), hint=AGAIN) from error
@@ -156,9 +164,33 @@ def _other_format(path: Path, found: int) -> InputError:
 def _header(path: Path, file: h5py.File) -> ArtifactHeader:
     try:
         kind, digest, layout = (str(file.attrs[name]) for name in ("kind", "digest", "layout"))
-        return ArtifactHeader(kind, digest, layout, read(file["provenance"], Provenance))
+        return ArtifactHeader(kind, digest, layout, read(_group(file, "provenance"), Provenance))
     except UNREADABLE as error:
         raise InputError(f"of another version ({_first_line(error)})", where=str(path), hint=AGAIN) from error
+
+
+def _require_names(content: Any) -> None:
+    """Raises CodecError where a name in a content, or the key of a mapping, has characters that no name has: names
+    become identifiers in pages, and cells of tables."""
+    if is_dataclass(content):
+        parts = [(field.name in NAMES, getattr(content, field.name)) for field in fields(content)]
+    elif isinstance(content, Mapping):
+        parts = [(True, key) for key in content] + [(False, value) for value in content.values()]
+    elif isinstance(content, tuple):
+        parts = [(False, value) for value in content]
+    else:
+        return
+    for is_name, part in parts:
+        if is_name and isinstance(part, str) and (UNSAFE.search(part) or printable(part) != part):
+            raise CodecError(f"{part!r} is no name")
+        _require_names(part)
+
+
+def _group(file: h5py.File, name: str) -> h5py.Group:
+    """A group that the file itself holds."""
+    if not isinstance(file.get(name, getlink=True), h5py.HardLink):
+        raise CodecError(f"it holds no {name}")
+    return file[name]
 
 
 def _first_line(error: Exception) -> str:

@@ -20,6 +20,8 @@ from robotid.config.schema import Config
 from robotid.config.tree import Plain, compose, follow, plain
 from robotid.errors import ConfigError
 
+MAX_SIZE = 500_000  # [bytes] of a configuration; ours have ten thousand at most
+
 
 @dataclass(frozen=True, slots=True)
 class Loaded:
@@ -47,14 +49,25 @@ def load(path: Path | str, overrides: Sequence[str] = ()) -> Loaded:
     """Read and check a configuration file. overrides : "key.path=value". Raises ConfigError."""
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        with path.open("rb") as file:
+            content = file.read(MAX_SIZE + 1)
+        text = content.decode("utf-8").replace("\r\n", "\n")
     except FileNotFoundError:
         raise ConfigError("there is no such file", where=str(path), hint="`robotid new NAME` writes one") from None
     except UnicodeDecodeError:
+        if len(content) > MAX_SIZE:
+            raise _too_large(path) from None
         raise ConfigError("this is not UTF-8 text", where=str(path)) from None
     except OSError as error:
         raise ConfigError(f"cannot be read: {error.strerror}", where=str(path)) from error
+    if len(content) > MAX_SIZE:
+        raise _too_large(path)
     return Loaded(parse(text, str(path), overrides), path, tuple(overrides))
+
+
+def _too_large(path: Path) -> ConfigError:
+    what = f"larger than {MAX_SIZE // 1000} kB, which no configuration is"
+    return ConfigError(what, where=str(path), hint="name measured data under records: file")
 
 
 def parse(text: str, name: str = "configuration", overrides: Sequence[str] = ()) -> Config:

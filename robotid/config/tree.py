@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
-from robotid.errors import ConfigError
+from robotid.errors import ConfigError, printable
 
 Plain = None | bool | int | float | str | list["Plain"] | dict[str, "Plain"]
 Step = str | int
@@ -27,6 +27,12 @@ _SCALARS = {
     "float": r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)",
     "merge": r"<<",
 }
+
+_KINDS = {kind: _TAG + kind for kind in ("str", "seq", "map")}
+
+MAX_NODES = 50_000  # of a configuration, aliases counted as often as they stand
+MAX_DEPTH = 40  # of sections in each other; the deepest of ours is at 9
+MAX_DIGITS = 400  # of a number
 
 
 class _Composer(yaml.SafeLoader):
@@ -51,48 +57,85 @@ def compose(text: str, name: str) -> Node | None:
         raise ConfigError(f"this is not YAML: {error.problem or error.context}", where=where) from error
     except yaml.reader.ReaderError as error:
         raise ConfigError("this is not YAML: it holds a character that is not text", where=name) from error
-    return None if node is None else _tidy(node, ())
+    except RecursionError:
+        raise ConfigError(f"sections stand deeper than {MAX_DEPTH} in each other", where=name) from None
+    except (ValueError, OverflowError) as error:  # an escape beyond Unicode, a version of many digits
+        raise ConfigError("this is not YAML: an escape or number that means nothing", where=name) from error
+    return None if node is None else _Tidying().tidy(node, ())
 
 
-def _tidy(node: Node, above: tuple[Node, ...]) -> Node:
-    """A copy in which aliases stand on their own and `<<` is spelled out."""
-    if node in above:
-        raise ConfigError("an alias stands inside its own anchor", where=place(node.start_mark))
-    if node.tag.removeprefix(_TAG) not in {*_SCALARS, "str", "seq", "map"}:
-        raise ConfigError(f"YAML tags such as {node.tag} have no meaning here", where=place(node.start_mark))
-    above = (*above, node)
-    if isinstance(node, SequenceNode):
-        return SequenceNode(node.tag, [_tidy(item, above) for item in node.value], node.start_mark, node.end_mark)
-    if isinstance(node, MappingNode):
-        pairs = [(key, _tidy(value, above)) for key, value in node.value]
-        _unique([key for key, _ in pairs])
-        return MappingNode(node.tag, _merged(pairs), node.start_mark, node.end_mark)
-    return ScalarNode(node.tag, node.value, node.start_mark, node.end_mark)
+class _Tidying:
+    """Makes a copy of a tree in which aliases stand on their own and `<<` is spelled out: a tree of bounded size, for a
+    few aliases of aliases are worth thousands of millions of nodes."""
+
+    def __init__(self) -> None:
+        self.nodes = 0
+
+    def tidy(self, node: Node, above: tuple[Node, ...]) -> Node:
+        """The copy of a node below others. Raises ConfigError."""
+        self.nodes += 1
+        if any(node is other for other in above):
+            raise ConfigError("an alias stands inside its own anchor", where=place(node.start_mark))
+        if self.nodes > MAX_NODES:
+            what = f"the configuration has more than {MAX_NODES} entries"
+            raise ConfigError(what, where=place(node.start_mark), hint="write fewer aliases")
+        if len(above) >= MAX_DEPTH:
+            what = f"sections stand deeper than {MAX_DEPTH} in each other"
+            raise ConfigError(what, where=place(node.start_mark))
+        if node.tag.removeprefix(_TAG) not in {*_SCALARS, *_KINDS}:
+            raise ConfigError(f"YAML tags such as {node.tag} have no meaning here", where=place(node.start_mark))
+        above = (*above, node)
+        if isinstance(node, SequenceNode):
+            items = [self.tidy(item, above) for item in node.value]
+            return SequenceNode(_KINDS["seq"], items, node.start_mark, node.end_mark)
+        if isinstance(node, MappingNode):
+            pairs = [(_word(key), self.tidy(value, above)) for key, value in node.value]
+            _unique([key for key, _ in pairs])
+            return MappingNode(_KINDS["map"], self._merged(pairs), node.start_mark, node.end_mark)
+        return _scalar(node)
+
+    def _merged(self, pairs: list[tuple[ScalarNode, Node]]) -> list[tuple[ScalarNode, Node]]:
+        """Pairs of `<<` mappings, behind the mapping's own."""
+        own = [(key, value) for key, value in pairs if key.tag != _TAG + "merge"]
+        known = {key.value for key, _ in own}
+        for key, value in pairs:
+            if key.tag != _TAG + "merge":
+                continue
+            for source in value.value if isinstance(value, SequenceNode) else [value]:
+                if not isinstance(source, MappingNode):
+                    raise ConfigError("<< takes a mapping", where=place(key.start_mark))
+                added = [(k, v) for k, v in source.value if k.value not in known]
+                own += added
+                known |= {k.value for k, _ in added}
+        return own
 
 
-def _unique(keys: Sequence[Node]) -> None:
+def _word(key: Node) -> ScalarNode:
+    """The key of a mapping."""
+    if not isinstance(key, ScalarNode):
+        raise ConfigError("a key must be a word", where=place(key.start_mark))
+    return _scalar(key)
+
+
+def _scalar(node: Node) -> ScalarNode:
+    """A scalar that means what its tag says. Raises ConfigError."""
+    kind, text, where = node.tag.removeprefix(_TAG), node.value, place(node.start_mark)
+    if printable(text, keep="\n\t\u0085\ufeff") != text:
+        raise ConfigError("a control character stands in the text", where=where, hint="remove it")
+    if kind in ("seq", "map") or (kind in _SCALARS and not re.fullmatch(_SCALARS[kind], text)):
+        raise ConfigError(f'"{text[:MAX_DIGITS]}" is no !!{kind}', where=where)
+    if kind in ("int", "float") and len(text) > MAX_DIGITS:
+        raise ConfigError(f"a number of {len(text)} digits", where=where, hint=f"write {MAX_DIGITS} at most")
+    return ScalarNode(node.tag, text, node.start_mark, node.end_mark)
+
+
+def _unique(keys: Sequence[ScalarNode]) -> None:
     seen: dict[str, Node] = {}
     for key in keys:
-        if not isinstance(key, ScalarNode):
-            raise ConfigError("a key must be a word", where=place(key.start_mark))
         if key.value in seen and key.value != "<<":
             first = seen[key.value].start_mark.line + 1
             raise ConfigError(f'key "{key.value}" stands twice, first on line {first}', where=place(key.start_mark))
         seen[key.value] = key
-
-
-def _merged(pairs: list[tuple[ScalarNode, Node]]) -> list[tuple[ScalarNode, Node]]:
-    """Pairs of `<<` mappings, behind the mapping's own."""
-    own = [(key, value) for key, value in pairs if key.tag != _TAG + "merge"]
-    for key, value in pairs:
-        if key.tag != _TAG + "merge":
-            continue
-        for source in value.value if isinstance(value, SequenceNode) else [value]:
-            if not isinstance(source, MappingNode):
-                raise ConfigError("<< takes a mapping", where=place(key.start_mark))
-            known = {k.value for k, _ in own}
-            own += [(k, v) for k, v in source.value if k.value not in known]
-    return own
 
 
 def plain(node: Node) -> Plain:

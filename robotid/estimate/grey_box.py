@@ -66,7 +66,7 @@ def fit_model(
     log : called after every iteration. Raises NumericsError where the records cannot be simulated from any start.
     """
     begin = time.perf_counter()
-    pieces = [piece for record in records for piece in record.pieces(options.horizon or record.duration)]
+    pieces = [piece for record in records for piece in record.pieces(options.horizon)]
     factors = np.array(
         [options.weights.get(piece.name, options.weights.get(piece.experiment, 1.0)) for piece in pieces]
     )

@@ -104,9 +104,11 @@ class Record(Displayed):
         cut = {name: signal[first:last] for name in SIGNALS if (signal := getattr(self, name)) is not None}
         return replace(self, period=None, begin=self.begin + first * self.sampling_time, **cut)
 
-    def pieces(self, length: float) -> tuple[Record, ...]:
-        """Consecutive pieces of about this length [s], none shorter than half of it. Raises ConfigError where that is
-        hardly a sample."""
+    def pieces(self, length: float | None) -> tuple[Record, ...]:
+        """Consecutive pieces of about this length [s], none shorter than half of it; None: all of it as one. Raises
+        ConfigError where that is hardly a sample."""
+        if length is None:
+            return (self.piece(0, len(self)),)
         if length < SHORTEST_PIECE * self.sampling_time:
             what = f"{length:g} s are fewer than {SHORTEST_PIECE} samples of {self.name}"
             raise ConfigError(what, where="horizon", hint="give a longer one, or none")

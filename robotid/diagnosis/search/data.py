@@ -53,7 +53,7 @@ def first_state(evidence: Evidence, criteria: Criteria, *, torque_errors: bool =
     missing = candidates(model.joint.structure, model.output, criteria.skip)
     seen = scans(simulated, unknowns, missing)
     noise = _noise(seen, model.output, torque_errors=torque_errors)
-    pieces = [piece for r in evidence.validation for piece in r.pieces(evidence.horizon or r.duration)]
+    pieces = [piece for r in evidence.validation for piece in r.pieces(evidence.horizon)]
     data = EvaluationData(
         fitted=noise.segments,
         validation=_with_typical_noise(pieces, noise.segments, model.joint, model.theta, model.output),

@@ -69,10 +69,17 @@ class _Reading:
 
 def values_within(path: Path, node: h5py.Dataset) -> Array:
     """The values of a dataset. Raises InputError where they lie outside of the file, or there is no room for them."""
+    require_own_values(node, path)
+    values: Array = node[()]
+    return values
+
+
+def require_own_values(node: h5py.Dataset, path: Path | None = None) -> None:
+    """Raises InputError where the values of a dataset lie outside of the file, by default the one that it was opened
+    from, or there is no room for them."""
+    path = Path(node.file.filename) if path is None else path
     name = node.name.strip("/").replace("/", ".")
     if node.is_virtual or node.external:
         what = f"the values of {name} lie in another file"
         raise InputError(what, where=str(path), hint="copy them into this one, with h5repack say")
     require_room(path, name, node.size * node.dtype.itemsize)
-    values: Array = node[()]
-    return values

@@ -36,7 +36,8 @@ def lsoda(problem: Problem, first: int, stop: int, start: Array) -> Array:
     """
     if len(problem.joint.terms) != len(problem.joint.structure.terms):  # a term that has no name yet
         return _integrate(problem, first, stop, start)
-    return cached(_key(problem, first, stop, start), lambda: _integrate(problem, first, stop, start))
+    shape = (len(start), stop - first + 1)
+    return cached(_key(problem, first, stop, start), shape, lambda: _integrate(problem, first, stop, start))
 
 
 def smooth_rate(joint: Joint, x: Array, u: float, t: float, theta: Array) -> Array:

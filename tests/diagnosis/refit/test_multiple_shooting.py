@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from support.small_bench import begun, records
 
+from robotid.diagnosis.refit import multiple_shooting
 from robotid.diagnosis.refit.multiple_shooting import refit_from_pieces
 from robotid.diagnosis.refit.refit import refit
 from robotid.diagnosis.refit.refitted_model import extended
+from robotid.signals.record import SHORTEST_PIECE
 
 
 def test_strong_cogging_is_found_where_a_fit_of_whole_records_slips_into_another_valley() -> None:
@@ -20,3 +24,9 @@ def test_strong_cogging_is_found_where_a_fit_of_whole_records_slips_into_another
     assert found.energy < 0.1 * astray.energy
     assert found.validation_energy < 0.2 * astray.validation_energy
     assert found.parameters["motor.cogging.n"] == pytest.approx(truth["motor.cogging.n"], abs=0.005)
+
+
+def test_pieces_of_a_short_record_are_as_long_as_pieces_must_be() -> None:
+    segment = begun(records({})).data.fitted[0]
+    brief = replace(segment, record=segment.record.piece(0, 3 * SHORTEST_PIECE))
+    assert [len(piece.record) for piece in multiple_shooting._cut([brief])] == [SHORTEST_PIECE] * 3
