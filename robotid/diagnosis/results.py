@@ -11,7 +11,7 @@ from robotid.estimate.result import Estimate
 from robotid.signals.record import Quantity, Role
 from robotid.signals.trace import Trace
 
-Verdict = Literal["clean", "named", "unknown"]
+Verdict = Literal["clean", "named", "unknown", "not explained"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

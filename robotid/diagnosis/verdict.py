@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -22,6 +23,8 @@ from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
 from robotid.signals.trace import Trace, downsampled
 
+K = TypeVar("K")
+UNEXPLAINED = "the model does not simulate the records that it was fitted to: `robotid check` examines them"
 SHAPELESS = "the misfit is far above the noise, yet no curve along one variable explains much of it"
 
 
@@ -40,7 +43,11 @@ def verdict(model: FittedModel, simulated: Sequence[Simulated], found: SearchRes
     floor = _rms([misfits[name].noise_floor for name in dict.fromkeys(fitted)])
     misfit = _beyond(_rms([misfits[name].rmse for name in dict.fromkeys(fitted)]), floor)
     remaining = _beyond(_rms([root_mean_square(after[name]) for name in fitted]), floor) if after else misfit
-    word = _word(found, misfit, floor)
+    left = {name: after.get(name, before[name]) for name in dict.fromkeys(fitted)}
+    measured = {name: runs[name].measured(model.output) for name in left}
+    word = (
+        "not explained" if explained_variance(measured, left) < VERDICT.min_explained else _word(found, misfit, floor)
+    )
     changes = found.changes if found.causes or found.curve is None else ()
     return Diagnosis(
         verdict=word,
@@ -58,7 +65,11 @@ def verdict(model: FittedModel, simulated: Sequence[Simulated], found: SearchRes
         residuals={name: trace(runs[name], model) for name in runs},
         shape=None if found.curve is None else replace(found.curve.curve, order=found.curve_share),
         refitted=dict(zip(found.last.parameters.names, found.last.parameters.values.tolist(), strict=True)),
-        remarks=(SHAPELESS,) if word == "unknown" and found.curve is None else (),
+        remarks=(UNEXPLAINED,)
+        if word == "not explained"
+        else (SHAPELESS,)
+        if word == "unknown" and found.curve is None
+        else (),
     )
 
 
@@ -68,6 +79,50 @@ def _word(found: SearchResult, misfit: float, floor: float) -> Verdict:
     if found.causes or (found.changes and found.curve is None):
         return "named"
     return "clean" if found.curve is None and misfit <= VERDICT.clear_misfit * floor else "unknown"
+
+
+def explains_nothing(model: FittedModel, simulated: Sequence[Simulated]) -> bool:
+    """Whether a model hardly simulates the records that it was fitted to, so that there is nothing to extend: no
+    effect can be scored along a motion that is not the measured one."""
+    runs = [run for run in simulated if run.record.name in model.records]
+    measured = {k: run.measured(model.output) for k, run in enumerate(runs)}
+    left = {k: measured[k] - run.signal(model.output) for k, run in enumerate(runs)}
+    return bool(runs) and explained_variance(measured, left) < VERDICT.min_explained
+
+
+def not_explained(model: FittedModel, simulated: Sequence[Simulated]) -> Diagnosis:
+    """The diagnosis of a model that explains nothing: how much is wrong, and no cause. The noise is not known."""
+    names = dict.fromkeys(run.record.name for run in simulated)
+    runs = {name: joined([run for run in simulated if run.record.name == name]) for name in names}
+    residuals = {name: run.measured(model.output) - run.signal(model.output) for name, run in runs.items()}
+    misfits = {name: _misfit(model, run.record, residuals[name], {}, None) for name, run in runs.items()}
+    wrong = _rms([misfits[name].rmse for name in names if name in model.records])
+    return Diagnosis(
+        verdict="not explained",
+        model=model.name,
+        output=model.output,
+        unit=model.unit,
+        noise_floor=float("nan"),
+        misfit=wrong,
+        remaining=wrong,
+        records={name: replace(m, noise_floor=float("nan")) for name, m in misfits.items()},
+        causes=(),
+        rejected=(),
+        curves=(),
+        missing={},
+        residuals={name: trace(run, model) for name, run in runs.items()},
+        shape=None,
+        refitted=dict(zip(model.parameters.names, model.parameters.values.tolist(), strict=True)),
+        remarks=(UNEXPLAINED,),
+    )
+
+
+def explained_variance(measured: Mapping[K, Array], left: Mapping[K, Array]) -> float:
+    """Share of the variance of measured outputs, by record, (n,) each, that a model explains: all but what is left.
+    Negative where a constant would be better; zero where nothing varies."""
+    spread = sum(float(np.sum((y - y.mean()) ** 2)) for y in measured.values())
+    wrong = sum(float(residual @ residual) for residual in left.values())
+    return 1.0 - wrong / spread if spread > 0.0 else 0.0
 
 
 def _residuals(segments: Sequence[SimulatedSegment]) -> dict[str, Array]:

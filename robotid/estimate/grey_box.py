@@ -28,6 +28,7 @@ START_SPREAD = 0.5  # standard deviation of the logarithm of their parameters: m
 ALIKE = 0.1  # relative spread of the records' noise levels that is not worth another fit
 MIN_NOISE = 1e-3  # of the largest noise level: lest a record without noise outweighs all others
 INVOLVED = 0.1  # component of an unidentifiable direction from which a parameter is named
+ROUNDING = 1e-14  # of a signal's RMS: no simulation is closer to it than that
 UNIDENTIFIABLE = 1e-7  # smallest singular value, relative to the largest, of the Jacobian with unit columns
 
 
@@ -179,6 +180,8 @@ def _covariances(problem: OutputError, solution: Solution, sigma: Array) -> tupl
     m, count = len(solution.evaluation.unknowns), len(problem.columns)
     information, middle = np.zeros((m, m)), np.zeros((m, m))
     theta = problem.theta(solution.evaluation.unknowns)
+    # residuals of nothing but rounding have that as their noise
+    sigma = np.maximum(sigma, [ROUNDING * _size(measured_output(r, problem.output)) for r in problem.records])
     jacobians = [problem.jacobian(solution.evaluation, k) for k in range(len(problem.records))]
     residuals = [r / w for r, w in zip(solution.evaluation.residuals, problem.weights, strict=True)]
     middles = _noise_information(problem, theta, residuals, jacobians)
@@ -223,6 +226,11 @@ def _noise_information(
             impulse = impulse_response(problem.joint, theta, problem.row, one.response.sampling_time, len(one.signal))
             found.append(weight**2 * coloured_information(jacobian.values, one.signal, impulse))
     return found
+
+
+def _size(signal: Array) -> float:
+    """Root mean square of a signal (n,), one where it is zero throughout."""
+    return float(np.sqrt(np.mean(signal**2))) or 1.0
 
 
 def _unidentifiable(directions: Array, names: Sequence[str]) -> dict[int, str]:

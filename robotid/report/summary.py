@@ -140,6 +140,10 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
     if d.verdict == "clean":
         yield f"What it leaves is noise of {noise} RMS: there is nothing else to explain."
         return
+    if d.verdict == "not explained":
+        wrong = f"{significant(d.misfit, 2)} {unit} RMS"
+        yield f"it does not simulate the records that it was fitted to: it is wrong by {wrong}. No cause can be named."
+        return
     yield f"beyond noise of {noise} it is wrong by {significant(d.misfit, 2)} {unit} RMS{_place(f, d)}."
     if d.causes:
         lead = "The cause is" if len(d.causes) == 1 else "The causes are"

@@ -42,7 +42,7 @@ _FACTORS: dict[str, dict[str, float]] = {
 UNITS = {name: Unit(name, quantity, factor) for quantity, units in _FACTORS.items() for name, factor in units.items()}
 
 _SPELLINGS = {
-    "deg": "° º degree degrees",
+    "deg": "° º degree degrees grad winkelgrad",
     "deg/s": "dps degs",
     "rev": "turn turns revolution revolutions",
     "rpm": "rev/min r/min u/min 1/min /min",

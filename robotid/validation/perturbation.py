@@ -45,7 +45,8 @@ def perturb(model: FittedModel, simulated: Simulated, percent: float) -> Perturb
     squares = np.zeros((2, len(columns)))
     for piece, trajectory in zip(simulated.pieces, simulated.trajectories, strict=True):
         squares += _squares(model, piece, trajectory, columns, steps)
-    fits = 100 * (1 - np.sqrt(squares) / np.linalg.norm(y - y.mean()))
+    spread = float(np.linalg.norm(y - y.mean()))
+    fits = 100 * (1 - np.sqrt(squares) / spread) if spread > 0 else np.zeros_like(squares)
     plus, minus = fits - fit_percent(y, simulated.signal(model.output))
     return Perturbation(percent, tuple(model.joint.names[k] for k in columns), plus, minus)
 

@@ -15,6 +15,8 @@ from robotid.signals.units import UNITS, parse, unit
     [
         ("°", "deg"),
         ("Degrees", "deg"),
+        ("Grad", "deg"),
+        ("Grad/s", "deg/s"),
         ("deg/sec", "deg/s"),
         ("°/s", "deg/s"),
         ("deg_per_s", "deg/s"),

@@ -93,7 +93,7 @@ def _sufficient_torque(left: Sequence[SimulatedSegment], output: Quantity, least
 
 def sufficient_variance(excess: Callable[[float], float], least: float, most: float) -> float:
     """The variance at which an energy over that of the noise, which falls with it, is one; no more than `most`."""
-    if excess(most) >= 1.0:
+    if most <= 0.0 or excess(most) >= 1.0:
         return most
     low, high = np.log(max(least, NOISE.min_variance_ratio * most)), np.log(most)
     while high - low > NOISE.variance_resolution:

@@ -20,6 +20,7 @@ from robotid.signals.record import Quantity
 from robotid.simulation.trajectory import Trajectory
 
 KINSHIP = 35 / 18  # neighbouring frequencies per independent one under a Hann taper: exact, no tuning
+ALIKE = 1e-12  # of the sum of their information: by so much do two spectra that are the same differ at least
 LINES = 4096  # frequencies whose matrices are in memory at once: any number gives the same spectrum
 
 
@@ -91,12 +92,13 @@ def steady_spectrum(seen: Spectrum, residual: Array) -> Spectrum:
 def whittle(power: Array, shapes: Array) -> tuple[Array, float]:
     """Levels (k,) >= 0 of shapes (k, m) that explain a periodogram (m,) best, and minus twice the log-likelihood."""
     size = shapes.mean(axis=1, keepdims=True)
+    size[size <= 0.0] = 1.0  # of a joint that no torque moves
     shapes = shapes / size
     model, least, before = np.full(len(power), power.mean()), 1e-12 * power.mean(), np.zeros(len(shapes))
     for _ in range(NOISE.max_fisher_steps):
         weighted = shapes / model
         information = weighted @ weighted.T
-        rounding = np.finfo(np.float64).eps * np.trace(information)  # keeps spectra apart that are the same
+        rounding = ALIKE * np.trace(information)  # keeps spectra apart that are the same
         root = np.linalg.cholesky(information + rounding * np.eye(len(shapes)))
         levels, _ = nnls(root.T, np.linalg.solve(root, weighted @ (power / model)))
         model = np.maximum(levels @ shapes, least)

@@ -69,7 +69,7 @@ def at_measured_speed(trajectory: Trajectory, record: Record) -> Trajectory:
 def variables(trajectory: Trajectory) -> list[Variable]:
     """Those that the joint has and that vary, in the units of its axis."""
     flexible, unit = trajectory.joint.masses > 1, on_axis(linear=trajectory.joint.structure.linear)
-    found = [v for v in VARIABLES if (flexible or not v.gear) and np.ptp(_signals(trajectory, v)[0]) > 0.0]
+    found = [v for v in VARIABLES if (flexible or not v.gear) and np.ptp(_ends(_signals(trajectory, v)[0])) > 0.0]
     return [replace(v, unit=unit(v.unit)) for v in found]
 
 
@@ -98,8 +98,13 @@ def _signals(t: Trajectory, variable: Variable) -> tuple[Array, Array]:
     return np.asarray(x), factor
 
 
+def _ends(x: Array) -> Array:
+    """Where the outermost knots of a variable (n,) are, (2,); equal where it rests but for a few samples."""
+    return np.asarray(np.percentile(x, [CURVES.edge_percent, 100 - CURVES.edge_percent]))
+
+
 def _knots(x: Array, variable: Variable, count: int) -> Array:
-    low, high = np.percentile(x, [CURVES.edge_percent, 100 - CURVES.edge_percent])
+    low, high = _ends(x)
     if not high > low:
         return np.zeros(0)
     if not variable.split or low >= 0 or high <= 0:

@@ -90,7 +90,10 @@ def fit_acting(curve: FittedCurve, model: RefittedModel, data: EvaluationData) -
         if gained < CURVES.settled_gain * explained:
             break
         basis = basis_at(now.basis.knots, _measured_motions(after), now.variable)
-        now = _fit(after, data, [basis], now.values)[0]
+        again = _fit(after, data, [basis], now.values)
+        if not again:
+            break
+        now = again[0]
     return best or _validated(curve, model)
 
 
@@ -146,7 +149,9 @@ def _fit(
     model: RefittedModel, data: EvaluationData, bases: Sequence[Basis], acting: Array | float = 0.0
 ) -> list[FittedCurve]:
     """Each basis by itself to the residual, all columns in one solve, best first. acting : values of the curve that
-    acts already."""
+    acts already. A basis that moves nothing, as where the joint sticks throughout, has no curve."""
+    if not bases:
+        return []
     forces = [np.concatenate(parts, axis=1) for parts in zip(*(basis.forces for basis in bases), strict=True)]
     projected = project(scans(model.fitted, model.unknowns, (), forces))
     torque = np.concatenate([segment.record.tau_m for segment in data.fitted])
@@ -154,7 +159,8 @@ def _fit(
     found, first = [], 0
     for basis in bases:
         at = slice(first, first + len(basis.knots))
-        found.append(_curve(projected, at, basis, size, acting))
+        if projected.whole[:, at].any():
+            found.append(_curve(projected, at, basis, size, acting))
         first = at.stop
     return sorted(found, key=lambda s: -s.energy)
 

@@ -14,7 +14,7 @@ from robotid.report.numbers import fixed, number, percent
 from robotid.report.tables.table import Json, Table
 
 SHOWN = 12  # bins of a shape that a table shows
-VERDICTS = {"clean": "green", "named": "cyan", "unknown": "yellow"}
+VERDICTS = {"clean": "green", "named": "cyan", "unknown": "yellow", "not explained": "red"}
 
 
 def tables(diagnosis: Diagnosis) -> tuple[Table, ...]:
@@ -69,6 +69,9 @@ def sentence(diagnosis: Diagnosis) -> str:
     d, unit = diagnosis, diagnosis.unit
     if d.verdict == "clean":
         return f"{d.model} leaves nothing to explain beyond the noise of {number(d.noise_floor, 2)} {unit}"
+    if d.verdict == "not explained":
+        wrong = f"it is wrong by {number(d.misfit, 2)} {unit}"
+        return f"{d.model} does not simulate the records that it was fitted to: {wrong}; `robotid check` examines them"
     causes = ", and ".join(map(_clause, d.causes))
     if d.verdict == "named":
         left = f"; {number(d.remaining, 2)} of {number(d.misfit, 2)} {unit} remain" * (d.remaining < d.misfit)

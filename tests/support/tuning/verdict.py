@@ -11,8 +11,8 @@ from robotid.diagnosis.experiment import default_speed_controller
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.state import SearchResult
 from robotid.diagnosis.settings import VERDICT
-from robotid.diagnosis.verdict import _rejected, _word
-from support.plain_models import plain_model
+from robotid.diagnosis.verdict import _rejected, _word, explained_variance
+from support.plain_models import plain_model, plain_record
 from support.tuning import sees
 from support.tuning.search import friction, state
 
@@ -36,6 +36,14 @@ def check_a_misfit_of_twice_the_noise_is_something() -> None:
     found = result(2000.0, friction(1.0))
     assert _word(found, 1.9, 1.0) == "clean"
     assert _word(found, 2.1, 1.0) == "unknown"
+
+
+@sees(VERDICT, "min_explained")
+def check_a_fit_below_ten_percent_is_no_model() -> None:
+    y = plain_record().t
+    for fit, nothing in ((10.5, False), (9.5, True)):
+        left = (1.0 - fit / 100.0) * (y - y.mean())
+        assert (explained_variance({"a": y}, {"a": left}) < VERDICT.min_explained) is nothing
 
 
 @sees(VERDICT, "chance")
