@@ -45,9 +45,7 @@ def verdict(model: FittedModel, simulated: Sequence[Simulated], found: SearchRes
     remaining = _beyond(_rms([root_mean_square(after[name]) for name in fitted]), floor) if after else misfit
     left = {name: after.get(name, before[name]) for name in dict.fromkeys(fitted)}
     measured = {name: runs[name].measured(model.output) for name in left}
-    word = (
-        "not explained" if explained_variance(measured, left) < VERDICT.min_explained else _word(found, misfit, floor)
-    )
+    word = "not explained" if hardly_explained(measured, left) else _word(found, misfit, floor)
     changes = found.changes if found.causes or found.curve is None else ()
     return Diagnosis(
         verdict=word,
@@ -65,11 +63,7 @@ def verdict(model: FittedModel, simulated: Sequence[Simulated], found: SearchRes
         residuals={name: trace(runs[name], model) for name in runs},
         shape=None if found.curve is None else replace(found.curve.curve, order=found.curve_share),
         refitted=dict(zip(found.last.parameters.names, found.last.parameters.values.tolist(), strict=True)),
-        remarks=(UNEXPLAINED,)
-        if word == "not explained"
-        else (SHAPELESS,)
-        if word == "unknown" and found.curve is None
-        else (),
+        remarks=_remarks(word, found),
     )
 
 
@@ -81,13 +75,19 @@ def _word(found: SearchResult, misfit: float, floor: float) -> Verdict:
     return "clean" if found.curve is None and misfit <= VERDICT.clear_misfit * floor else "unknown"
 
 
+def _remarks(word: Verdict, found: SearchResult) -> tuple[str, ...]:
+    if word == "not explained":
+        return (UNEXPLAINED,)
+    return (SHAPELESS,) if word == "unknown" and found.curve is None else ()
+
+
 def explains_nothing(model: FittedModel, simulated: Sequence[Simulated]) -> bool:
     """Whether a model hardly simulates the records that it was fitted to, so that there is nothing to extend: no
     effect can be scored along a motion that is not the measured one."""
     runs = [run for run in simulated if run.record.name in model.records]
     measured = {k: run.measured(model.output) for k, run in enumerate(runs)}
     left = {k: measured[k] - run.signal(model.output) for k, run in enumerate(runs)}
-    return bool(runs) and explained_variance(measured, left) < VERDICT.min_explained
+    return bool(runs) and hardly_explained(measured, left)
 
 
 def not_explained(model: FittedModel, simulated: Sequence[Simulated]) -> Diagnosis:
@@ -115,6 +115,11 @@ def not_explained(model: FittedModel, simulated: Sequence[Simulated]) -> Diagnos
         refitted=dict(zip(model.parameters.names, model.parameters.values.tolist(), strict=True)),
         remarks=(UNEXPLAINED,),
     )
+
+
+def hardly_explained(measured: Mapping[K, Array], left: Mapping[K, Array]) -> bool:
+    """Whether a model leaves so much of measured outputs, by record, (n,) each, that it is no model of them."""
+    return explained_variance(measured, left) < VERDICT.min_explained
 
 
 def explained_variance(measured: Mapping[K, Array], left: Mapping[K, Array]) -> float:

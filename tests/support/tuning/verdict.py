@@ -11,7 +11,7 @@ from robotid.diagnosis.experiment import default_speed_controller
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.state import SearchResult
 from robotid.diagnosis.settings import VERDICT
-from robotid.diagnosis.verdict import _rejected, _word, explained_variance
+from robotid.diagnosis.verdict import _rejected, _word, hardly_explained
 from support.plain_models import plain_model, plain_record
 from support.tuning import sees
 from support.tuning.search import friction, state
@@ -43,7 +43,7 @@ def check_a_fit_below_ten_percent_is_no_model() -> None:
     y = plain_record().t
     for fit, nothing in ((10.5, False), (9.5, True)):
         left = (1.0 - fit / 100.0) * (y - y.mean())
-        assert (explained_variance({"a": y}, {"a": left}) < VERDICT.min_explained) is nothing
+        assert hardly_explained({"a": y}, {"a": left}) is nothing
 
 
 @sees(VERDICT, "chance")
