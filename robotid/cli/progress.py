@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
 LINE_INTERVAL = 5.0  # [s] between plain lines of progress
+MAX_SILENCE = 30.0  # [s] without any line, at most
 MIN_WORK = 2.0  # [s] of work from which the time left is shown
 
 
@@ -29,7 +31,9 @@ def watching(*, quiet: bool) -> Iterator[Log | None]:
         with _live() as log:
             yield log
     else:
-        yield _Lines()
+        lines = _Lines()
+        with _heartbeat(lines.beat):
+            yield lines
 
 
 class Watch:
@@ -86,16 +90,41 @@ class Watch:
         return f"{self.stage}: {', '.join(fact for fact in facts if fact)}"
 
 
+@contextmanager
+def _heartbeat(beat: Callable[[], None]) -> Iterator[None]:
+    """Call a function every second from a thread of its own, for as long as the block lasts."""
+    over = threading.Event()
+
+    def run() -> None:
+        while not over.wait(1.0):
+            beat()
+
+    thread = threading.Thread(target=run, name="progress", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+
+
 class _Lines:
-    """Plain lines: every iteration of a fit, and now and then how far a stage is."""
+    """Plain lines: every iteration of a fit, now and then how far a stage is, and never a long silence."""
 
     def __init__(self) -> None:
         self.watch = Watch()
         self.printed = self.watch.clock()
 
+    def beat(self) -> None:
+        """Print how far the stage is where nothing has been printed for long."""
+        if self.watch.stage and self.watch.clock() - max(self.printed, self.watch.begun) >= MAX_SILENCE:
+            self.printed = self.watch.clock()
+            print_message(self.watch.line())
+
     def __call__(self, event: Begun | Progress | Step) -> None:
         self.watch.update(event)
         if isinstance(event, Step):
+            self.printed = self.watch.clock()
             print_message(_line(event))
         elif isinstance(event, Progress) and self.watch.clock() - max(self.printed, self.watch.begun) > LINE_INTERVAL:
             self.printed = self.watch.clock()

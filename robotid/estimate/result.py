@@ -46,7 +46,8 @@ class FitResult(Displayed):
 
     covariance, covariance_robust : (p, p) over all parameters in order, zero where fixed. initial_states : record
     name to (nx,) in the joint's state order. noise_std : per record, in the unit of the output. cost : (iterations +
-    1,). fit_percent : per record of the fit, eq. (15).
+    1,). fit_percent : per record of the fit, eq. (15). remarks : what makes the
+    fit doubtful.
     """
 
     name: str
@@ -63,6 +64,7 @@ class FitResult(Displayed):
     iterations: int
     end: End
     seconds: float = field(metadata={"unit": "s"})
+    remarks: tuple[str, ...] = field(default=(), kw_only=True)
 
     @property
     def converged(self) -> bool:

@@ -13,10 +13,11 @@ from robotid.config.suggest import suggest
 from robotid.errors import ConfigError
 from robotid.estimate.fitted_model import FittedModel, fitted_model
 from robotid.estimate.flexible import FlexResult
-from robotid.estimate.grey_box import FitOptions, fit_model
+from robotid.estimate.grey_box import FitOptions
 from robotid.estimate.identify import StartOptions, initialise_flexible, initialise_rigid, starting_parameters
 from robotid.estimate.result import Estimate, FitResult
 from robotid.estimate.rigid import RigidResult
+from robotid.estimate.scrutiny import fit_and_scrutinise
 from robotid.interface.dataset import Dataset, as_dataset
 from robotid.interface.hints import in_python_terms
 from robotid.interface.model import Model
@@ -167,7 +168,7 @@ def fit(
     joint = assemble(model.structure, angle=options.output == "position")
     with in_python_terms():
         start = initialise(model, joint, used, options)
-        result = fit_model(NAME, joint, start.parameters, used.records, options.fit)
+        result = fit_and_scrutinise(NAME, joint, start.parameters, used.records, options.fit)
     return Fit(
         **fields_of(result, FitResult),
         model=model,

@@ -29,6 +29,8 @@ def summary(findings: Findings) -> str:
 
 def _sentences(f: Findings) -> Iterator[str]:
     yield from _simulates(f)
+    if f.fits is not None:
+        yield from (f"{remark}." for remark in f.fits.models[f.fits.best].remarks)
     if f.diagnosis is not None:
         yield from _lacks(f, f.diagnosis)
     if f.extension is not None:

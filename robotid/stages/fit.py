@@ -7,10 +7,11 @@ from dataclasses import replace
 from robotid.catalogue import assemble
 from robotid.config.schema import Config
 from robotid.estimate.flexible import FlexResult
-from robotid.estimate.grey_box import FitOptions, fit_model
+from robotid.estimate.grey_box import FitOptions
 from robotid.estimate.identify import starting_parameters
 from robotid.estimate.result import End, FitResult, Fits
 from robotid.estimate.rigid import RigidResult
+from robotid.estimate.scrutiny import fit_and_scrutinise
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.progress import Log, Step
@@ -31,7 +32,7 @@ def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: Flex
     names = tuple(settings.fit.models)
     for name, members in settings.fit.models.items():
         line = None if log is None else (lambda iteration, name=name: log(Step(name, names, iteration)))
-        models[name] = fit_model(name, joint, parameters, recordings.of(members), options, line)
+        models[name] = fit_and_scrutinise(name, joint, parameters, recordings.of(members), options, line)
         if models[name].end is End.INTERRUPTED:
             break
     best = settings.fit.best if settings.fit.best in models else list(models)[-1]

@@ -7,6 +7,7 @@ import pty
 import re
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 from io import StringIO
 from pathlib import Path
@@ -203,3 +204,35 @@ def test_a_terminal_that_can_do_nothing(on_terminal: Callable[..., str]) -> None
 def test_quiet_and_json_on_a_terminal(on_terminal: Callable[..., str]) -> None:
     assert on_terminal("fit", "axis.yaml", "--force", "--quiet") == ""
     assert on_terminal("fit", "axis.yaml", "--quiet", "--json").startswith("{")
+
+
+def test_no_silence_is_long(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    clock = Clock()
+    monkeypatch.setattr(progress, "Watch", lambda: Watch(clock))
+    lines = progress._Lines()
+    clock.now += 100.0
+    lines.beat()
+    assert capsys.readouterr().err == "", "nothing is at work"
+    lines(Begun("fit"))
+    lines(Progress("m1", 0, 2))
+    for after, expected in (
+        (29.0, ""),
+        (1.5, "fit: m1, 0 % done, 30 s\n"),
+        (29.0, ""),
+        (1.5, "fit: m1, 0 % done, 1 min 01 s\n"),
+    ):
+        clock.now += after
+        lines.beat()
+        assert capsys.readouterr().err == expected
+    clock.now += 20.0
+    lines(step("m1"))
+    clock.now += 20.0
+    lines.beat()
+    assert capsys.readouterr().err.count("\n") == 1, "an iteration is a line, too"
+
+
+def test_the_heartbeat_ends_with_its_block() -> None:
+    beats: list[float] = []
+    with progress._heartbeat(lambda: beats.append(0.0)):
+        assert [t.name for t in threading.enumerate()].count("progress") == 1
+    assert "progress" not in [t.name for t in threading.enumerate()]

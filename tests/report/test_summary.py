@@ -125,3 +125,11 @@ def test_what_the_configuration_demands_and_a_model_that_diverges() -> None:
 def test_a_sliding_axis_has_its_own_units() -> None:
     assert "1.46·10⁶ N/m" in told(linear=True, **before("fits"))
     assert summary(Findings("irb")) == ""
+
+
+def test_doubts_of_the_fit_stand_in_the_headline() -> None:
+    fits = findings().fits
+    assert fits is not None
+    doubtful = replace(fits.models[fits.best], remarks=("motor.coulomb.Fc ended at its lower bound, 0",))
+    text = told(fits=replace(fits, models=fits.models | {fits.best: doubtful}))
+    assert " Motor.coulomb.Fc ended at its lower bound, 0." in text

@@ -29,6 +29,7 @@ def _model(fit: FitResult) -> Json:
         "end": fit.end.value,
         "seconds": fit.seconds,
         "fit_percent": fit.fit_percent,
+        "remarks": fit.remarks,
     }
 
 
@@ -67,4 +68,6 @@ def _ends(fits: Fits) -> Table:
         (name, ", ".join(fit.records), str(fit.iterations), fixed(fit.seconds), fit.end.value)
         for name, fit in fits.models.items()
     )
-    return Table("Fits", ("model", "records", "iterations", "seconds", "end"), rows, f"later stages use {fits.best}")
+    remarks = [f"{name}: {remark}" for name, fit in fits.models.items() for remark in fit.remarks]
+    note = "\n".join((*remarks, f"later stages use {fits.best}"))
+    return Table("Fits", ("model", "records", "iterations", "seconds", "end"), rows, note)

@@ -1,0 +1,211 @@
+"""Whether a fit that ended well can be believed.
+
+An error of the model goes into the parameters and the first states where these can imitate it: the least squares are
+then found, and wrong. Such a fit moves away from what is known without it: the torque of the rigid motion, the inertia
+of the start, the measured first speed. It is then tried again with a constant torque free, the commonest thing that a
+model lacks and that makes an open simulation drift.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robotid.catalogue import assemble
+from robotid.errors import NumericsError
+from robotid.estimate.cutoff import choose_cutoff
+from robotid.estimate.grey_box import FitOptions, fit_model
+from robotid.estimate.linear_regression import relative_error
+from robotid.estimate.linear_response import total_inertia
+from robotid.estimate.regressor import regress
+from robotid.estimate.result import End, FitResult
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.model.parameters import Parameters
+from robotid.model.term import Role
+from robotid.model.units import unit_of
+from robotid.progress import Iteration
+from robotid.signals.differentiate import ParallelFilter
+from robotid.signals.quality import quantum
+from robotid.signals.record import Record
+from robotid.simulation.first_guess import MAD_OF_NORMAL
+
+OFFSET = "motor.constant_torque"
+
+
+@dataclass(frozen=True, slots=True)
+class ScrutinySettings:
+    """From when on a fit is doubted.
+
+    torque_factor, torque_percent : its torque error exceeds the start's by this factor, and by so much [%].
+    inertia_factor : its inertia and the start's differ by this factor. state_deviations : of the measured first speed
+    that the estimated one is off, if it is also off by state_share of the RMS speed. poor_fit [%] : a fit below it is
+    tried with a constant torque in any case. offset_gain : factor by which a constant torque must
+    lower the variance of every residual. better : share by which a second fit must lower the residuals to be kept.
+    """
+
+    torque_factor: float = 1.5
+    torque_percent: float = 5.0
+    inertia_factor: float = 2.0
+    state_deviations: float = 10.0
+    state_share: float = 0.1
+    poor_fit: float = 90.0
+    offset_gain: float = 0.5
+    better: float = 0.01
+
+
+SETTINGS = ScrutinySettings()
+
+
+def fit_and_scrutinise(
+    name: str,
+    joint: Joint,
+    parameters: Parameters,
+    records: Sequence[Record],
+    options: FitOptions,
+    log: Callable[[Iteration], None] | None = None,
+) -> FitResult:
+    """The fit of `fit_model`, with `remarks` on what makes it doubtful, and on what a constant torque would change.
+
+    Where a fit with a constant torque explains the records far better, the declared model is fitted once more from
+    there, and the better of its two fits is kept.
+    """
+    first = fit_model(name, joint, parameters, records, options, log)
+    found = tuple(doubts(first, joint, parameters, records))
+    if not found and min(first.fit_percent.values()) >= SETTINGS.poor_fit:
+        return first
+    offset = _with_offset(first, joint, parameters, records, options, log)
+    if offset is None:
+        return replace(first, remarks=found)
+    values = {p.name: p.value for p in offset.parameters if p.name in joint.names}
+    again = _attempt(name, joint, parameters.with_values(values), records, options, log)
+    if again is not None and _misfit(again) < (1 - SETTINGS.better) * _misfit(first):
+        note = "fitted once more from the parameters of a fit with a constant torque, which simulates it better"
+        return replace(again, remarks=(*doubts(again, joint, parameters, records), note, _advice(again, offset)))
+    return replace(first, remarks=(*found, _advice(first, offset)))
+
+
+def doubts(fit: FitResult, joint: Joint, start: Parameters, records: Sequence[Record]) -> Iterator[str]:
+    """What speaks against a fit, a sentence each. start : the parameters from which it began."""
+    values = np.array([p.value for p in fit.parameters])
+    yield from _worse_torque(joint, start, values, records)
+    yield from _other_branch(fit, joint, start)
+    for record in records:
+        yield from _first_speed(fit, joint, record)
+
+
+def _worse_torque(joint: Joint, start: Parameters, values: Array, records: Sequence[Record]) -> Iterator[str]:
+    for record in records:
+        try:
+            parallel = ParallelFilter(choose_cutoff(joint, start, record))
+        except NumericsError:
+            continue
+        before, after = (_torque_error(joint, start.with_values(v), record, parallel) for v in (start.values, values))
+        if after > SETTINGS.torque_factor * before and after > before + SETTINGS.torque_percent:
+            yield (
+                f"the torque of {record.name} is met to {after:.3g} % by the fit and to {before:.3g} % by its start:"
+                " an error of the model went into the parameters"
+            )
+
+
+def _torque_error(joint: Joint, parameters: Parameters, record: Record, parallel: ParallelFilter) -> float:
+    """Of the rigid motion [%]."""
+    left = regress(joint, parameters.all_fixed, record, parallel)
+    return relative_error(left.tau, left.torque)
+
+
+def _other_branch(fit: FitResult, joint: Joint, start: Parameters) -> Iterator[str]:
+    for estimate, value in zip(fit.parameters, start.values, strict=True):
+        if (
+            not estimate.fixed
+            and estimate.remark.startswith("at its")
+            and value not in (estimate.lower, estimate.upper)
+        ):
+            yield f"{estimate.name} ended {estimate.remark}, {estimate.value:.3g}, from a start at {value:.3g}"
+    masses = [name for name, place in joint.playing(Role.MASS).items() if not place.term.states]
+    if not any(start.free[joint.names.index(name)] for name in masses):
+        return
+    before = total_inertia(joint, {name: start[name] for name in masses})
+    after = total_inertia(joint, {name: fit[name].value for name in masses})
+    if before > 0 and not 1 / SETTINGS.inertia_factor < after / before < SETTINGS.inertia_factor:
+        yield f"the inertia of the fit is {after / before:.3g} times that of its start, on the motor side"
+
+
+def _first_speed(fit: FitResult, joint: Joint, record: Record) -> Iterator[str]:
+    """A first speed that the measurement contradicts."""
+    measured, speed = float(record.dphi_m[0]), float(fit.initial_states[record.name][joint.motor_speed])
+    std, rms = speed_accuracy(record), float(np.sqrt(np.mean(record.dphi_m**2)))
+    off = abs(speed - measured)
+    if off > max(SETTINGS.state_deviations * std, SETTINGS.state_share * rms):
+        unit = unit_of("speed", linear=joint.structure.linear)
+        yield (
+            f"the first speed of {record.name} is estimated at {speed:.3g} {unit}, {off:.3g} off the measured one,"
+            f" whose standard deviation is {std:.2g}"
+        )
+
+
+def speed_accuracy(record: Record) -> float:
+    """Standard deviation of a measured speed [rad/s]: its noise from sample to sample, and at least the quantum's."""
+    noise = np.median(np.abs(np.diff(record.dphi_m, 2))) / (MAD_OF_NORMAL * np.sqrt(6.0))
+    return float(max(noise, quantum(record.phi_m) / np.sqrt(6.0) / record.sampling_time))
+
+
+def _with_offset(
+    first: FitResult,
+    joint: Joint,
+    parameters: Parameters,
+    records: Sequence[Record],
+    options: FitOptions,
+    log: Callable[[Iteration], None] | None,
+) -> FitResult | None:
+    """The fit with a constant torque free, where it is far better; None where it is not, or has one already."""
+    if OFFSET in joint.structure.terms or first.end is End.INTERRUPTED or not parameters.free.any():
+        return None
+    extended = assemble(joint.structure.extended(OFFSET), angle=joint.keeps_angle)
+    blank = extended.parameters()
+    own = [k for k, name in enumerate(extended.names) if name in joint.names]
+    values, lower, upper, free = blank.values.copy(), blank.lower.copy(), blank.upper.copy(), blank.free.copy()
+    for k in own:
+        at = joint.names.index(extended.names[k])
+        values[k], free[k] = parameters.values[at], parameters.free[at]
+        lower[k], upper[k] = parameters.lower[at], parameters.upper[at]
+    start = replace(blank, values=values, lower=lower, upper=upper, free=free)
+    found = _attempt(first.name, extended, start, records, replace(options, other_starts=()), log)
+    if found is None:
+        return None
+    gain = [(found.noise_std[n] / std) ** 2 for n, std in first.noise_std.items() if std > 0]
+    return found if gain and max(gain) < SETTINGS.offset_gain else None
+
+
+def _misfit(fit: FitResult) -> float:
+    """Geometric mean of the records' residuals, in the unit of the output."""
+    return float(np.exp(np.mean(np.log(np.maximum(list(fit.noise_std.values()), 1e-300)))))
+
+
+def _attempt(
+    name: str,
+    joint: Joint,
+    parameters: Parameters,
+    records: Sequence[Record],
+    options: FitOptions,
+    log: Callable[[Iteration], None] | None,
+) -> FitResult | None:
+    try:
+        return fit_model(name, joint, parameters, records, options, log)
+    except NumericsError:
+        return None
+
+
+def _advice(first: FitResult, offset: FitResult) -> str:
+    """What a constant torque would change."""
+    torque = offset[f"{OFFSET}.tau0"]
+    fits = ", ".join(f"{n} from {first.fit_percent[n]:.1f} to {f:.1f} %" for n, f in offset.fit_percent.items())
+    values = ", ".join(
+        f"{p.name} = {p.value:.4g} {p.unit}" for p in offset.parameters if not p.fixed and p is not torque
+    )
+    return (
+        f"with a constant torque of {torque.value:.3g} {torque.unit}, which the model does not have, the fit rises"
+        f" ({fits}) and gives {values}: add constant_torque to robot.model.motor, or remove the offset of the torque"
+    )

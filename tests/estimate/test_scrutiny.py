@@ -1,0 +1,94 @@
+"""Fits that ended well and cannot be believed, and what a constant torque would change."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from robotid.catalogue import assemble
+from robotid.estimate.grey_box import FitOptions, fit_model
+from robotid.estimate.identify import starting_parameters
+from robotid.estimate.result import FitResult
+from robotid.estimate.rigid import fit_rigid
+from robotid.estimate.scrutiny import doubts, fit_and_scrutinise, speed_accuracy
+from robotid.model.parameters import Parameters
+from robotid.model.structure import Structure
+from robotid.signals.record import Record
+from robotid.signals.reference import Reference
+from robotid.simulation.closed_loop.controller import Controller
+from robotid.simulation.closed_loop.virtual_robot import VirtualRobot
+
+TERMS = ("motor.inertia", "motor.viscous", "motor.coulomb")
+JOINT = assemble(Structure(TERMS))
+TRUTH = {"motor.inertia.J": 1.2e-4, "motor.viscous.Fv": 1e-4, "motor.coulomb.Fc": 0.012}
+H = 1e-3
+
+
+@cache
+def record(offset: float) -> Record:
+    """A small axis on a triangle of speed for four seconds, with a constant torque that the model does not have."""
+    joint = assemble(Structure((*TERMS, "motor.constant_torque")), angle=True)
+    truth = joint.parameters().with_values(TRUTH | {"motor.constant_torque.tau0": offset})
+    robot = VirtualRobot(joint, truth.values, Controller("speed", 0.006, 0.06), 1e-4, 1e-4, 0.05, seed=1)
+    reference = 80 / np.pi * np.arcsin(np.sin(np.pi * np.arange(4000) * H))
+    return robot.record(Reference("log", H, reference, "speed", None, None), 1)
+
+
+@cache
+def start(offset: float) -> Parameters:
+    return starting_parameters(JOINT, {}, fit_rigid(JOINT, JOINT.parameters(), [record(offset)]).guesses)
+
+
+@cache
+def scrutinised(offset: float) -> FitResult:
+    return fit_and_scrutinise("m", JOINT, start(offset), [record(offset)], FitOptions())
+
+
+def test_a_fit_without_fault_stays_as_it_is() -> None:
+    plain, found = fit_model("m", JOINT, start(0.0), [record(0.0)], FitOptions()), scrutinised(0.0)
+    assert found.remarks == ()
+    assert [p.value for p in found.parameters] == [p.value for p in plain.parameters]
+
+
+@pytest.mark.parametrize("offset", [0.003, 0.012])
+def test_a_constant_torque_that_is_not_declared_is_named_with_what_it_changes(offset: float) -> None:
+    found = scrutinised(offset)
+    assert [p.name for p in found.parameters] == list(TRUTH), "the model stays as declared"
+    assert any("went into the parameters" in remark for remark in found.remarks)
+    assert any("the first speed of log" in remark for remark in found.remarks)
+    advice = found.remarks[-1]
+    assert f"with a constant torque of {offset:.3g} Nm" in advice
+    assert "motor.inertia.J = 0.00012 kg m2" in advice
+    assert "add constant_torque to robot.model.motor" in advice
+
+
+def test_a_friction_that_vanishes_is_said() -> None:
+    assert "motor.coulomb.Fc ended at its lower bound, 0, from a start at 0.0128" in scrutinised(0.012).remarks
+
+
+def test_a_declared_constant_torque_is_not_tried_again() -> None:
+    joint = assemble(Structure((*TERMS, "motor.constant_torque")))
+    rigid = fit_rigid(joint, joint.parameters(), [record(0.012)])
+    found = fit_and_scrutinise("m", joint, starting_parameters(joint, {}, rigid.guesses), [record(0.012)], FitOptions())
+    assert found.remarks == ()
+    assert found["motor.inertia.J"].value == pytest.approx(TRUTH["motor.inertia.J"], rel=0.01)
+
+
+def test_another_inertia_than_the_start_is_said() -> None:
+    fit = scrutinised(0.0)
+    far = start(0.0).with_values({"motor.inertia.J": 3e-4})
+    (remark,) = doubts(fit, JOINT, far, [record(0.0)])
+    assert remark.startswith("the inertia of the fit is 0.4 times that of its start")
+    fixed = replace(far, free=np.zeros(3, dtype=bool))
+    assert list(doubts(fit, JOINT, fixed, [record(0.0)])) == []
+
+
+def test_the_accuracy_of_a_speed_is_its_noise_or_its_quantum() -> None:
+    log = record(0.0)
+    assert speed_accuracy(log) == pytest.approx(0.05, rel=0.2)
+    quantum = 2 * np.pi / 500
+    coarse = quantum * np.round(log.phi_m / quantum)
+    assert speed_accuracy(replace(log, phi_m=coarse)) == pytest.approx(quantum / np.sqrt(6) / H, rel=1e-3)
