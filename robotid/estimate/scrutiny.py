@@ -92,8 +92,9 @@ def doubts(fit: FitResult, joint: Joint, start: Parameters, records: Sequence[Re
     values = np.array([p.value for p in fit.parameters])
     yield from _worse_torque(joint, start, values, records)
     yield from _other_branch(fit, joint, start)
-    for record in records:
-        yield from _first_speed(fit, joint, record)
+    begun = {record.name: record for record in reversed(records)}  # of a record in pieces, the first state of the first
+    for name in fit.records:
+        yield from _first_speed(fit, joint, begun[name])
 
 
 def _worse_torque(joint: Joint, start: Parameters, values: Array, records: Sequence[Record]) -> Iterator[str]:

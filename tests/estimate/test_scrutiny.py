@@ -92,3 +92,11 @@ def test_the_accuracy_of_a_speed_is_its_noise_or_its_quantum() -> None:
     quantum = 2 * np.pi / 500
     coarse = quantum * np.round(log.phi_m / quantum)
     assert speed_accuracy(replace(log, phi_m=coarse)) == pytest.approx(quantum / np.sqrt(6) / H, rel=1e-3)
+
+
+def test_of_a_record_in_pieces_the_first_speed_is_that_of_the_first() -> None:
+    log = record(0.0)
+    pieces = (log.piece(0, 2500), log.piece(2500, 4000))
+    found = fit_and_scrutinise("m", JOINT, start(0.0), pieces, FitOptions())
+    assert pieces[1].dphi_m[0] > 10.0 + pieces[0].dphi_m[0]
+    assert found.remarks == ()
