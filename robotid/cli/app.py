@@ -188,13 +188,19 @@ def new(
     from_data: Annotated[
         Path | None, typer.Option("--from-data", metavar="FILE", help="Guess columns and sampling time from FILE.")
     ] = None,
+    column: Annotated[
+        list[str] | None, typer.Option("--column", metavar="SIGNAL=NAME", help="A column that the guess misses.")
+    ] = None,
+    sampling_time: Annotated[
+        float | None, typer.Option("--sampling-time", metavar="SECONDS", help="Of a FILE without a time column.")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite NAME.yaml.")] = False,
     debug: Debug = False,
 ) -> None:
     """A commented configuration to start from."""
     from robotid.cli.new import write_configuration
 
-    write_configuration(name, from_data, force=force)
+    write_configuration(name, from_data, column or (), sampling_time, force=force)
 
 
 @app.command()

@@ -4,25 +4,42 @@ from __future__ import annotations
 
 import os
 import re
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import yaml
 
 from robotid.cli.console import print_message, print_tables
+from robotid.config.load import parse
+from robotid.config.suggest import suggest
 from robotid.config.template import measured, virtual
 from robotid.errors import ConfigError, InputError
 from robotid.files import atomic_write
 from robotid.report.numbers import number
 from robotid.report.tables.table import Table
-from robotid.signals.columns import Column
+from robotid.signals.columns import ALIASES, NEEDED, Column
 from robotid.signals.proposal import Proposal, propose
+from robotid.signals.readers import read
 from robotid.signals.units import UNITS
+from robotid.stages.ingestion.measured import measured_records
 
 SLIDING = ("length", "speed", "force")
 
 
-def write_configuration(name: str, data: Path | None, *, force: bool) -> None:
-    """Write NAME.yaml. Raises ConfigError where it exists, InputError where data cannot be read."""
+def write_configuration(
+    name: str,
+    data: Path | None,
+    chosen: Sequence[str] = (),
+    sampling_time: float | None = None,
+    *,
+    force: bool,
+) -> None:
+    """Write NAME.yaml. chosen : columns as SIGNAL=NAME; sampling_time [s] : of a file without a time column. A
+    configuration that cannot run is not written.
+
+    Raises ConfigError where it exists, InputError where data cannot be read, and what reading them by it raises.
+    """
     path = Path(name) if name.endswith((".yaml", ".yml")) else Path(f"{name}.yaml")
     if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_-]*", path.stem):
         raise ConfigError(f'"{path.stem}" is no name', where="new", hint="use letters, digits, _ and - only")
@@ -32,32 +49,70 @@ def write_configuration(name: str, data: Path | None, *, force: bool) -> None:
         atomic_write(path, virtual(path.stem, str(path)))
         print_message(f"{path} written: it runs as it is, on a virtual robot; replace its records by your own")
         return
-    if not data.is_file():
+    if not data.exists():
         raise InputError("there is no such file", where=str(data), hint="give --from-data a recording")
-    found = propose(data)
-    atomic_write(path, _configuration(path, found))
+    found = _asked(data, dict(map(_pair, chosen)))
+    if found.sampling_time is None and sampling_time is None:
+        hint = "say how many seconds are between two samples, such as --sampling-time 0.001"
+        raise ConfigError("no time column was found", where=str(data), hint=hint)
+    text = _configuration(path, found, sampling_time)
+    _try(path, text, data)
+    atomic_write(path, text)
     print_tables([_guessed(found)])
     print_message(f"{path} written: check its columns, then `robotid run {path}`")
 
 
-def _configuration(path: Path, found: Proposal) -> str:
+def _pair(text: str) -> tuple[str, str]:
+    """SIGNAL=NAME as a pair. Raises ConfigError for what is none."""
+    signal, given, column = text.partition("=")
+    if not given or not column:
+        raise ConfigError(f'"{text}" is no SIGNAL=NAME', where="--column", hint="such as --column tau_m=Torque")
+    if signal not in ALIASES:
+        raise ConfigError(f'there is no signal "{signal}"', where="--column", hint=suggest(signal, ALIASES))
+    return signal, column
+
+
+def _asked(data: Path, chosen: dict[str, str]) -> Proposal:
+    """What is proposed for a file; a person at a terminal is asked for the columns that nothing tells. Raises
+    ConfigError where nobody can be asked."""
+    found = propose(data, chosen)
+    for signal in (signal for signal in NEEDED if signal not in found.columns):
+        if not sys.stdin.isatty():
+            remark = next(remark for remark in found.remarks if f"looks like {signal}" in remark)
+            what, _, holds = remark.partition("; ")
+            hint = f"say which by --column {signal}=NAME; {holds}"
+            raise ConfigError(what, where=str(data), hint=hint)
+        print_message(next(remark for remark in found.remarks if f"looks like {signal}" in remark))
+        chosen = chosen | {signal: input(f"column of {signal}: ").strip()}
+        found = propose(data, chosen)
+    return found
+
+
+def _try(path: Path, text: str, data: Path) -> None:
+    """Read the record as the configuration says. Raises what this raises, before the configuration is written."""
+    settings = parse(text, name=str(path))
+    measured_records(settings.records[0], read(data), linear=settings.robot.linear)
+
+
+def _configuration(path: Path, found: Proposal, sampling_time: float | None) -> str:
     file = Path(os.path.relpath(found.path, path.parent)).as_posix()
     record = re.sub(r"[^A-Za-z0-9_-]+", "_", found.path.stem)
     sliding = any(_quantity(column) in SLIDING for column in found.columns.values())
-    return measured(path.stem, str(path), _flow(file), record, _columns(found), linear=sliding)
+    return measured(path.stem, str(path), _flow(file), record, _columns(found, sampling_time), linear=sliding)
 
 
-def _columns(found: Proposal) -> str:
+def _columns(found: Proposal, sampling_time: float | None) -> str:
     """The columns block, and what a person should look at as comments."""
     lines = [
         f"      {signal}: {_flow(_shortest(column))}{_to_edit(column)}" for signal, column in found.columns.items()
     ]
     head = ["    columns:                       # guessed: check them"] if lines else []
     step = found.sampling_time
+    given = sampling_time is not None
     time = (
-        f"    # the time column steps by {step:g} s"
-        if step is not None
-        else "    # sampling_time: 0.001         # in s"
+        f"    sampling_time: {sampling_time:g}           # in s"
+        if given
+        else f"    # the time column steps by {step:g} s"
     )
     return "\n".join([*head, *lines, time, *(f"    # {remark}" for remark in found.remarks)])
 

@@ -11,11 +11,8 @@ from robotid.model.array import Array, Mask
 from robotid.signals.columns import Column
 from robotid.signals.readers.table import Table
 
-ZERO_ORDER_HOLD = (
-    "tau_m",
-    "ref",
-    "disturbance",
-)  # what a controller sets lasts until it sets it anew; a motion goes on in between
+# what a controller sets lasts until it sets it anew; a motion goes on in between
+ZERO_ORDER_HOLD = ("tau_m", "ref", "disturbance")
 
 
 def on_one_clock(table: Table, columns: Mapping[str, Column]) -> tuple[Table, list[str]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,43 +11,27 @@ import numpy as np
 from robotid.errors import ConfigError
 from robotid.model.array import Array
 from robotid.signals.readers.table import Table
-from robotid.signals.units import SI, Unit, parse, unit
+from robotid.signals.units import SI, UNITS, Unit, parse, unit
 
-ALIASES: dict[str, tuple[str, ...]] = {
-    "t": ("t", "time", "timestamp", "zeit"),
-    "tau_m": (
-        "tau_m",
-        "tau",
-        "torque",
-        "motor_torque",
-        "tau_motor",
-        "moment",
-        "force",
-        "effort",
-        "drehmoment",
-        "u",
-        "vir",
-    ),
-    "phi_m": (
-        "phi_m",
-        "phi",
-        "angle",
-        "motor_angle",
-        "pos",
-        "position",
-        "q",
-        "qm",
-        "theta",
-        "enc",
-        "encoder",
-        "winkel",
-    ),
-    "dphi_m": ("dphi_m", "dphi", "omega", "speed", "velocity", "vel", "dq", "qd", "motor_speed", "drehzahl"),
-    "phi_a": ("phi_a", "arm_angle", "link_angle", "load_angle", "second_encoder"),
-    "ref": ("ref", "reference", "qg", "setpoint", "ref_pos", "ref_vel"),
-    "disturbance": ("disturbance", "torque_disturbance", "force_disturbance"),
+_ALIASES = {
+    "t": """t time timestamp timestamps datetime date_time elapsed_time zeit zeitstempel uhrzeit temps horodatage tiempo
+        tempo""",
+    "tau_m": """tau_m tau torque motor_torque tau_motor moment force effort u vir drehmoment motormoment motordrehmoment
+        kraft couple couple_moteur par_motor coppia fuerza forza current motor_current strom motorstrom courant
+        courant_moteur corriente corrente""",
+    "phi_m": """phi_m phi angle motor_angle pos position q qm theta enc encoder winkel motorwinkel drehwinkel
+        motorposition grad angle_moteur angulo angolo posicion posizione""",
+    "dphi_m": """dphi_m dphi omega speed velocity vel dq qd motor_speed drehzahl motordrehzahl geschwindigkeit
+        winkelgeschwindigkeit vitesse vitesse_angulaire velocidad velocita""",
+    "phi_a": "phi_a arm_angle link_angle load_angle second_encoder",
+    "ref": "ref reference qg setpoint ref_pos ref_vel sollwert sollwinkel sollposition solldrehzahl consigne consigna",
+    "disturbance": "disturbance torque_disturbance force_disturbance",
 }
+ALIASES: dict[str, tuple[str, ...]] = {signal: tuple(names.split()) for signal, names in _ALIASES.items()}
 """Names that a signal usually has, a unit at their end (time_s, angle_deg) left out."""
+
+CURRENTS = ("current", "strom", "motorstrom", "courant", "corriente", "corrente")
+"""Words that make amperes of a column whose name ends in A, or in no unit."""
 
 NEEDED = ("tau_m", "phi_m")
 
@@ -85,7 +70,8 @@ class Signal:
 
 def short(name: str) -> str:
     """The last part of a dotted name in lower case, its words joined by _: rec.MotorAngle -> motor_angle."""
-    words = re.sub(r"(?<=[a-z0-9])(?=[A-Z][a-z])", "_", name.rsplit(".", 1)[-1])
+    plain = "".join(c for c in unicodedata.normalize("NFKD", name) if not unicodedata.combining(c))
+    words = re.sub(r"(?<=[a-z0-9])(?=[A-Z][a-z])", "_", plain.rsplit(".", 1)[-1])
     return re.sub(r"\W+", "_", words).strip("_").lower()
 
 
@@ -95,6 +81,10 @@ def ending(name: str) -> tuple[str, Unit | None]:
     Single letters other than s and v are no units, for phi_m and phi_a end in them.
     """
     words = short(name).split("_")
+    if words == ["grad"]:
+        return "grad", UNITS["deg"]
+    if any(word in CURRENTS for word in words) and words[-1] in (*CURRENTS, "a"):
+        return "_".join(words[:-1] if words[-1] == "a" else words), UNITS["A"]
     for count in range(min(3, len(words) - 1), 0, -1):
         tail = "_".join(words[-count:])
         found = parse(tail) if (len(tail) > 1 or tail in "sv") and tail != "min" else None
@@ -164,7 +154,8 @@ def _factor(table: Table, signal: str, column: Column, recorded: Unit | None, *,
         raise ConfigError(f"{signal} cannot be in {recorded.name}", where=where, hint=hint)
     if column.scale is None:
         si = " or ".join(allowed.values())
-        hint = f"write {signal}: {{name: {column.name}, scale: ...}} with the {si} per {recorded.name}"
+        constant = ", the torque constant" if recorded.quantity == "current" else ""
+        hint = f"write {signal}: {{name: {column.name}, scale: ...}} with the {si} per {recorded.name}{constant}"
         raise ConfigError(f"{signal} is in {recorded.name} and needs a scale", where=where, hint=hint)
     return recorded.factor
 
@@ -178,4 +169,7 @@ def remark_on(signal: str, column: Column, recorded: Signal) -> str:
 def missing(table: Table, signal: str) -> ConfigError:
     """What to say where a needed signal is nowhere."""
     hint = f"name it under columns: {signal}; {table.offer()}"
+    if all(name.isdecimal() for name in table.columns):
+        last = [*table.columns][-1]
+        hint = f"the file has no names: give the position under columns, such as {signal}: 0; they are 0 to {last}"
     return ConfigError(f"no column was found for {signal}", where=table.path, hint=hint)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from robotid.errors import InputError
 from robotid.model.array import Array
 from robotid.signals.columns import Column, convert, find
-from robotid.signals.readers.table import Table
+from robotid.signals.readers.table import Columns, Deferred, Table
 
 
 def joined(tables: Sequence[Table]) -> Table:
@@ -24,23 +25,26 @@ def joined(tables: Sequence[Table]) -> Table:
         stems = [Path(table.path).name.replace(".", "_") for table in tables]
     count = Counter(name for table in tables for name in table.columns)
     zero = next((origin for table in tables for origin in table.origins.values()), 0.0)
-    columns: dict[str, Array] = {}
+    columns: dict[str, Array | Deferred] = {}
     units: dict[str, str] = {}
     clocks: dict[str, str] = {}
     for stem, table in zip(stems, tables, strict=True):
         own = _clocks(table)
         called = {name: name if count[name] == 1 else f"{stem}.{name}" for name in table.columns}
         times = {time: convert(table, "t", Column(time)).values for time in set(own.values())}
-        for name, values in table.columns.items():
+        for name in table.columns:
             shift = table.origins.get(name, zero) - zero
-            columns[called[name]] = times[name] + shift if name in times else values
+            if name in times:
+                columns[called[name]] = times[name] + shift
+            else:
+                columns[called[name]] = Deferred(table.shape(name), partial(table.columns.__getitem__, name))
         units |= {called[name]: unit for name, unit in table.units.items() if name in called and name not in times}
         units |= {called[time]: "s" for time in times}
         clocks |= {called[name]: called[time] for name, time in own.items()}
     text = {
         f"{stem}.{name}": cell for stem, table in zip(stems, tables, strict=True) for name, cell in table.text.items()
     }
-    return Table(" + ".join(table.path for table in tables), columns, units, None, text, clocks)
+    return Table(" + ".join(table.path for table in tables), Columns(columns), units, None, text, clocks)
 
 
 def _clocks(table: Table) -> Mapping[str, str]:

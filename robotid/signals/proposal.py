@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -37,6 +38,7 @@ WORDS = {
 }
 REFERENCE = {"ref", "reference", "setpoint", "desired", "des", "target", "cmd", "command", "soll", "qg"}
 CERTAIN = 9
+DERIVED = 0.95  # correlation from which a column is the derivative of another
 MEASURED = {"mot", "motor", "act", "actual", "meas", "measured"}
 ARM = {"arm", "link", "load", "se", "second", "secondary", "output", "qa", "ql"}
 
@@ -62,21 +64,38 @@ class Proposal:
 @dataclass(frozen=True, slots=True)
 class _Guess:
     """What a column may be. certainty : 1 by its unit, 2 by a word of its name and more by words that say that it was
-    measured, 9 by a usual name."""
+    measured, 9 by a usual name, 10 by a person."""
 
     signal: str
     certainty: int
     column: Column
 
 
-def propose(path: Path) -> Proposal:
-    """Columns and sampling time of a file. Raises InputError where it cannot be read."""
+def propose(path: Path, chosen: Mapping[str, str] | None = None) -> Proposal:
+    """Columns and sampling time of a file. chosen : columns by signal that a person has named.
+
+    Raises InputError where the file cannot be read, ConfigError where a chosen column is not there.
+    """
     table = read(path)
-    guesses = [guess for name in _recorded(table) if (guess := _guess(table, name)) is not None]
-    columns: dict[str, Column] = {}
+    named = {signal: _chosen(table, name) for signal, name in (chosen or {}).items()}
     remarks: list[str] = []
+    unnamed = bool(table.columns) and all(name.isdecimal() for name in table.columns)
+    if unnamed:
+        guesses = _by_values(table)
+        remarks.append("the file has no names: columns are guessed by their values, and units are SI")
+    else:
+        guesses = [guess for name in _recorded(table) if (guess := _guess(table, name)) is not None]
+    taken = [column.name for column in named.values()]
+    guesses = [guess for guess in guesses if guess.column.name not in taken]
+    guesses += [_Guess(signal, CERTAIN + 1, column) for signal, column in named.items()]
+    columns: dict[str, Column] = {}
     for signal in ALIASES:
         fitting = sorted((g for g in guesses if g.signal == signal), key=lambda g: -g.certainty)
+        moving = [g for g in fitting if len(fitting) == 1 or _changes(table, g.column)]
+        if moving and len(moving) < len(fitting):
+            left_out = ", ".join(g.column.name for g in fitting if g not in moving)
+            remarks.append(f"{left_out} could also be {signal}, and never changes")
+        fitting = moving or fitting
         if fitting:
             columns[signal] = fitting[0].column
             remarks += _said(signal, fitting)
@@ -101,6 +120,56 @@ def _recorded(table: Table) -> list[str]:
     return [name for name, length in lengths.items() if length == usual]
 
 
+def _chosen(table: Table, name: str) -> Column:
+    """A column that a person named, by name or position, with its unit. Raises ConfigError where it is not there."""
+    stored = table.at_position(name)
+    first = None if len(table.shape(stored) if stored in table.columns else (0,)) == 1 else 0
+    table.pick(stored, first)
+    unit = parse(table.units.get(stored, "")) or ending(stored)[1]
+    return Column(stored, first, unit.name if unit else None, 1.0 if unit is not None and unit.raw else None)
+
+
+def _by_values(table: Table) -> list[_Guess]:
+    """What columns without names may be: a time steps evenly, a speed is the derivative of its angle, and of two that
+    are left the angle is the smoother."""
+    left = {name: values for name in table.columns if np.isfinite(values := table.pick(name)).all() and np.ptp(values)}
+    found: dict[str, str] = {}
+    time = next((name for name, values in left.items() if _is_time(values)), None)
+    if time is not None:
+        found["t"] = time
+        del left[time]
+    pairs = [(abs(_derived(left[a], left[b])), a, b) for a in left for b in left if a != b]
+    best = max(pairs, default=(0.0, "", ""))
+    if best[0] > DERIVED and len(left) > 2:
+        found |= {"phi_m": best[1], "dphi_m": best[2]}
+        rest = [name for name in left if name not in best[1:]]
+        found |= {"tau_m": rest[0]} if len(rest) == 1 else {}
+    elif len(left) == 2:
+        angle, torque = sorted(left, key=lambda name: _unsteadiness(left[name]))
+        found |= {"phi_m": angle, "tau_m": torque}
+    return [_Guess(signal, 1, Column(name)) for signal, name in found.items()]
+
+
+def _changes(table: Table, column: Column) -> bool:
+    values = table.pick(column.name, column.column)
+    return bool(np.nanmax(values) > np.nanmin(values)) if np.isfinite(values).any() else False
+
+
+def _is_time(values: Array) -> bool:
+    steps = np.diff(values)
+    return bool((steps > 0).all() and float(np.percentile(np.abs(steps / np.median(steps) - 1), 95)) < 0.5)
+
+
+def _derived(angle: Array, speed: Array) -> float:
+    """Correlation of a signal with the derivative of another."""
+    derivative = np.gradient(angle)
+    return float(np.corrcoef(derivative, speed)[0, 1]) if np.ptp(derivative) else 0.0
+
+
+def _unsteadiness(values: Array) -> float:
+    return float(np.std(np.diff(values)) / np.std(values))
+
+
 def _guess(table: Table, name: str) -> _Guess | None:
     stem, suffix = ending(name)
     unit = parse(table.units.get(name, "")) or suffix
@@ -116,7 +185,7 @@ def _signal(name: str, words: set[str], kind: str | None) -> tuple[str | None, i
     exact = next((signal for signal, aliases in ALIASES.items() if name in aliases), None)
     if exact is not None and kind in (None, exact, {"phi_a": "phi_m", "ref": kind}.get(exact)):
         return exact, CERTAIN
-    spoken = next((signal for signal, usual in WORDS.items() if words & usual), None)
+    spoken = next((signal for signal, usual in WORDS.items() if words & (usual | set(ALIASES[signal]))), None)
     signal = kind or spoken
     if words & REFERENCE and signal in ("phi_m", "dphi_m", None):
         return "ref", 2
@@ -127,7 +196,9 @@ def _signal(name: str, words: set[str], kind: str | None) -> tuple[str | None, i
 
 def _said(signal: str, fitting: list[_Guess]) -> list[str]:
     column = fitting[0].column
-    remarks = [] if fitting[0].certainty == CERTAIN else [f"{signal} is guessed to be column {column.name}"]
+    if fitting[0].certainty > CERTAIN:
+        fitting = fitting[:1]
+    remarks = [] if fitting[0].certainty >= CERTAIN else [f"{signal} is guessed to be column {column.name}"]
     if others := [g.column.name for g in fitting[1:]]:
         remarks.append(f"{signal} could also be {', '.join(others[:4])}{', ...' * (len(others) > 4)}")
     if column.column is not None:

@@ -42,19 +42,19 @@ _FACTORS: dict[str, dict[str, float]] = {
 UNITS = {name: Unit(name, quantity, factor) for quantity, units in _FACTORS.items() for name, factor in units.items()}
 
 _SPELLINGS = {
-    "deg": "° º degree degrees grad winkelgrad",
+    "deg": "° º degree degrees grad winkelgrad gradi grado grados degre degres degré degrés",
     "deg/s": "dps degs",
-    "rev": "turn turns revolution revolutions",
-    "rpm": "rev/min r/min u/min 1/min /min",
+    "rev": "turn turns revolution revolutions umdrehung umdrehungen",
+    "rpm": "rev/min r/min u/min 1/min /min upm tr/min giri/min umdrehungen/min umdrehung/min",
     "rad/s": "rads",
-    "s": "sec secs second seconds",
+    "s": "sec secs second seconds sekunde sekunden seconde secondes segundo segundos secondo secondi",
     "ms": "msec millisecond milliseconds",
     "us": "usec microsecond microseconds",
     "V": "volt volts",
     "A": "amp amps ampere amperes",
     "%": "percent pct",
     "counts": "count inc incs increments ticks tick",
-    "Nm": "newtonmeter",
+    "Nm": "newtonmeter newtonmetre",
     "N": "newton",
     "rad": "radian radians",
 }

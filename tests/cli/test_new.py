@@ -83,10 +83,48 @@ def test_a_sliding_axis_is_told_by_its_units() -> None:
 
 def test_columns_that_nobody_can_guess_are_said(capsys: pytest.CaptureFixture[str]) -> None:
     write_log(Path("log.csv"), "a;b;c")
+    assert main(["new", "mine", "--from-data", "log.csv"]) == 2
+    line = "log.csv: no column looks like tau_m; say which by --column tau_m=NAME; it holds a, b, c\n"
+    assert capsys.readouterr() == ("", line)
+    assert not Path("mine.yaml").exists()
+    chosen = [word for pair in ("t=a", "phi_m=1", "tau_m=c") for word in ("--column", pair)]
+    assert main(["new", "mine", "--from-data", "log.csv", *chosen]) == 0
+    assert main(["collect", "mine.yaml", "--quiet"]) == 0
+
+
+GERMAN = "Zeitstempel;Winkel [Grad];Motorstrom_A"
+NO_NAMES = ""
+
+
+@pytest.mark.parametrize("head", [GERMAN, "Zeit [s];Grad;Drehmoment [Nm]", "temps_s;angle_deg;couple", NO_NAMES])
+def test_what_is_written_for_any_header_collects(head: str) -> None:
+    write_log(Path("log.csv"), head)
+    if not head:
+        Path("log.csv").write_text("".join(Path("log.csv").read_text().splitlines(keepends=True)[1:]))
     assert main(["new", "mine", "--from-data", "log.csv"]) == 0
-    assert "no column looks like tau_m; it holds a, b, c" in capsys.readouterr().out
-    assert load("mine.yaml").config.records[0].columns is None
-    assert "# no column looks like tau_m" in Path("mine.yaml").read_text()
+    assert main(["collect", "mine.yaml", "--quiet"]) == 0
+
+
+def test_without_a_time_column_the_step_is_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    write_log(Path("log.csv"), "number_of_nothing;angle_deg;torque")
+    assert main(["new", "mine", "--from-data", "log.csv"]) == 2
+    assert capsys.readouterr().err.endswith("such as --sampling-time 0.001\n")
+    assert main(["new", "mine", "--from-data", "log.csv", "--sampling-time", "0.001"]) == 0
+    assert main(["collect", "mine.yaml", "--quiet"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["--column", "tau_m"], '--column: "tau_m" is no SIGNAL=NAME; such as --column tau_m=Torque\n'),
+        (["--column", "tau=c"], '--column: there is no signal "tau"; did you mean tau_m?\n'),
+        (["--column", "tau_m=d"], 'log.csv: there is no column "d"; it holds a, b, c\n'),
+    ],
+)
+def test_a_wrong_choice_is_one_line(arguments: list[str], line: str, capsys: pytest.CaptureFixture[str]) -> None:
+    write_log(Path("log.csv"), "a;b;c")
+    assert main(["new", "mine", "--from-data", "log.csv", *arguments]) == 2
+    assert capsys.readouterr() == ("", line)
 
 
 def test_nothing_is_overwritten(capsys: pytest.CaptureFixture[str]) -> None:

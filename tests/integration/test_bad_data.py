@@ -134,7 +134,9 @@ CASES = [
     Case(
         "no_names",
         "0,1,2\n0.01,1,2\n",
-        "FILE:1: the first line holds numbers, not names; add a line of column names",
+        "FILE: no column was found for tau_m; "
+        "the file has no names: give the position under columns, such as tau_m: 0; they are 0 to 2",
+        exit_code=2,
     ),
     Case("name_twice", "t,tau_m,tau_m\n0,1,2\n", 'FILE: two columns are called "tau_m"; rename one'),
     Case(

@@ -35,6 +35,9 @@ def test_short(name: str, expected: str) -> None:
         ("t_min", "t_min", None),
         ("speed", "speed", None),
         ("deg", "deg", None),
+        ("Grad", "grad", "deg"),
+        ("Motorstrom_A", "motorstrom", "A"),
+        ("Strom", "strom", "A"),
     ],
 )
 def test_ending(name: str, stem: str, unit: str | None) -> None:
@@ -92,7 +95,8 @@ def test_a_drives_unit_is_torque_by_its_scale(unit: str) -> None:
     with pytest.raises(ConfigError) as error:
         convert(table("u"), "tau_m", Column("u", unit=unit))
     assert error.value.what == f"tau_m is in {unit} and needs a scale"
-    assert error.value.hint == f"write tau_m: {{name: u, scale: ...}} with the Nm per {unit}"
+    constant = ", the torque constant" if unit == "A" else ""
+    assert error.value.hint == f"write tau_m: {{name: u, scale: ...}} with the Nm per {unit}{constant}"
 
 
 def test_a_sliding_axis_has_metres_and_newtons() -> None:

@@ -201,13 +201,36 @@ def test_a_configuration_is_drafted_from_it(
     WRITERS[suffix](tmp_path / f"log{suffix}")
     assert main(["new", "mine", "--from-data", f"log{suffix}"]) == 0
     capsys.readouterr()
-    assert collect(tmp_path / "mine.yaml", "--json") == (0 if suffix == ".mf4" else 4), "the wrist is first, and rests"
-    out, err = capsys.readouterr()
-    if suffix == ".mf4":
-        assert json.loads(out)["records"]["log"]["samples"] == N
-    else:
-        assert "the torque never changes" in err
-        assert "could also be /joint_states.elbow.position" in (tmp_path / "mine.yaml").read_text()
+    assert collect(tmp_path / "mine.yaml", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["records"]["log"]["samples"] == N
+    if suffix == ".mcap":  # the wrist is first, and rests
+        assert (
+            "/joint_states.wrist.position could also be phi_m, and never changes"
+            in (tmp_path / "mine.yaml").read_text()
+        )
+
+
+def test_the_folder_of_a_bag_is_read(tmp_path: Path) -> None:
+    folder = tmp_path / "bag"
+    folder.mkdir()
+    WRITERS[".mcap"](folder / "bag_0.mcap")
+    (folder / "metadata.yaml").write_text("rosbag2_bagfile_information: {version: 8}")
+    assert set(read(folder).columns) == set(read(folder / "bag_0.mcap").columns)
+    config = tmp_path / "axis.yaml"
+    config.write_text("""
+robot: {name: axis, model: {motor: [inertia]}}
+records:
+  - name: log
+    file: bag
+    columns: {tau_m: /joint_states.elbow.effort, phi_m: /joint_states.elbow.position, dphi_m: null}
+""")
+    assert main(["collect", str(config), "--out", str(tmp_path / "run"), "--quiet"]) == 0
+
+
+def test_a_folder_without_a_bag(tmp_path: Path) -> None:
+    (tmp_path / "metadata.yaml").write_text("no bag")
+    with pytest.raises(InputError, match="this is a folder, and no ROS 2 bag"):
+        read(tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -283,5 +306,7 @@ def test_nanoseconds_in_plain_arrays_are_exact(tmp_path: Path) -> None:
 
 
 def test_a_folder_is_no_recording(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"this is a folder; of a ROS 2 bag, name the \.mcap or \.db3 file in it"):
+    with pytest.raises(
+        InputError, match=r"this is a folder, and no ROS 2 bag; name a file, or the folder of a ROS 2 bag"
+    ):
         read(tmp_path)

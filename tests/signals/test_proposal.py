@@ -103,3 +103,32 @@ def test_emps() -> None:
         "ref": "qg",
     }
     assert found.sampling_time == 0.001
+
+
+def test_a_column_that_never_changes_is_not_the_one(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    rows = [f"{0.001 * k:.3f},0,{k % 7},{k % 5}" for k in range(100)]
+    path.write_text("\n".join(["t,wrist_torque,elbow_torque,angle", *rows]))
+    found = propose(path)
+    assert found.columns["tau_m"].name == "elbow_torque"
+    assert "wrist_torque could also be tau_m, and never changes" in found.remarks
+
+
+def test_columns_without_names_are_guessed_by_their_values(tmp_path: Path) -> None:
+    t = np.arange(500) * 0.002
+    torque = np.sign(np.sin(9 * t)) + 0.1 * np.random.default_rng(1).normal(size=500)
+    np.savetxt(tmp_path / "log.csv", np.column_stack([torque, np.sin(7 * t), t, 7 * np.cos(7 * t)]), delimiter=",")
+    found = propose(tmp_path / "log.csv")
+    assert {signal: column.name for signal, column in found.columns.items()} == {
+        "t": "2",
+        "tau_m": "0",
+        "phi_m": "1",
+        "dphi_m": "3",
+    }
+    assert "the file has no names: columns are guessed by their values, and units are SI" in found.remarks
+
+
+def test_values_that_tell_nothing_are_left_out(tmp_path: Path) -> None:
+    noise = np.random.default_rng(1).normal(size=(300, 4))
+    np.savetxt(tmp_path / "log.csv", noise, delimiter=",")
+    assert propose(tmp_path / "log.csv").columns == {}

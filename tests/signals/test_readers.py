@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from robotid.errors import InputError
 from robotid.signals.readers import Table, formats, read
 
 T = np.arange(5) * 0.01
@@ -190,3 +191,47 @@ def test_hdf5_and_npz(tmp_path: Path) -> None:
     assert read(tmp_path / "a.h5").units == {"run.t": "s"}
     np.testing.assert_array_equal(read(tmp_path / "a.h5").columns["run.t"], T)
     np.testing.assert_array_equal(read(tmp_path / "a.npz").pick("q", 0), MATRIX[:, 0])
+
+
+@pytest.mark.parametrize("zone", ["", "+02:00", "Z", "-0330"])
+@pytest.mark.parametrize(("delimiter", "comma"), [(",", "."), (";", ",")])
+def test_dates_as_pandas_writes_them(tmp_path: Path, zone: str, delimiter: str, comma: str) -> None:
+    rows = [f"2024-05-01 23:59:59.{900 + k}000{zone}" if k < 100 else f"2024-05-02 00:00:00{zone}" for k in range(101)]
+    lines = [delimiter.join([stamp, f"{k}.5".replace(".", comma)]) for k, stamp in enumerate(rows)]
+    (tmp_path / "a.csv").write_text(
+        "\n".join([f"Zeitstempel{delimiter}Drehmoment", *lines]).replace("59.", f"59{comma}" if comma == "," else "59.")
+    )
+    found = read(tmp_path / "a.csv")
+    np.testing.assert_allclose(np.diff(found.columns["Zeitstempel"]), 1e-3, atol=1e-9)
+    hours = {"": 0.0, "Z": 0.0, "+02:00": 2.0, "-0330": -3.5}[zone]
+    assert found.origins["Zeitstempel"] == 1714607999 - 3600 * hours
+    assert found.units["Zeitstempel"] == "s"
+
+
+def test_an_index_of_dates_without_a_name(tmp_path: Path) -> None:
+    rows = [f"2024-05-01 12:00:0{k},{k},{k}" for k in range(9)]
+    (tmp_path / "a.csv").write_text("\n".join([",torque,angle", *rows]))
+    np.testing.assert_array_equal(read(tmp_path / "a.csv").columns["time"], np.arange(9.0))
+
+
+@pytest.mark.parametrize("bad", ["2024-13-01 12:00:00", "yesterday", "12:00:05"])
+def test_what_is_no_date(tmp_path: Path, bad: str) -> None:
+    rows = [f"2024-05-01 12:00:0{k},{k},{k}" for k in range(9)]
+    rows[5] = f"{bad},5,5"
+    (tmp_path / "a.csv").write_text("\n".join(["t,torque,angle", *rows]))
+    with pytest.raises(InputError, match=f'"{bad}" is not a date') as error:
+        read(tmp_path / "a.csv")
+    assert error.value.where.endswith("a.csv:7")
+
+
+def test_columns_without_names_go_by_their_positions(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("0,1.5,2\n0.1,1.6,2\n0.2,1.7,3\n")
+    found = read(tmp_path / "a.csv")
+    assert list(found.columns) == ["0", "1", "2"]
+    np.testing.assert_array_equal(found.columns["1"], [1.5, 1.6, 1.7])
+
+
+def test_a_position_counts_columns_of_text_too(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("state,t,u\nok,0,1\nok,1,2\nok,2,3\n")
+    found = read(tmp_path / "a.csv")
+    assert (found.at_position("2"), found.at_position("7"), found.at_position("u")) == ("u", "7", "u")

@@ -10,6 +10,8 @@ from types import ModuleType
 from robotid.errors import InputError
 from robotid.signals.readers.table import Table
 
+BAGS = (".db3", ".mcap")
+
 __all__ = ["Table", "formats", "read"]
 
 
@@ -20,9 +22,12 @@ def formats() -> dict[str, ModuleType]:
 
 
 def read(path: Path) -> Table:
-    """All numeric columns of a file. Raises InputError where it is missing, of unknown format or damaged."""
+    """All numeric columns of a file, or of the folder of a ROS 2 bag.
+
+    Raises InputError where it is missing, of unknown format or damaged.
+    """
     if path.is_dir():
-        raise InputError("this is a folder", where=str(path), hint="of a ROS 2 bag, name the .mcap or .db3 file in it")
+        return _bag(path)
     if not path.is_file():
         raise InputError(
             "there is no such file", where=str(path), hint="a record's file is relative to the configuration"
@@ -32,4 +37,16 @@ def read(path: Path) -> Table:
         hint = f"known are {', '.join(sorted(known))}"
         raise InputError(f'no reader for the format "{path.suffix}"', where=str(path), hint=hint)
     table: Table = known[path.suffix.lower()].read(path)
+    return table
+
+
+def _bag(folder: Path) -> Table:
+    """The ROS 2 bag of a folder: of its one file, or of all files that it was split into."""
+    files = sorted(file for file in folder.iterdir() if file.suffix in BAGS)
+    if not (folder / "metadata.yaml").is_file() or not files:
+        hint = "name a file, or the folder of a ROS 2 bag, with metadata.yaml and a .db3 or .mcap file"
+        raise InputError("this is a folder, and no ROS 2 bag", where=str(folder), hint=hint)
+    if len(files) == 1:
+        return read(files[0])
+    table: Table = formats()[".db3"].read(folder)
     return table

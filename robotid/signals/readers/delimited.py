@@ -1,6 +1,7 @@
 """Text tables: comma, semicolon, tab or blanks between columns, decimal point or comma, one line of names.
 
-Lines before the names, comments (#), a line of units below the names and empty cells are understood.
+Lines before the names, comments (#), a line of units below the names and empty cells are understood. Columns without
+names are called by their positions, counted from 0. Dates are seconds from the first, as the file writes them.
 """
 
 from __future__ import annotations
@@ -9,7 +10,8 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +27,10 @@ SUFFIXES = (".csv", ".tsv", ".txt")
 UNIT = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|/\s+(\S+))$")
 MISSING = {"", "nan", "na", "n/a", "null", "none", "-", "--"}
 IN_MEMORY = 8  # times a text's own size that its lines and numbers take
+DATE = re.compile(
+    r"(?P<day>\d{4}-\d\d-\d\d)[T ](?P<clock>\d\d:\d\d(?::\d\d)?)(?:[.,](?P<part>\d{1,9}))?"
+    r"\s?(?P<zone>Z|[+-]\d\d:?\d\d)?$"
+)
 LOOKED_AT = 60  # lines from which the layout is told
 
 
@@ -60,7 +66,14 @@ def read(path: Path) -> Table:
         return _table(path, layout, values, rows, {})
     cells = _cells(path, lines, rows, layout)
     text = {j: cells[0][j] for j in range(len(layout.names)) if _is_text([row[j] for row in cells[:LOOKED_AT]], layout)}
-    return _table(path, layout, _slow(path, cells, rows, layout, text), rows, text)
+    dates = [j for j, cell in text.items() if DATE.match(cell)]
+    text = {j: cell for j, cell in text.items() if j not in dates}
+    values = _slow(path, cells, rows, layout, dict.fromkeys((*text, *dates), ""))
+    found = _table(path, layout, values, rows, text)
+    times = {layout.names[j] or "time": _seconds(path, [row[j] for row in cells], rows) for j in dates}
+    seconds = {printable(name): values for name, (_, values) in times.items()}
+    origins = {printable(name): zero for name, (zero, _) in times.items()}
+    return replace(found.with_columns(seconds), units=found.units | dict.fromkeys(seconds, "s"), origins=origins)
 
 
 def _text(path: Path) -> str:
@@ -113,7 +126,8 @@ def _trimmed(cells: list[str]) -> list[str]:
 
 
 def _is_row(cells: Sequence[str], delimiter: str | None) -> bool:
-    numbers = sum(_number(cell.replace(",", ".") if delimiter != "," else cell) is not None for cell in cells if cell)
+    plain = (cell.replace(",", ".") if delimiter != "," else cell for cell in cells if cell)
+    numbers = sum(_number(cell) is not None or DATE.match(cell) is not None for cell in plain)
     return numbers > 0 and 2 * numbers >= sum(bool(cell) for cell in cells)
 
 
@@ -136,8 +150,7 @@ def _head(
         rows = [_split(comment.lstrip().removeprefix("#").strip(), delimiter)]
     rows = rows or [cells for cells in above[-1:] if len(cells) > 1]
     if not rows:
-        what = "the first line holds numbers, not names"
-        raise InputError(what, where=f"{path}:{first + 1}", hint="add a line of column names")
+        return [str(k) for k in range(width)], [""] * width
     units = rows[-1]
     if len(rows) > 1 and all(parse(cell.strip("[]()")) or cell in ("", "-") for cell in units):
         return _named(path, rows[-2], [cell.strip("[]()") for cell in units])
@@ -191,6 +204,43 @@ def _cells(path: Path, lines: Sequence[str], rows: list[int], layout: Layout) ->
     return cells
 
 
+def _seconds(path: Path, cells: Sequence[str], rows: Sequence[int]) -> tuple[float, Array]:
+    """The second since 1970 of the first date, and seconds from it (n,), nan where a cell is empty. A date without a
+    zone is taken for one in UTC. Raises InputError for a cell that is no date."""
+    ticks = np.full(len(cells), np.iinfo(np.int64).min, dtype=np.int64)
+    for k, cell in enumerate(cells):
+        if cell.lower() in MISSING or cell == "NaT":
+            continue
+        found = DATE.match(cell)
+        try:
+            ticks[k] = _nanoseconds(found) if found else _fail(cell)
+        except ValueError:
+            hint = "write all dates alike, such as 2024-05-01 12:00:00.125"
+            raise InputError(f'"{cell}" is not a date', where=f"{path}:{rows[k] + 1}", hint=hint) from None
+    known = ticks > np.iinfo(np.int64).min
+    if not known.any():
+        raise InputError("no date is known", where=str(path), hint="give sampling_time instead of a time column")
+    zero = int(ticks[known][0] // 10**9) * 10**9
+    seconds = np.full(len(cells), np.nan)
+    seconds[known] = (ticks[known] - zero) * 1e-9
+    return zero * 1e-9, seconds
+
+
+def _fail(cell: str) -> int:
+    raise ValueError(cell)
+
+
+def _nanoseconds(found: re.Match[str]) -> int:
+    """A date in nanoseconds since 1970. Raises ValueError where there is no such date."""
+    clock = found["clock"] if found["clock"].count(":") == 2 else found["clock"] + ":00"
+    whole = datetime.fromisoformat(f"{found['day']}T{clock}").replace(tzinfo=UTC)
+    seconds = int(whole.timestamp())
+    if found["zone"] not in (None, "Z"):
+        zone = found["zone"].replace(":", "")
+        seconds -= int(f"{zone[0]}1") * (int(zone[1:3]) * 3600 + int(zone[3:5]) * 60)
+    return seconds * 10**9 + int((found["part"] or "0").ljust(9, "0"))
+
+
 def _is_text(cells: Sequence[str], layout: Layout) -> bool:
     """Whether a column holds words: most of its first cells are no numbers."""
     return 2 * sum(layout.number(cell) is None for cell in cells) > len(cells)
@@ -220,4 +270,5 @@ def _table(path: Path, layout: Layout, values: Array, rows: list[int], text: dic
         {printable(name): layout.units[j] for j, name in numbers.items() if layout.units[j]},
         np.array(rows, dtype=np.float64) + 1,
         {layout.names[j]: cell for j, cell in text.items()},
+        order=tuple(printable(name or "time") for name in layout.names),
     )
