@@ -181,7 +181,7 @@ def _covariances(problem: OutputError, solution: Solution, sigma: Array) -> tupl
     information, middle = np.zeros((m, m)), np.zeros((m, m))
     theta = problem.theta(solution.evaluation.unknowns)
     # residuals of nothing but rounding have that as their noise
-    sigma = np.maximum(sigma, [ROUNDING * _size(measured_output(r, problem.output)) for r in problem.records])
+    sigma = np.maximum(sigma, [_rounding(measured_output(r, problem.output)) for r in problem.records])
     jacobians = [problem.jacobian(solution.evaluation, k) for k in range(len(problem.records))]
     residuals = [r / w for r, w in zip(solution.evaluation.residuals, problem.weights, strict=True)]
     middles = _noise_information(problem, theta, residuals, jacobians)
@@ -209,6 +209,9 @@ def _noise_information(
 
     By the noises of output and torque where these explain the residual; else by an autoregression besides.
     """
+    least = [_rounding(measured_output(record, problem.output)) for record in problem.records]
+    if all(np.abs(residual).max() <= level for residual, level in zip(residuals, least, strict=True)):
+        return [np.zeros((len(one.unknowns), len(one.unknowns))) for one in jacobians]
     seen = []
     for record, residual, jacobian in zip(problem.records, residuals, jacobians, strict=True):
         own = problem.joint.in_record(theta, record.name)
@@ -228,9 +231,9 @@ def _noise_information(
     return found
 
 
-def _size(signal: Array) -> float:
-    """Root mean square of a signal (n,), one where it is zero throughout."""
-    return float(np.sqrt(np.mean(signal**2))) or 1.0
+def _rounding(signal: Array) -> float:
+    """What no simulation of a signal (n,) comes closer to it than."""
+    return ROUNDING * (float(np.sqrt(np.mean(signal**2))) or 1.0)
 
 
 def _unidentifiable(directions: Array, names: Sequence[str]) -> dict[int, str]:

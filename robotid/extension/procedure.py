@@ -63,5 +63,5 @@ def information_criterion(fit: FitResult, scores: Mapping[str, Score], records: 
     """Bayesian information criterion on the records of the fit, each with its own noise (Schwarz 1978)."""
     used = [r for r in records if r.name in fit.records and r.name in scores]
     samples = sum(map(len, used))
-    likelihood = sum(len(r) * np.log(scores[r.name].rmse ** 2) for r in used)
+    likelihood = sum(len(r) * np.log(max(scores[r.name].rmse ** 2, np.finfo(np.float64).tiny)) for r in used)
     return float(likelihood + sum(not p.fixed for p in fit.parameters) * np.log(samples))

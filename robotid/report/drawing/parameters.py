@@ -17,6 +17,7 @@ from robotid.report.style.axes import INK, Units, colour, legend, style_axes, wr
 WIDTH = 0.6  # of the room that a parameter has, shared by the models
 MARK: Final[dict[str, Any]] = {"markersize": 4.5, "capsize": 3, "linewidth": 1.4}
 NARROWEST = 1e-5  # range of a strip, of its largest value
+MIN_COST = 1e-18  # of the largest: what rounding leaves of a fit without noise
 WIDE_RANGE = 5.0  # of costs, from which a logarithmic scale serves better
 
 
@@ -38,9 +39,10 @@ def draw_parameters(axes: Axes, fits: Fits) -> None:
 
 def draw_iterations(axes: Axes, fits: Fits) -> None:
     """Cost of every model over its iterations, as a multiple of where it ended."""
+    ends = [max(float(fit.cost[-1]), MIN_COST * float(fit.cost.max())) or 1.0 for fit in fits.models.values()]
     for k, (name, fit) in enumerate(fits.models.items()):
-        axes.plot(fit.cost / fit.cost[-1], "o-", markersize=3, color=colour(k), linewidth=1.2, label=name)
-    if max(fit.cost.max() / fit.cost[-1] for fit in fits.models.values()) > WIDE_RANGE:
+        axes.plot(fit.cost / ends[k], "o-", markersize=3, color=colour(k), linewidth=1.2, label=name)
+    if max(fit.cost.max() / end for fit, end in zip(fits.models.values(), ends, strict=True)) > WIDE_RANGE:
         axes.set_yscale("log")
         write_out_ticks(axes.yaxis)
     style_axes(axes, "iteration", "cost over its end", "Iterations")

@@ -42,6 +42,7 @@ class CheckSettings:
     max_arm_speed: float = 60.0  # rad/s behind a gear
     min_inertia: float = 1e-8  # kg m2: that of the smallest motors is ten times larger
     jitter: float = 0.01  # RMS deviation of a sampling interval, share of the sampling time
+    much_jitter: float = 0.3  # the same, from which resampling on the stamps no longer repairs it
     missing: float = 0.001  # share of the samples that were filled in
     coarse: float = 0.1  # share of the speed's RMS that the encoder's quantum makes
     saturated: float = 0.05  # share of the samples

@@ -188,9 +188,12 @@ def test_jitter_and_gaps_come_with_their_cost() -> None:
     one = record(right_log("rigid"))
     report = replace(inspect(one, "log"), jitter=0.5, jitter_rms=0.1, missing=30)
     found = check_records(Recordings((one,), (report,)), Axis())
-    jitter, gaps = found.named("clock")
+    gaps, jitter = found.named("clock")
     assert "10 % RMS" in jitter.what
+    assert jitter.severity == "note"
     assert "rad/s of noise" in jitter.consequence
+    worse = check_records(Recordings((one,), (replace(report, jitter_rms=0.4, missing=0),)), Axis())
+    assert [f.severity for f in worse.named("clock")] == ["warning"]
     assert gaps.what == "30 of 3000 samples were missing and are filled in"
 
 

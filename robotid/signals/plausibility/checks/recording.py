@@ -25,11 +25,11 @@ def clock(evidence: Evidence) -> Iterator[Remark]:
         acceleration = float(np.std(np.diff(evidence.derived_speed))) / record.sampling_time
         cost = report.jitter_rms * record.sampling_time * acceleration
         yield Remark(
-            "warning",
+            "warning" if report.jitter_rms > CHECK.much_jitter else "note",
             f"the sampling intervals vary by {100 * report.jitter_rms:.2g} % RMS and {100 * report.jitter:.2g} % at"
             " most",
-            f"taken for equal, they add about {cost:.2g} {unit} of noise to the speed",
-            "record with a real-time clock, or use the time stamps of the drive",
+            f"stamps that are wrong by as much add about {cost:.2g} {unit} of noise to the speed",
+            "use the time stamps of the drive rather than those of the receiver, or record with a real-time clock",
         )
     if report.missing > CHECK.missing * report.samples:
         yield Remark(
