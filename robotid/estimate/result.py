@@ -47,7 +47,7 @@ class FitResult(Displayed):
     covariance, covariance_robust : (p, p) over all parameters in order, zero where fixed. initial_states : record
     name to (nx,) in the joint's state order. noise_std : per record, in the unit of the output. cost : (iterations +
     1,). fit_percent : per record of the fit, eq. (15). remarks : what makes the
-    fit doubtful.
+    fit doubtful. horizon : of the pieces that the fit itself took because an open simulation is unstable.
     """
 
     name: str
@@ -65,6 +65,7 @@ class FitResult(Displayed):
     end: End
     seconds: float = field(metadata={"unit": "s"})
     remarks: tuple[str, ...] = field(default=(), kw_only=True)
+    horizon: float | None = field(default=None, kw_only=True, metadata={"unit": "s"})
 
     @property
     def converged(self) -> bool:

@@ -22,6 +22,7 @@ from robotid.estimate.linear_response import total_inertia
 from robotid.estimate.regressor import regress
 from robotid.estimate.result import End, FitResult
 from robotid.model.array import Array
+from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.term import Role
@@ -29,8 +30,8 @@ from robotid.model.units import unit_of
 from robotid.progress import Iteration
 from robotid.signals.differentiate import ParallelFilter
 from robotid.signals.quality import quantum
-from robotid.signals.record import Record
-from robotid.simulation.first_guess import MAD_OF_NORMAL
+from robotid.signals.record import SHORTEST_PIECE, Record
+from robotid.simulation.first_guess import MAD_OF_NORMAL, measured_guess
 
 OFFSET = "motor.constant_torque"
 
@@ -44,6 +45,8 @@ class ScrutinySettings:
     that the estimated one is off, if it is also off by state_share of the RMS speed. poor_fit [%] : a fit below it is
     tried with a constant torque in any case. offset_gain : factor by which a constant torque must
     lower the variance of every residual. better : share by which a second fit must lower the residuals to be kept.
+    unstable : factors of e by which an error grows over a record, from which on a poor fit is tried in pieces; growth :
+    those over such a piece; points : of a record at which the growth is computed, about.
     """
 
     torque_factor: float = 1.5
@@ -54,6 +57,9 @@ class ScrutinySettings:
     poor_fit: float = 90.0
     offset_gain: float = 0.5
     better: float = 0.01
+    unstable: float = 10.0
+    growth: float = 3.0
+    points: int = 2000
 
 
 SETTINGS = ScrutinySettings()
@@ -76,6 +82,10 @@ def fit_and_scrutinise(
     found = tuple(doubts(first, joint, parameters, records))
     if not found and min(first.fit_percent.values()) >= SETTINGS.poor_fit:
         return first
+    if options.horizon is None and min(first.fit_percent.values()) < SETTINGS.poor_fit:
+        in_pieces = _in_pieces(first, joint, parameters, records, options, log)
+        if in_pieces is not None:
+            return in_pieces
     offset = _with_offset(first, joint, parameters, records, options, log)
     if offset is None:
         return replace(first, remarks=found)
@@ -151,6 +161,44 @@ def speed_accuracy(record: Record) -> float:
     """Standard deviation of a measured speed [rad/s]: its noise from sample to sample, and at least the quantum's."""
     noise = np.median(np.abs(np.diff(record.dphi_m, 2))) / (MAD_OF_NORMAL * np.sqrt(6.0))
     return float(max(noise, quantum(record.phi_m) / np.sqrt(6.0) / record.sampling_time))
+
+
+def growth_rate(joint: Joint, theta: Array, record: Record) -> float:
+    """Mean over a measured motion of the rate [1/s] at which an error of the simulation grows, zero where it decays."""
+    x = measured_guess(joint, theta, record)[:, :: max(1, len(record) // SETTINGS.points)]
+    zero = np.zeros(x.shape[1])
+    at = joint.evaluate(x, zero, np.sign(x[joint.speeds]), zero, theta, columns=DerivativeColumns())
+    rates = np.linalg.eigvals(np.moveaxis(np.asarray(at.A), -1, 0)).real.max(axis=1)
+    return float(np.mean(np.maximum(rates, 0.0)))
+
+
+def _in_pieces(
+    first: FitResult,
+    joint: Joint,
+    parameters: Parameters,
+    records: Sequence[Record],
+    options: FitOptions,
+    log: Callable[[Iteration], None] | None,
+) -> FitResult | None:
+    """The fit over pieces in which an error cannot grow far, where an open simulation is unstable and they serve."""
+    rates = [growth_rate(joint, parameters.values, record) for record in records]
+    if max(rate * record.duration for rate, record in zip(rates, records, strict=True)) < SETTINGS.unstable:
+        return None
+    if first.end is End.INTERRUPTED:
+        return None
+    horizon = float(f"{SETTINGS.growth / max(rates):.1g}")
+    if any(horizon < 2 * SHORTEST_PIECE * record.sampling_time for record in records):
+        return None
+    found = _attempt(first.name, joint, parameters, records, replace(options, horizon=horizon), log)
+    if found is None or min(found.fit_percent.values()) < SETTINGS.poor_fit:
+        return None
+    least = min(first.fit_percent.values())
+    remark = (
+        f"an error of the open simulation grows by a factor of e in {1 / max(rates):.2g} s on this motion, and the fit"
+        f" of whole records is {least:.1f} %: fitted, validated and diagnosed in pieces of {horizon:g} s"
+    )
+    remarks = (*doubts(found, joint, parameters, records), remark)
+    return replace(found, horizon=horizon, remarks=remarks)
 
 
 def _with_offset(

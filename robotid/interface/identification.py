@@ -173,7 +173,7 @@ def fit(
         **fields_of(result, FitResult),
         model=model,
         dataset=data,
-        options=options,
+        options=replace(options, horizon=options.horizon or result.horizon),
         initial=start.parameters,
         rigid=start.rigid,
         flex=start.flex,

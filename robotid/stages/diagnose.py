@@ -30,10 +30,11 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
     criteria = Criteria(
         section.significance, section.min_improvement_sigma, section.max_refits, section.max_causes, section.skip
     )
-    options = DiagnosisOptions(settings.fit.horizon, section.samples, experiments(settings))
+    horizon = settings.fit.horizon or fit.horizon
+    options = DiagnosisOptions(horizon, section.samples, experiments(settings))
     diagnosis = diagnose_model(model, recordings.records, criteria, options, say)
     say("measuring the gains")
     task = extension_task(
-        diagnosis, fit, recordings.records, fit_options(settings), horizon=settings.fit.horizon, log=say
+        diagnosis, fit, recordings.records, fit_options(settings, fit.horizon), horizon=horizon, log=say
     )
     return with_gains(diagnosis, task)

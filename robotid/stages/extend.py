@@ -29,8 +29,9 @@ def extend(
         if log is not None:
             log(Progress(text))
 
-    fit, options = fits.models[diagnosis.model], fit_options(settings)
-    task = extension_task(diagnosis, fit, recordings.records, options, horizon=settings.fit.horizon, log=say)
+    fit = fits.models[diagnosis.model]
+    options = fit_options(settings, fit.horizon)
+    task = extension_task(diagnosis, fit, recordings.records, options, horizon=options.horizon, log=say)
     effects = settings.extend.effects
     return extend_model(task, effects_to_add(diagnosis, fit) if effects is None else effects)
 

@@ -44,8 +44,8 @@ def start(settings: Config, joint: Joint, rigid: RigidResult, flex: FlexResult) 
     return starting_parameters(joint, settings.robot.known(), rigid.guesses | flex.guesses, settings.fit.fix)
 
 
-def fit_options(settings: Config) -> FitOptions:
-    """How the fit section asks to fit."""
+def fit_options(settings: Config, horizon: float | None = None) -> FitOptions:
+    """How the fit section asks to fit. horizon [s] : of a fit that chose its pieces, where the section has none."""
     section = settings.fit
     return FitOptions(
         output=section.output,
@@ -54,5 +54,5 @@ def fit_options(settings: Config) -> FitOptions:
         weights=section.weights,
         estimate_states=section.initial_states == "free",
         multistart=section.multistart,
-        horizon=section.horizon,
+        horizon=section.horizon or horizon,
     )

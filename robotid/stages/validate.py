@@ -31,18 +31,18 @@ def validate(
     Only the best model's parameters are perturbed. A model that diverges on a record is without that record, and says
     so. The best model's fit below a threshold is a sentence in `failed`, not an error: the artifact is saved first.
     """
-    initial, options = _initial(settings, rigid, flex, fits), _options(settings)
+    initial, options = _initial(settings, rigid, flex, fits), _options(settings, fits)
     free = settings.fit.initial_states == "free"
     fitted = {name: fitted_model(fit, estimate_states=free) for name, fit in fits.models.items()}
     found = validate_models({initial.name: initial} | fitted, fits, recordings.records, flex.frfs, options, log)
     return replace(found, failed=tuple(_failed(settings, recordings, fits.best, found.models[fits.best])))
 
 
-def _options(settings: Config) -> ValidationOptions:
+def _options(settings: Config, fits: Fits) -> ValidationOptions:
     section, filtering = settings.validation, settings.init_rigid
     return ValidationOptions(
         perturbation=section.perturbation,
-        horizon=section.horizon,
+        horizon=section.horizon or fits.models[fits.best].horizon,
         controller=None if settings.loop is None else controller_of(settings.loop),
         cutoff=filtering.cutoff,
         order=filtering.order,

@@ -13,7 +13,7 @@ from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.identify import starting_parameters
 from robotid.estimate.result import FitResult
 from robotid.estimate.rigid import fit_rigid
-from robotid.estimate.scrutiny import doubts, fit_and_scrutinise, speed_accuracy
+from robotid.estimate.scrutiny import doubts, fit_and_scrutinise, growth_rate, speed_accuracy
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
 from robotid.signals.record import Record
@@ -100,3 +100,28 @@ def test_of_a_record_in_pieces_the_first_speed_is_that_of_the_first() -> None:
     found = fit_and_scrutinise("m", JOINT, start(0.0), pieces, FitOptions())
     assert pieces[1].dphi_m[0] > 10.0 + pieces[0].dphi_m[0]
     assert found.remarks == ()
+
+
+def test_an_unstable_motion_is_fitted_in_pieces() -> None:
+    """A pendulum that is held about its upper rest by its controller: an open simulation falls."""
+    truth = {"motor.inertia.J": 0.01, "motor.viscous.Fv": 0.01, "motor.coulomb.Fc": 0.02, "arm.gravity.G": 1.0}
+    structure = Structure((*TERMS, "arm.gravity"), gear_ratio=1.0)
+    angled, t = assemble(structure, angle=True), np.arange(2500) * 2e-3
+    values = angled.parameters().with_values(truth | {"arm.gravity.H": 0.0}).values
+    robot = VirtualRobot(angled, values, Controller("speed", 0.3, 2.0), 2 * np.pi / 4096, 0.01, 0.02, seed=1)
+    reference = 4 * np.sin(2 * np.pi * 0.3 * t) + 1.5 * np.sin(2 * np.pi * 1.1 * t)
+    log = robot.record(Reference("log", 2e-3, reference, "speed", None, None), 1)
+    joint = assemble(structure)
+    begin = starting_parameters(joint, {}, fit_rigid(joint, joint.parameters(), [log]).guesses)
+    assert growth_rate(joint, begin.values, log) > 2.0
+    assert fit_model("m", joint, begin, [log], FitOptions()).fit_percent["log"] < 90.0
+    found = fit_and_scrutinise("m", joint, begin, [log], FitOptions())
+    assert found.fit_percent["log"] > 98.0
+    assert found["motor.inertia.J"].value == pytest.approx(0.01, rel=0.02)
+    assert found["arm.gravity.G"].value == pytest.approx(1.0, rel=0.02)
+    assert found.horizon == 1.0
+    assert "fitted, validated and diagnosed in pieces of 1 s" in found.remarks[-1]
+
+
+def test_a_stable_axis_lets_no_error_grow() -> None:
+    assert growth_rate(JOINT, start(0.0).values, record(0.0)) == 0.0
