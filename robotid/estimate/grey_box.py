@@ -9,8 +9,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from robotid.errors import NumericsError
+from robotid.estimate import lifted
 from robotid.estimate.covariance import coloured_information, impulse_response
-from robotid.estimate.least_squares import Solution, SolveOptions, solve
+from robotid.estimate.least_squares import Solution, SolveOptions
 from robotid.estimate.noise.information import is_explained, noise_information
 from robotid.estimate.noise.levels import Residual, expected_levels, fit_levels, torque_floor
 from robotid.estimate.noise.response import torque_response
@@ -106,7 +107,7 @@ def _solve(
     initial: Evaluation | None = None,
 ) -> Solution:
     rules = SolveOptions(options.max_iterations, options.tolerance, interruptible=options.interruptible)
-    return solve(problem, start, rules, initial=initial, log=log)
+    return lifted.solve(problem, start, rules, initial=initial, log=log)
 
 
 def _best_start(problem: OutputError, starts: Sequence[Array]) -> Evaluation | None:
@@ -133,8 +134,10 @@ def _reweigh(
     if np.ptp(sigma) <= ALIKE * sigma.max() or solution.end is End.INTERRUPTED:
         return problem, solution
     weights = factors * sigma.mean() / np.maximum(sigma, MIN_NOISE * sigma.max())
-    reweighed = replace(problem, weights=weights)
-    return reweighed, _solve(reweighed, solution.evaluation.unknowns, options, log)
+    reweighed, at = replace(problem, weights=weights), solution.evaluation
+    factor = weights / problem.weights
+    residuals = tuple(r * f for r, f in zip(at.residuals, factor, strict=True))
+    return reweighed, _solve(reweighed, at.unknowns, options, log, replace(at, residuals=residuals))
 
 
 def noise_levels(problem: OutputError, solution: Solution) -> Array:

@@ -140,7 +140,7 @@ def linearise(problem: OutputError, at: Evaluation) -> Linearisation:
 
 def predicted_reduction(at: Linearisation, bounds: Bounds) -> float:
     """Decrease of the cost that the linear model predicts of an undamped step."""
-    return float(-0.5 * at.gradient @ _damped_step(at, bounds.active(at), MIN_DAMPING))
+    return float(-0.5 * at.gradient @ damped_step(at, bounds.active(at), MIN_DAMPING))
 
 
 def next_iterate(
@@ -149,7 +149,7 @@ def next_iterate(
     """The next iterate and its damping, or None where no damping finds a lower cost."""
     before, active, growth = at.evaluation, bounds.active(at), DAMPING_GROWTH
     while damping < MAX_DAMPING:
-        step = bounds.clip(before.unknowns + _damped_step(at, active, damping)) - before.unknowns
+        step = bounds.clip(before.unknowns + damped_step(at, active, damping)) - before.unknowns
         predicted = -(at.gradient @ step) - 0.5 * float(np.sum((at.factor @ step) ** 2))
         if predicted > NO_REDUCTION * before.cost:  # cut off at its bounds, a step may lead uphill; a shorter one not
             try:
@@ -164,7 +164,7 @@ def next_iterate(
     return None
 
 
-def _damped_step(at: Linearisation, active: Mask, damping: float) -> Array:
+def damped_step(at: Linearisation, active: Mask, damping: float) -> Array:
     """The Levenberg-Marquardt step of the unknowns that no bound stops, (m,)."""
     scale = np.linalg.norm(at.factor, axis=0)
     free = ~active & (scale > 0)

@@ -22,6 +22,7 @@ from robotid.simulation.sensors import sensor_columns, sensor_signals
 from robotid.simulation.simulate import simulate
 from robotid.simulation.trajectory import Trajectory
 
+FARTHEST_PREDICTION = 1.0  # root mean square of a predicted change, of the state's own
 MAX_PREDICTION = 5_000_000  # derivatives kept of one record to predict its next trajectory: 40 MB
 
 
@@ -159,8 +160,7 @@ class OutputError:
             trajectory = simulate(
                 self.joint, theta, record, self.first_state(unknowns, k), guess, self.max_failed_windows
             )
-            error = measured_output(record, self.output) - observed(trajectory, self.output)
-            residuals.append(self._shaped(k, error))
+            residuals.append(self.residual(k, trajectory))
             trajectories.append(trajectory)
             cost += 0.5 * float(residuals[-1] @ residuals[-1])
             if cost > max_cost:
@@ -178,26 +178,35 @@ class OutputError:
         rows = range(nx) if small else seen
         inner = sensitivities(trajectory, self.records[k], self.columns, rows, self.free_states)
         outer = output_columns(trajectory, self.output, self.columns, inner[list(seen)] if small else inner)
-        values = -self._shaped(k, outer)
+        values = -self.shaped(k, outer)
         if not np.isfinite(values).all():
             what = f"the derivatives on {self.records[k].name} are not finite"
             raise NumericsError(what, hint="check the parameters' guesses and bounds")
-        return Jacobian(self._unknowns_of(k), values, inner if small else None)
+        return Jacobian(self.unknowns_of(k), values, inner if small else None)
 
-    def _shaped(self, k: int, signals: Array) -> Array:
+    def residual(self, k: int, trajectory: Trajectory) -> Array:
+        """What a trajectory leaves of record k, weighted and whitened, (n,)."""
+        return self.shaped(k, measured_output(self.records[k], self.output) - observed(trajectory, self.output))
+
+    def shaped(self, k: int, signals: Array) -> Array:
+        """Signals (..., n) of record k, weighted and whitened."""
         return np.asarray(self.weights[k] * (self.whiten[k](signals) if self.whiten else signals))
 
-    def _unknowns_of(self, k: int) -> Index:
+    def unknowns_of(self, k: int) -> Index:
+        """Numbers of the unknowns that concern record k, (m,)."""
         states = self._states_of(k)
         return np.concatenate([np.arange(len(self.columns)), np.arange(states.start, states.stop)])
 
     def _predict(self, k: int, near: Linearisation, unknowns: Array) -> Array:
-        """Record k's trajectory to first order from one nearby, (nx, n)."""
+        """Record k's trajectory to first order from one nearby, (nx, n); where impacts make the derivatives so large
+        that this leads nowhere, the one nearby."""
         x, derivatives = near.evaluation.trajectories[k].x, near.states[k]
         if derivatives is None:
             return x
-        step = (unknowns - near.evaluation.unknowns)[self._unknowns_of(k)]
-        return np.asarray(x + np.einsum("k,xkn->xn", step, derivatives))
+        step = (unknowns - near.evaluation.unknowns)[self.unknowns_of(k)]
+        change = np.einsum("k,xkn->xn", step, derivatives)
+        far = np.sum(change**2, axis=1) > FARTHEST_PREDICTION**2 * np.sum(x**2, axis=1)
+        return x if np.any(far & x.any(axis=1)) else np.asarray(x + change)
 
 
 def measured_output(record: Record, output: Quantity) -> Array:

@@ -51,6 +51,14 @@ def simulate(
     x, fallback_windows = _integrate(problem, x0)
     if np.any(state_scale(problem.guess) > MAX_GUESS * state_scale(x)):
         x, fallback_windows = _integrate(replace(problem, guess=x), x0)
+    return trajectory_of(problem, u, record, x, fallback_windows)
+
+
+def trajectory_of(
+    problem: Problem, u: Array, record: Record, x: Array, fallback_windows: tuple[tuple[int, int], ...] = ()
+) -> Trajectory:
+    """The trajectory of a record that states x (nx, n) make. u (n,) : the effective torque."""
+    joint, theta = problem.joint, problem.theta
     dphi = x[joint.motor_speed]
     if joint.keeps_angle:
         phi = x[joint.motor_angle]

@@ -18,6 +18,7 @@ from robotid.simulation.friction.regular_step import regular_steps
 from robotid.simulation.friction.step import StepInputs, Steps
 
 MAX_CROSSINGS = 3  # in one interval
+FURTHER_ITERATIONS = 1  # of a crossing after another in its interval: the iteration over the whole window goes on
 MAX_ITERATIONS = 5  # of the crossing instant, and of the end that follows from it
 INSTANT_TOLERANCE = 1e-3  # of the interval, before the last, quadratically convergent, correction
 END_TOLERANCE = 1e-5  # of the largest state at the end, likewise
@@ -89,7 +90,8 @@ def _cross(
     The returned c leads from x1 to the exact end, not only to first order.
     """
     joint, h, share, z = inputs.joint, inputs.h, crossing.share, crossing.z
-    for _ in range(MAX_ITERATIONS):
+    iterations = MAX_ITERATIONS if max_crossings == MAX_CROSSINGS - 1 else FURTHER_ITERATIONS
+    for _ in range(iterations):
         before = inputs.with_duration(share * h, inputs.t)
         step = regular_steps(before, x0, z, mode)
         z = z + step.c
@@ -105,7 +107,7 @@ def _cross(
     s[crossing.row, np.arange(len(crossing.row))] *= -1.0
     next_mode = friction_mode(after, z, s[joint.masses :])
     end = x1
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(iterations):
         rest = _advance(after, z, end, next_mode, max_crossings)
         end = end + rest.c
         if np.abs(rest.c).max() <= END_TOLERANCE * np.abs(end).max():
