@@ -151,6 +151,16 @@ def test_the_derivatives_are_those_of_simulations() -> None:
         assert np.abs(one.derivatives - jacobian.values)[size[:, 0] > 0].max() < 1e-9 * size.max()
 
 
+def test_the_first_node_of_every_record_is_corrected_to_its_own_state() -> None:
+    sought = problem()
+    start = sought.start()
+    nodes = [t.x.copy() for t in sought.evaluate(start).trajectories]
+    for k, x in enumerate(nodes):
+        x[:, 0] += (k + 1) * np.array([1e-6, 1e-2, 1e-4])
+    for k, part in enumerate(iterate(sought, start, nodes).parts):
+        assert part.correction_of_nodes[:, 0] == pytest.approx(-(k + 1) * np.array([1e-6, 1e-2, 1e-4]))
+
+
 def test_corrected_nodes_approach_a_simulation_quadratically() -> None:
     sought = problem()
     start = sought.evaluate(sought.start())
