@@ -11,7 +11,7 @@ import numpy as np
 from robotid.errors import NumericsError
 from robotid.estimate import lifted
 from robotid.estimate.covariance import coloured_information, impulse_response
-from robotid.estimate.least_squares import Solution, SolveOptions
+from robotid.estimate.least_squares import Solution, SolveOptions, solve
 from robotid.estimate.noise.information import is_explained, noise_information
 from robotid.estimate.noise.levels import Residual, expected_levels, fit_levels, torque_floor
 from robotid.estimate.noise.response import torque_response
@@ -107,7 +107,16 @@ def _solve(
     initial: Evaluation | None = None,
 ) -> Solution:
     rules = SolveOptions(options.max_iterations, options.tolerance, interruptible=options.interruptible)
-    return lifted.solve(problem, start, rules, initial=initial, log=log)
+    if problem.output != "speed" or problem.whiten:  # there simulating at every iterate is as fast
+        return solve(problem, start, rules, initial=initial, log=log)
+    found = lifted.solve(problem, start, rules, initial=initial, log=log)
+    if found.end in (End.CONVERGED, End.INTERRUPTED):
+        return found
+    try:  # a cost with kinks: what simulating at every iterate finds may be lower
+        other = solve(problem, start, rules, initial=initial, log=log)
+    except NumericsError:
+        return found
+    return min(found, other, key=lambda one: one.evaluation.cost)
 
 
 def _best_start(problem: OutputError, starts: Sequence[Array]) -> Evaluation | None:

@@ -22,7 +22,7 @@ from scipy.signal.windows import hann
 
 from robotid.estimate.noise.response import TorqueResponse
 from robotid.estimate.noise.whitening import InnovationsFilter, NoiseLevels, innovations_filter
-from robotid.model.array import Array
+from robotid.model.array import Array, Index
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class LevelSettings:
     crossings : how many frequencies, below which the torque's noise prevails, the first sweep tries. corner_step :
     factor from one corner of the red noise to the next. reach, scales : decades on either side of the likeliest level
     of the torque's noise, and how many levels in them, over which its mean is taken. full : leverage from which a
-    frequency tells nothing."""
+    frequency tells nothing. band : relative width of the bands over which spectra are averaged."""
 
     sweeps: int = 8
     settled: float = 0.02
@@ -42,6 +42,7 @@ class LevelSettings:
     reach: float = 3.0
     scales: int = 37
     full: float = 0.8
+    band: float = 0.03
 
 
 SETTINGS = LevelSettings()
@@ -120,11 +121,12 @@ def expected_levels(
 @dataclass(frozen=True, slots=True, eq=False)
 class _Shares:
     """Whitened periodogram (f,), and what the output's noise of unit variance and the torque's as it is assumed would
-    add to it, (f,) each."""
+    add to it, (f,) each; count as of `_Lines`."""
 
     power: Array
     output: Array
     torque: Array
+    count: Array
 
 
 def _shares(one: Residual, whiten: InnovationsFilter, shape: NoiseLevels, settings: LevelSettings) -> _Shares:
@@ -132,7 +134,9 @@ def _shares(one: Residual, whiten: InnovationsFilter, shape: NoiseLevels, settin
     pole = shape.pole(one.response.sampling_time)
     red = shape.red * (1.0 - pole**2) / np.abs(1.0 - pole * np.exp(-1j * innovations.omega)) ** 2
     torque = innovations.gain * one.response.squared(innovations.omega) * (shape.torque + red)
-    return _Shares(innovations.power, innovations.gain, torque)
+    edges = _band_edges(len(torque), settings)
+    power, output, torque = (_means(one, edges) for one in (innovations.power, innovations.gain, torque))
+    return _Shares(power, output, torque, np.diff(np.append(edges, len(innovations.power))).astype(np.float64))
 
 
 def _scales(parts: Sequence[_Shares], shape: NoiseLevels, *, silent: bool, settings: LevelSettings) -> Array:
@@ -147,17 +151,17 @@ def _output_beside(part: _Shares, scale: float) -> tuple[float, float]:
     """The likeliest variance of the output's noise beside so much of the torque's, and minus twice the logarithm of the
     likelihood; by Fisher scoring of one level."""
     beside = scale * part.torque
-    level = max(float(np.median(part.power / part.output)) / MEDIAN_POWER, SMALLEST)
+    level = max(float(np.median(part.power / part.output)), SMALLEST)
     for _ in range(SCORING):
         model = level * part.output + beside
-        weight = (part.output / model) ** 2
+        weight = part.count * (part.output / model) ** 2
         after = max(float(weight @ ((part.power - beside) / part.output) / weight.sum()), TIE * level)
         done = abs(after - level) <= PRECISION * level
         level = after
         if done:
             break
     model = level * part.output + beside
-    return level, 2 / KINSHIP * float(np.sum(np.log(model) + part.power / model))
+    return level, 2 / KINSHIP * float(part.count @ (np.log(model) + part.power / model))
 
 
 def _start(residuals: Sequence[Residual], settings: LevelSettings) -> tuple[NoiseLevels, ...]:
@@ -192,13 +196,15 @@ def _alike(a: NoiseLevels, b: NoiseLevels, settled: float) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Lines:
-    """Whitened periodogram (f,) of a residual, and what each noise of unit variance would add to it, (1, f) of the
-    output, (1, f) of the torque, (corners, f) of the red noise."""
+    """Whitened periodogram (f,) of a residual, and what each noise of unit variance would add to it.
+
+    output, torque (f,), red (corners, f). count : (f,) how many neighbouring frequencies each is the mean of."""
 
     power: Array
     output: Array
     torque: Array
     red: Array
+    count: Array
 
 
 def _refine(
@@ -216,10 +222,11 @@ def _refine(
     torque, red = (np.concatenate([getattr(one, name) for one in lines], axis=-1) for name in ("torque", "red"))
     choices: list[tuple[Array, bool, int | None]] = [(own, False, None), (np.vstack([own, torque]), True, None)]
     choices += [(np.vstack([own, torque, red[i : i + 1]]), True, i) for i in range(len(corners))]
+    count = np.concatenate([one.count for one in lines])
     best: tuple[float, Array, bool, int | None] = (np.inf, np.zeros(0), False, None)
     for bases, white, corner in choices:
-        found, cost = whittle(power, bases)
-        criterion = cost + len(bases) * np.log(len(power))
+        found, cost = whittle(power, bases, count)
+        criterion = cost + len(bases) * np.log(count.sum())
         if criterion < best[0]:
             best = (criterion, found, white, corner)
     _, found, white, at = best
@@ -252,7 +259,28 @@ def _lines(one: Residual, whiten: InnovationsFilter, corners: Array, settings: L
     torque = innovations.gain * one.response.squared(omega)
     poles = np.exp(-corners * h)
     red = torque * (1.0 - poles**2)[:, None] / np.abs(1.0 - poles[:, None] * np.exp(-1j * omega)) ** 2
-    return _Lines(innovations.power, innovations.gain, torque, red)
+    edges = _band_edges(len(omega), settings)
+    power, output, torque, red = (_means(one, edges) for one in (innovations.power, innovations.gain, torque, red))
+    return _Lines(power, output, torque, red, np.diff(np.append(edges, len(omega))).astype(np.float64))
+
+
+def _band_edges(lines: int, settings: LevelSettings) -> Index:
+    """First line of every band over which a spectrum is averaged: single lines, then bands of constant relative width.
+
+    Smooth shapes hardly change within a band, and a long record has no more bands than it needs.
+    """
+    ratio = 1.0 + settings.band
+    count = int(np.log(max(lines, 2)) / np.log(ratio)) + 2
+    edges = np.unique(np.minimum(np.round(ratio ** np.arange(count)).astype(np.intp) - 1, max(lines - 1, 0)))
+    return np.asarray(edges[: lines or 1])
+
+
+def _means(values: Array, edges: Index) -> Array:
+    """Means over bands of the last axis, (..., f) -> (..., bands)."""
+    if values.shape[-1] == 0:
+        return values
+    count = np.diff(np.append(edges, values.shape[-1]))
+    return np.asarray(np.add.reduceat(values, edges, axis=-1) / count)
 
 
 def whitened_lines(one: Residual, whiten: InnovationsFilter, settings: LevelSettings = SETTINGS) -> tuple[Array, Array]:
@@ -307,22 +335,24 @@ def _orthonormal(columns: Array) -> Array:
     return np.asarray((vectors[:, kept] / np.sqrt(values[kept])).T @ scaled)
 
 
-def whittle(power: Array, bases: Array) -> tuple[Array, float]:
+def whittle(power: Array, bases: Array, lines: Array | None = None) -> tuple[Array, float]:
     """Levels of spectra that explain a periodogram best, and minus twice the logarithm of their likelihood.
 
-    power (f,), bases (k, f) -> (k,), none negative. Fisher scoring, each step a least-squares problem with non-negative
-    unknowns.
+    power (f,), bases (k, f) -> (k,), none negative. lines : (f,) how many neighbouring frequencies each is the mean of.
+    Fisher scoring, each step a least-squares problem with non-negative unknowns.
     """
+    count = np.ones(len(power)) if lines is None else lines
     size = bases.mean(axis=1, keepdims=True)
     size[size <= 0.0] = 1.0
     bases = bases / size
-    model, least, before = np.full(len(power), power.mean()), 1e-12 * power.mean() + 1e-300, np.zeros(len(bases))
+    model, least, before = np.full(len(power), power.mean()), 1e-12 * power.mean() + SMALLEST, np.zeros(len(bases))
     for _ in range(SCORING):
-        weighted = bases / model
-        root = np.linalg.cholesky(weighted @ weighted.T + TIE * len(power) * np.eye(len(bases)))
-        levels, _ = nnls(root.T, solve_triangular(root, weighted @ (power / model), lower=True))
+        weighted = np.sqrt(count) * bases / model
+        root = np.linalg.cholesky(weighted @ weighted.T + TIE * count.sum() * np.eye(len(bases)))
+        goal = weighted @ (np.sqrt(count) * power / model)
+        levels, _ = nnls(root.T, solve_triangular(root, goal, lower=True))
         model = np.maximum(levels @ bases, least)
         if np.abs(levels - before).max() <= PRECISION * levels.max():
             break
         before = levels
-    return levels / size[:, 0], 2 / KINSHIP * float(np.sum(np.log(model) + power / model))
+    return levels / size[:, 0], 2 / KINSHIP * float(count @ (np.log(model) + power / model))
