@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 from scipy.signal.windows import hann
 
@@ -350,7 +349,7 @@ def whittle(power: Array, bases: Array, lines: Array | None = None) -> tuple[Arr
         weighted = np.sqrt(count) * bases / model
         root = np.linalg.cholesky(weighted @ weighted.T + TIE * count.sum() * np.eye(len(bases)))
         goal = weighted @ (np.sqrt(count) * power / model)
-        levels, _ = nnls(root.T, solve_triangular(root, goal, lower=True))
+        levels, _ = nnls(root.T, np.linalg.solve(root, goal))
         model = np.maximum(levels @ bases, least)
         if np.abs(levels - before).max() <= PRECISION * levels.max():
             break

@@ -11,6 +11,7 @@ from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.signals.record import Quantity
 
+WELL_APART = 1e8  # condition of the modes up to which half of the digits are left
 LINES = 4096  # frequencies whose matrices are in memory at once
 
 
@@ -27,14 +28,24 @@ class TorqueResponse:
     sampling_time: float
 
     def squared(self, omega: Array) -> Array:
-        """Squared magnitude from the torque to the output. omega (n,) [rad per sample], none zero -> (n,)."""
+        """Squared magnitude from the torque to the output. omega (n,) [rad per sample], none zero -> (n,).
+
+        By the modes where these are well apart, else frequency by frequency.
+        """
         z = np.exp(1j * np.asarray(omega))
+        poles, modes = np.linalg.eig(self.A)
+        if np.linalg.cond(modes) < WELL_APART:
+            weights = modes[self.row] * np.linalg.solve(modes, self.b)
+            found = np.zeros(len(z), dtype=np.complex128)
+            for pole, weight in zip(poles, weights, strict=True):
+                found += weight / (z - pole)
+            return np.asarray(np.abs(found) ** 2)
         eye, columns = np.eye(len(self.b)), self.b[:, None]
-        found = [
+        parts = [
             np.linalg.solve(part[:, None, None] * eye - self.A, columns)[:, self.row, 0]
             for part in np.array_split(z, len(z) // LINES + 1)
         ]
-        return np.asarray(np.abs(np.concatenate(found)) ** 2)
+        return np.asarray(np.abs(np.concatenate(parts)) ** 2)
 
 
 def torque_response(joint: Joint, theta: Array, sampling_time: float, output: Quantity) -> TorqueResponse:

@@ -181,3 +181,19 @@ def test_a_misfit_is_not_explained_by_noise() -> None:
     wave = 0.02 * np.sin(2 * np.pi * 150.0 * np.arange(SAMPLES) * H)
     wrong = [replace(one, signal=one.signal + wave) for one in drawn]
     assert not any(is_explained(one, level) for one, level in zip(wrong, fit_levels(wrong), strict=True))
+
+
+@pytest.mark.parametrize("output", ["speed", "position"])
+def test_the_response_by_modes_is_that_of_every_frequency(output: str) -> None:
+    response, omega = joint(output), np.geomspace(1e-3, np.pi, 50)
+    z = np.exp(1j * omega)
+    exact = [np.linalg.solve(one * np.eye(len(response.b)) - response.A, response.b)[response.row] for one in z]
+    assert response.squared(omega) == pytest.approx(np.abs(exact) ** 2, rel=1e-6)
+
+
+def test_the_response_of_modes_that_coincide() -> None:
+    """An inertia without friction: a double integrator."""
+    response = TorqueResponse(np.array([[1.0, H], [0.0, 1.0]]), np.array([H**2 / 2 / J, H / J]), 0, H)
+    omega = np.array([1e-3, 0.1, 1.0])
+    exact = (H**2 / 2 / J * np.abs(np.exp(1j * omega) + 1.0) / np.abs(np.exp(1j * omega) - 1.0) ** 2) ** 2
+    assert response.squared(omega) == pytest.approx(exact, rel=1e-6)
