@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy
 
+from robotid.errors import NumericsError
 from robotid.model.array import Array
 from robotid.signals.frf import Frf
 
@@ -28,6 +29,9 @@ class Reading:
 
 def read_off(frf: Frf) -> Reading:
     """Notch, resonance and gain of a response from torque to acceleration."""
+    if not np.all(np.abs(frf.response) > 0.0):
+        what = "the speed does not respond to the torque at some frequencies"
+        raise NumericsError(what, where=frf.record, hint="check the column of the speed, or write dphi_m: null")
     level = 20 * np.log10(np.abs(frf.response))
     doubt = MIN_SIGNIFICANCE * 20 * np.log10(1 + frf.std / np.abs(frf.response))
     notches, peaks = (_extremes(sign * level, doubt, frf.omega) for sign in (-1, 1))

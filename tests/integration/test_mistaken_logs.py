@@ -34,3 +34,11 @@ def test_a_rigid_axis(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[s
         assert not any(np.isfinite(m.noise_floor) for m in found.records.values())
     else:
         assert "; " in last[0]  # what is wrong, and what to do
+
+
+def test_a_flexible_joint_whose_speed_is_zero(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_csv(tmp_path / "log.csv", BY_NAME["speed_zeros"].make(right_log("flexible")))
+    config = tmp_path / "joint.yaml"
+    config.write_text(configuration("flexible", {"estimate": "log.csv"}, accept=tuple(CHECKS)))
+    assert main(["run", str(config), "--out", str(tmp_path / "out"), "--quiet"]) == 4
+    assert "write dphi_m: null" in capsys.readouterr().err.splitlines()[-1]
