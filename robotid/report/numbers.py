@@ -7,6 +7,7 @@ from math import isfinite
 
 NONE = "-"
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+ROUNDING = 1e-12  # [rad/s, rad, m/s, m] an error below it comes of rounding, and of nothing measured
 MAX_ZEROS = 5  # powers of ten up to here are written out
 
 
@@ -29,6 +30,11 @@ def significant(value: float | None, digits: int = 3) -> str:
     if not power:
         return text
     return f"{float(text):.0f}" if 0 <= int(power) <= MAX_ZEROS else f"{mantissa}·{ten_to(int(power))}"
+
+
+def rms(value: float | None, digits: int = 3) -> str:
+    """The size of an error in SI units with so many significant digits, 0 where it is rounding."""
+    return "0" if value is not None and abs(value) < ROUNDING else number(value, digits)
 
 
 def ten_to(power: int) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import hashlib
 import json
 import re
 from collections.abc import Sequence
@@ -23,7 +24,7 @@ from robotid.report.findings import Findings
 from robotid.report.origin import Origin
 from robotid.report.sections import SECTIONS, FigureSpec
 from robotid.report.style.axes import envelope
-from robotid.report.style.svg import COLOURS, inline
+from robotid.report.style.svg import COLOURS, identifier, inline
 from robotid.report.summary import summary
 from robotid.report.tables.table import Table
 
@@ -61,6 +62,16 @@ def page(findings: Findings, stages: Sequence[StageTables], origin: Origin, titl
         origin=origin,
         style=Markup(_own("page.css")),
         script=Markup(_own("page.js")),
+        policy=content_policy(_own("page.js")),
+    )
+
+
+def content_policy(script: str) -> str:
+    """What a browser may do with the page: run this script and no other, draw, and load nothing from anywhere."""
+    found = base64.b64encode(hashlib.sha256(f"\n{script}\n".encode()).digest()).decode()  # as the template sets it
+    return (
+        f"default-src 'none'; script-src 'sha256-{found}'; style-src 'unsafe-inline'; img-src data:; "
+        "base-uri 'none'; form-action 'none'"
     )
 
 
@@ -176,5 +187,6 @@ def _template() -> Template:
         loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters["slug"] = lambda text: re.sub(r"\W+", "-", text.lower())
+    environment.filters["identifier"] = identifier
     environment.filters["unbroken"] = lambda text: text.replace(" %", "\u00a0%")
     return environment.get_template("page.html")

@@ -13,7 +13,7 @@ from robotid.extension.results import Extension, Score
 from robotid.model.structure import RECORD_CHANGE, changed
 from robotid.report.drawing.location import best_of_each, variable
 from robotid.report.findings import Findings
-from robotid.report.numbers import fixed, listed, percent, significant
+from robotid.report.numbers import ROUNDING, fixed, listed, percent, significant
 from robotid.report.style.axes import axis_label
 from robotid.validation.results import RecordValidation
 
@@ -138,7 +138,7 @@ def _value(f: Findings, e: Estimate) -> str:
 def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
     """What the model gets wrong, and what caused it."""
     unit = f.units(d.unit)
-    noise = f"{significant(d.noise_floor, 2)} {unit}"
+    noise = f"{significant(d.noise_floor, 2) if d.noise_floor > ROUNDING else 0} {unit}"
     if d.verdict == "clean":
         yield f"What it leaves is noise of {noise} RMS: there is nothing else to explain."
         return

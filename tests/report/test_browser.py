@@ -204,3 +204,14 @@ def test_it_prints_and_works_without_scripts(tab: Page, file: Path, tmp_path: Pa
     finally:
         tab.ask("Emulation.setScriptExecutionDisabled", value=False)
     assert still == 6
+
+
+def test_a_script_that_a_file_smuggled_in_does_not_run(tab: Page, file: Path, tmp_path: Path) -> None:
+    smuggled = """<main><script>document.title = "run"</script><img src="x" onerror="document.title = 'run'">"""
+    forged = tmp_path / "forged.html"
+    forged.write_text(file.read_text(encoding="utf-8").replace("<main>", smuggled), encoding="utf-8")
+    tab.open(forged)
+    settle(tab)
+    assert tab.evaluate("document.title") != "run"
+    assert tab.evaluate(f"{PLOT}.dataset.drawn") == "yes"
+    tab.said.clear()

@@ -31,7 +31,16 @@
   }
 
   const exact = (value) => (Math.abs(value) >= 1e5 || (value && Math.abs(value) < 1e-3) ? value.toExponential(3) : value.toPrecision(5));
-  const escaped = (text) => text.replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]);
+
+  // An element of the page or of a drawing. What is inside is text or elements, never markup: names come from files.
+  function filled(made, attributes, inside) {
+    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+    made.append(...inside);
+    return made;
+  }
+  const SVG = document.querySelector("svg")?.namespaceURI;
+  const element = (tag, attributes = {}, ...inside) => filled(document.createElement(tag), attributes, inside);
+  const drawn = (tag, attributes = {}, ...inside) => filled(document.createElementNS(SVG, tag), attributes, inside);
 
   // First index whose time is not before t.
   function index(time, t) {
@@ -64,7 +73,8 @@
   }
 
   class Plot {
-    constructor(figure) {
+    constructor(figure, number) {
+      this.number = number;
       const data = JSON.parse(figure.querySelector("script").textContent);
       this.strips = data.strips;
       this.times = data.times.map((t) => ({ ...t, samples: unpack(t.samples) }));
@@ -84,23 +94,27 @@
 
     build(figure) {
       const still = figure.querySelector(".still"), alt = still.getAttribute("aria-label");
-      this.root = document.createElement("div");
-      this.root.className = "plot";
-      this.root.innerHTML =
-        `<div class="plot-head"><span class="plot-title">${escaped(figure.dataset.title)}</span><span class="keys">${this.keys()}</span>` +
-        `<span class="tools">${[["in", "+", "zoom in"], ["out", "−", "zoom out"], ["left", "←", "earlier"], ["right", "→", "later"], ["all", "all", "show all"]]
-          .map(([act, text, title]) => `<button type="button" data-act="${act}" title="${title}" aria-label="${title}">${text}</button>`).join(" ")}</span></div>` +
-        `<svg tabindex="0" role="img" aria-label="${escaped(alt)} Arrow keys, plus, minus and zero move and zoom."></svg><output></output>`;
+      const tools = [["in", "+", "zoom in"], ["out", "−", "zoom out"], ["left", "←", "earlier"], ["right", "→", "later"], ["all", "all", "show all"]];
+      this.svg = drawn("svg", { tabindex: 0, role: "img", "aria-label": `${alt} Arrow keys, plus, minus and zero move and zoom.` });
+      this.output = element("output");
+      this.root = element("div", { class: "plot" },
+        element("div", { class: "plot-head" },
+          element("span", { class: "plot-title" }, figure.dataset.title),
+          element("span", { class: "keys" }, ...this.keys()),
+          element("span", { class: "tools" }, ...tools.flatMap(([act, text, title]) =>
+            [element("button", { type: "button", "data-act": act, title, "aria-label": title }, text), " "]))),
+        this.svg, this.output);
       still.replaceWith(this.root);
-      this.svg = this.root.querySelector("svg");
-      this.output = this.root.querySelector("output");
     }
 
     keys() {
       const seen = new Map();
       for (const strip of this.strips) for (const s of strip.series) if (s.name && !seen.has(s.name)) seen.set(s.name, s);
-      return [...seen.values()].map((s) =>
-        `<button type="button" aria-pressed="true" data-key="${escaped(s.name)}"><i style="border-top: ${Math.max(2, s.width * 1.6)}px solid var(--${s.colour})"></i>${escaped(s.name)}</button>`).join("");
+      return [...seen.values()].map((s) => {
+        const sample = element("i");
+        sample.style.borderTop = `${Math.max(2, s.width * 1.6)}px solid var(--${s.colour})`;
+        return element("button", { type: "button", "aria-pressed": "true", "data-key": s.name }, sample, s.name);
+      });
     }
 
     get span() { return this.view[1] - this.view[0]; }
@@ -136,7 +150,8 @@
       });
       this.high = y;
       this.svg.setAttribute("viewBox", `0 0 ${width} ${y}`);
-      this.svg.innerHTML = parts.join("") + '<g class="cursor"></g>';
+      this.cursor = drawn("g", { class: "cursor" });
+      this.svg.replaceChildren(...parts.flat(), this.cursor);
       const whole = this.span >= (this.all[1] - this.all[0]) * (1 - 1e-9);
       for (const act of ["out", "left", "right", "all"]) this.root.querySelector(`[data-act=${act}]`).disabled = whole;
     }
@@ -156,28 +171,27 @@
       const room = (high - low) * 0.06 || Math.abs(high) * 0.1 || 1;
       [low, high] = [low - room, high + room];
       strip.scale = (v) => top + ((high - v) / (high - low)) * tall;
-      const clip = `clip-${this.svg.parentElement.parentElement.id}-${top | 0}`;
-      const lines = shown.map(({ s, time, at }) => this.line(s, time, at, strip.scale, clip)).join("");
-      return `<clipPath id="${clip}"><rect x="${LEFT}" y="${top}" width="${this.wide}" height="${tall}"/></clipPath>` +
-        this.axes(low, high, strip, top, tall, last) + lines;
+      const clip = `clip-${this.number}-${top | 0}`;
+      const area = drawn("rect", { x: LEFT, y: top, width: this.wide, height: tall });
+      return [drawn("clipPath", { id: clip }, area), ...this.axes(low, high, strip, top, tall, last),
+        ...shown.map(({ s, time, at }) => this.line(s, time, at, strip.scale, clip))];
     }
 
     axes(low, high, strip, top, tall, last) {
       const across = ticks(this.view[0], this.view[1], this.wide / 80), up = ticks(low, high, Math.max(2.5, tall / 32), 3);
-      const x = across.found.map((t) => {
-        const at = this.place(t).toFixed(1);
-        const said = last ? `<text x="${at}" y="${top + tall + 16}" text-anchor="middle">${label(t, across.step)}</text>` : "";
-        return `<path d="M${at} ${top}V${top + tall}" stroke="var(--grid)"/>${said}`;
+      const x = across.found.flatMap((t) => {
+        const at = this.place(t).toFixed(1), line = drawn("path", { d: `M${at} ${top}V${top + tall}`, stroke: "var(--grid)" });
+        return last ? [line, drawn("text", { x: at, y: top + tall + 16, "text-anchor": "middle" }, label(t, across.step))] : [line];
       });
-      const y = up.found.map((v) => {
+      const y = up.found.flatMap((v) => {
         const at = strip.scale(v).toFixed(1), colour = v === 0 && strip.zero ? "ink" : "grid";
-        return `<path d="M${LEFT} ${at}H${LEFT + this.wide}" stroke="var(--${colour})" stroke-width="${colour === "ink" ? 0.8 : 1}"/>` +
-          `<text x="${LEFT - 6}" y="${at}" dy="0.35em" text-anchor="end">${label(v, up.step)}</text>`;
+        return [drawn("path", { d: `M${LEFT} ${at}H${LEFT + this.wide}`, stroke: `var(--${colour})`, "stroke-width": colour === "ink" ? 0.8 : 1 }),
+          drawn("text", { x: LEFT - 6, y: at, dy: "0.35em", "text-anchor": "end" }, label(v, up.step))];
       });
-      const frame = `<path d="M${LEFT} ${top}V${top + tall}H${LEFT + this.wide}" fill="none" stroke="var(--faint)"/>`;
-      const name = `<text x="${LEFT}" y="${top - 6}">${escaped(strip.label)}</text>`;
-      const below = last ? `<text x="${LEFT + this.wide}" y="${top + tall + 31}" text-anchor="end">time [s]</text>` : "";
-      return x.join("") + y.join("") + frame + name + below;
+      const frame = drawn("path", { d: `M${LEFT} ${top}V${top + tall}H${LEFT + this.wide}`, fill: "none", stroke: "var(--faint)" });
+      const name = drawn("text", { x: LEFT, y: top - 6 }, strip.label);
+      const below = last ? [drawn("text", { x: LEFT + this.wide, y: top + tall + 31, "text-anchor": "end" }, "time [s]")] : [];
+      return [...x, ...y, frame, name, ...below];
     }
 
     line(s, time, at, scale, clip) {
@@ -187,12 +201,13 @@
         path += `${pen}${this.place(time.start + time.step * time.samples[i]).toFixed(1)} ${scale(s.values[i]).toFixed(1)}`;
         pen = "L";
       }
-      return `<path class="curve" d="${path}" clip-path="url(#${clip})" fill="none" stroke="var(--${s.colour})" stroke-width="${s.width * 1.35}" stroke-linejoin="round"/>`;
+      return drawn("path", { class: "curve", d: path, "clip-path": `url(#${clip})`, fill: "none", stroke: `var(--${s.colour})`,
+        "stroke-width": s.width * 1.35, "stroke-linejoin": "round" });
     }
 
     // What the curves are at a time, beside a hair line.
     point(x) {
-      const t = this.time(x), cursor = this.svg.querySelector(".cursor");
+      const t = this.time(x);
       if (x < LEFT || x > LEFT + this.wide) return this.unpoint();
       const told = this.strips.map((strip) => {
         const values = strip.series.filter((s) => !this.hidden.has(s.name)).map((s) => {
@@ -202,16 +217,15 @@
         return `${strip.label}: ${values.join(", ")}`;
       });
       this.output.textContent = `${exact(t)} s · ${told.join(" · ")}`.replace(/-(?=\d)/g, "−");
-      cursor.innerHTML = `<path d="M${x} ${TOP}V${this.high - BOTTOM}" stroke="var(--faint)" stroke-dasharray="3 3"/>`;
+      this.cursor.replaceChildren(drawn("path", { d: `M${x} ${TOP}V${this.high - BOTTOM}`, stroke: "var(--faint)", "stroke-dasharray": "3 3" }));
     }
     unpoint() {
       this.output.textContent = "";
-      this.svg.querySelector(".cursor").innerHTML = "";
+      this.cursor.replaceChildren();
     }
     shade(from, to) {
       const x = Math.min(from, to), wide = Math.abs(to - from);
-      this.svg.querySelector(".cursor").innerHTML =
-        `<rect x="${x}" y="${TOP}" width="${wide}" height="${this.high - TOP - BOTTOM}" fill="var(--blue)" opacity="0.18"/>`;
+      this.cursor.replaceChildren(drawn("rect", { x, y: TOP, width: wide, height: this.high - TOP - BOTTOM, fill: "var(--blue)", opacity: 0.18 }));
     }
 
     x(event) {
@@ -301,5 +315,5 @@
     }
   }
 
-  for (const figure of document.querySelectorAll("figure.over-time")) new Plot(figure);
+  document.querySelectorAll("figure.over-time").forEach((figure, number) => new Plot(figure, number));
 })();

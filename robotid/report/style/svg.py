@@ -30,13 +30,19 @@ NAMESPACE = re.compile(r' xmlns(:\w+)?="[^"]*"| version="[^"]*"')
 SIZE = re.compile(r'(<svg[^>]*?) width="[\d.]+pt" height="[\d.]+pt"')
 IDENTIFIER = re.compile(r' id="([^"]*)"')
 FAMILY = re.compile(r"font-family: [^;\"]*;? ?")
+NO_IDENTIFIER = re.compile(r"[^A-Za-z0-9_-]")
 TAG = re.compile(r"<[^>]+>")
 DIGITS = re.compile(r"(\d+\.\d{2})\d+")
 
 
+def identifier(name: str) -> str:
+    """A name as an identifier of HTML: names come from files, and quotes or angle brackets would end an attribute."""
+    return NO_IDENTIFIER.sub("-", name)
+
+
 def inline(figure: Figure, name: str) -> str:
     """A figure as an element of HTML, without reference to anything outside. name : makes its identifiers its own."""
-    stream = StringIO()
+    stream, name = StringIO(), identifier(name)
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
         figure.savefig(stream, format="svg", transparent=True, metadata={"Date": None})
     text = NAMESPACE.sub("", PROLOGUE.sub("", stream.getvalue())).replace("xlink:href", "href")

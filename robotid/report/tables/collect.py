@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robotid.report.numbers import number
+from robotid.report.numbers import number, significant
 from robotid.report.tables.table import Json, Table
 from robotid.signals.quality import Recordings, Report
 
@@ -50,7 +50,7 @@ def _sampling(recordings: Recordings) -> Table:
             *uses[r.name],
             str(r.samples),
             number(1e3 * r.sampling_time),
-            number(100 * r.jitter, 2) if r.jitter > ROUNDING else "0",
+            significant(100 * r.jitter, 2) if r.jitter > ROUNDING else "0",
             str(r.missing),
             str(r.duplicated),
             str(r.not_finite),
@@ -72,9 +72,9 @@ def _signals(recordings: Recordings) -> Table:
             _range(r.angle_range),
             _range(r.speed_range),
             number(r.quantum, 3) if r.quantum else "-",
-            number(100 * r.saturation, 2),
+            significant(100 * r.saturation, 2),
             str(r.reversals),
-            number(100 * r.still, 2),
+            significant(100 * r.still, 2),
             number(r.torque_bandwidth, 3),
         )
         for r in recordings.reports

@@ -10,7 +10,7 @@ from robotid.diagnosis.misfit.location import Curve
 from robotid.diagnosis.results import Cause, Diagnosis, Rejected, Separation
 from robotid.estimate.result import Estimate
 from robotid.model.units import sliding
-from robotid.report.numbers import fixed, number, percent
+from robotid.report.numbers import fixed, number, percent, rms
 from robotid.report.tables.table import Json, Table
 
 SHOWN = 12  # bins of a shape that a table shows
@@ -68,16 +68,16 @@ def sentence(diagnosis: Diagnosis) -> str:
     """The verdict."""
     d, unit = diagnosis, diagnosis.unit
     if d.verdict == "clean":
-        return f"{d.model} leaves nothing to explain beyond the noise of {number(d.noise_floor, 2)} {unit}"
+        return f"{d.model} leaves nothing to explain beyond the noise of {rms(d.noise_floor, 2)} {unit}"
     if d.verdict == "not explained":
-        wrong = f"it is wrong by {number(d.misfit, 2)} {unit}"
+        wrong = f"it is wrong by {rms(d.misfit, 2)} {unit}"
         return f"{d.model} does not simulate the records that it was fitted to: {wrong}; `robotid check` examines them"
     causes = ", and ".join(map(_clause, d.causes))
     if d.verdict == "named":
-        left = f"; {number(d.remaining, 2)} of {number(d.misfit, 2)} {unit} remain" * (d.remaining < d.misfit)
+        left = f"; {rms(d.remaining, 2)} of {rms(d.misfit, 2)} {unit} remain" * (d.remaining < d.misfit)
         return f"{d.model} lacks {causes}{left}"
     place = "" if d.shape is None else f"; it is ordered best along {d.shape.along}"
-    known = f"{d.model} lacks {causes}, and more" if causes else f"{d.model} is wrong by {number(d.misfit, 2)} {unit}"
+    known = f"{d.model} lacks {causes}, and more" if causes else f"{d.model} is wrong by {rms(d.misfit, 2)} {unit}"
     return f"{known} that no effect of the catalogue explains{place}"
 
 
@@ -146,7 +146,7 @@ def _verdict(diagnosis: Diagnosis) -> Table:
     unit = diagnosis.unit
     facts = (
         ("verdict", diagnosis.verdict),
-        (f"noise floor [{unit}]", number(diagnosis.noise_floor, 3)),
+        (f"noise floor [{unit}]", rms(diagnosis.noise_floor)),
         (f"misfit beyond it [{unit}]", number(diagnosis.misfit, 3)),
         (f"what the causes leave [{unit}]", number(diagnosis.remaining, 3)),
     )
@@ -161,7 +161,7 @@ def _records(diagnosis: Diagnosis) -> Table:
             m.role,
             fixed(m.fit_percent),
             number(m.rmse, 3),
-            number(m.noise_floor, 3),
+            rms(m.noise_floor),
             number(m.misfit, 3),
             percent(m.explained_after),
         )
