@@ -8,7 +8,7 @@ ROBOTID := $(BIN)/robotid
 RUN := runs/$(basename $(notdir $(CONFIG)))
 STAMP := $(VENV)/.installed
 
-.PHONY: help install demo test slow check compatibility bench trials picture docs pipeline clean
+.PHONY: help install demo test slow check compatibility bench trials chaos picture docs pipeline clean
 .DEFAULT_GOAL := help
 
 help:
@@ -19,6 +19,7 @@ help:
 	@echo "make compatibility   a fresh install on the lowest and newest versions, on every Python of this machine"
 	@echo "make bench      speed beside other tools, as ratios"
 	@echo "make trials     effects hidden in an independent plant: hours, begun again where it was left; table to the manual"
+	@echo "make chaos      runs killed at random moments, files with random damage: ten minutes"
 	@echo "make picture    the picture of the README, from a run of configs/hidden.yaml"
 	@echo "make docs       the parts of the manual that are made from the code"
 	@echo "make pipeline CONFIG=configs/x.yaml    every stage that is stale, rule by rule"
@@ -60,6 +61,10 @@ bench: $(STAMP)
 # TRIALS='--only motor.stribeck --draws 2' selects; results are kept in trials/.
 trials: $(STAMP)
 	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests $(BIN)/python -m study --manual $(TRIALS)
+
+# CHAOS='--seed 3 --kills 20' selects.
+chaos: $(STAMP)
+	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests $(BIN)/python -m chaos $(CHAOS)
 
 picture: $(STAMP)
 	$(ROBOTID) run configs/hidden.yaml

@@ -1,0 +1,102 @@
+"""A run that is stopped at a random moment leaves a run directory that is whole, and the next run completes it."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from support.paths import ROOT
+
+from robotid.artifacts.store import load
+from robotid.errors import InputError
+from robotid.pipeline.lock import LOCK
+from robotid.pipeline.table import STAGES
+
+SMOKE = ROOT / "configs" / "smoke.yaml"
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
+PATIENCE = 120.0  # [s] for any command
+
+
+@dataclass(frozen=True, slots=True)
+class Kill:
+    """What became of a run that got a signal after some seconds. code : of the process; wrong : what did not hold."""
+
+    number: signal.Signals
+    after: float
+    code: int
+    wrong: tuple[str, ...]
+
+
+def robotid(*arguments: str) -> subprocess.Popen[bytes]:
+    """A command of robotid, in a process."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
+    command = [sys.executable, "-m", "robotid", *arguments]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment)
+
+
+def kill(folder: Path, number: signal.Signals, after: float) -> Kill:
+    """Start a run in a folder, send it a signal, and examine what is left."""
+    began = time.monotonic()
+    process = robotid("run", str(SMOKE), "--out", str(folder), "--quiet")
+    try:
+        process.wait(after)
+    except subprocess.TimeoutExpired:
+        process.send_signal(number)
+    _, err = process.communicate(timeout=PATIENCE)
+    wrong = [*_wrong_end(number, process.returncode, err), *damage(folder)]
+    if number is not signal.SIGKILL and folder.exists():
+        wrong += [f"{name} is left" for name in os.listdir(folder) if name.endswith(".part") or name == LOCK]
+    return Kill(number, time.monotonic() - began, process.returncode, tuple(wrong))
+
+
+def _wrong_end(number: signal.Signals, code: int, err: bytes) -> list[str]:
+    allowed = {0, -signal.SIGKILL} if number is signal.SIGKILL else {0, 130}
+    wrong = [f"exit code {code}"] if code not in allowed else []
+    if b"Traceback" in err or err.count(b"\n") > 1:
+        wrong.append(f"stderr is {err.decode(errors='replace')}")
+    return wrong
+
+
+def damage(folder: Path) -> list[str]:
+    """Artifacts that are there and do not load."""
+    wrong = []
+    for stage in STAGES.values():
+        if (folder / stage.output).exists():
+            try:
+                load(folder / stage.output, stage.type())
+            except InputError as error:
+                wrong.append(str(error))
+    return wrong
+
+
+def completion(folder: Path) -> list[str]:
+    """What is wrong with `status`, with the next run, or with what that leaves."""
+    wrong = []
+    for arguments in (["status", str(SMOKE), "--json"], ["run", str(SMOKE), "--quiet"]):
+        process = robotid(*arguments, "--out", str(folder))
+        _, err = process.communicate(timeout=PATIENCE)
+        if process.returncode or err:
+            wrong.append(f"{arguments[0]} ends with {process.returncode}: {err.decode(errors='replace')}")
+    wrong += [f"{stage.output} is absent" for stage in STAGES.values() if not (folder / stage.output).exists()]
+    wrong += [f"{name} is left" for name in os.listdir(folder) if name.startswith(".")]
+    return wrong + damage(folder)
+
+
+def duration(folder: Path) -> float:
+    """Seconds that a whole run takes here."""
+    began = time.monotonic()
+    process = robotid("run", str(SMOKE), "--out", str(folder), "--quiet")
+    process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0
+    return time.monotonic() - began
+
+
+def moment(rng: random.Random, whole: float) -> tuple[signal.Signals, float]:
+    """Which signal, and when: the first second, in which all is imported, gets its share."""
+    return rng.choice(SIGNALS), rng.uniform(0.15, whole)

@@ -1,0 +1,43 @@
+"""A short chaos for every change: `make chaos` has more of it."""
+
+from __future__ import annotations
+
+import random
+import shutil
+import signal
+from pathlib import Path
+
+import pytest
+
+from chaos.kills import completion, duration, kill, moment
+from chaos.mutations import complaint, mutated, subjects
+
+SEED = 16
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, float]:
+    folder = tmp_path_factory.mktemp("chaos") / "run"
+    return folder, duration(folder)
+
+
+def test_a_run_that_is_killed_is_whole_and_the_next_one_completes_it(run: tuple[Path, float], tmp_path: Path) -> None:
+    rng = random.Random(SEED)
+    for k in range(6):
+        number, after = moment(rng, 0.4 * run[1])
+        found = kill(tmp_path / "run", signal.SIGINT if k == 0 else number, after)
+        assert found.wrong == (), found
+    assert completion(tmp_path / "run") == []
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_damaged_file_is_one_line_and_an_exit_code(run: tuple[Path, float], tmp_path: Path) -> None:
+    rng = random.Random(SEED)
+    found = subjects(tmp_path, run[0])
+    whole = {subject.file: subject.file.read_bytes() for subject in found}
+    for k in range(240):
+        subject = found[k % len(found)]
+        content = mutated(whole[subject.file], rng, binary=subject.binary)
+        wrong = complaint(subject, content)
+        shutil.rmtree(tmp_path / f"run-{subject.file.suffix[1:]}", ignore_errors=True)
+        assert not wrong, f"{k}: {subject.file.name}: {wrong}"
