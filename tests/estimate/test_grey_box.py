@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from dataclasses import replace
 from typing import Any
 
@@ -105,6 +106,18 @@ def test_the_keyboard_leaves_the_last_iterate(multistart: int, records: tuple[Re
     assert fit.end is End.INTERRUPTED
     assert fit.iterations == 2
     assert fit["arm.inertia.J"].value != 1000.0
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_leaves_the_last_iterate(number: signal.Signals, records: tuple[Record, ...]) -> None:
+    def send(iteration: Iteration) -> None:
+        if iteration.number == 2:
+            signal.raise_signal(number)
+
+    with interruptible():
+        fit = fit_model("m", JOINT, start(), records[1:2], FitOptions(interruptible=True), send)
+    assert fit.end is End.INTERRUPTED
+    assert fit.iterations == 2
 
 
 def test_the_keyboard_ends_what_asks_for_no_last_iterate(records: tuple[Record, ...]) -> None:

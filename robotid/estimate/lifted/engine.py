@@ -34,6 +34,7 @@ from robotid.estimate.lifted.coarse import coarse_factor, coarsened, refined
 from robotid.estimate.lifted.iterate import Iterate, advanced_nodes, iterate
 from robotid.estimate.residual import Evaluation, OutputError
 from robotid.estimate.result import End
+from robotid.interrupt import Interrupted, check
 from robotid.model.array import Array
 from robotid.progress import Iteration
 from robotid.simulation.actuator import effective_torque
@@ -160,12 +161,13 @@ def run(
             if done is not None:
                 end = done
                 break
+            check()
             before = descent.at.cost
             if descent.advance(options.tolerance) and log is not None:
                 log(Iteration(len(descent.cost) - 1, descent.at.cost, before - descent.at.cost))
     except NotSettling:
         end = End.STALLED
-    except KeyboardInterrupt:
+    except (Interrupted, KeyboardInterrupt):
         if not options.interruptible:
             raise
         end = End.INTERRUPTED
