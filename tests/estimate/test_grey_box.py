@@ -16,6 +16,7 @@ from robotid.estimate import grey_box
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.least_squares import Solution
 from robotid.estimate.result import End, FitResult
+from robotid.interrupt import interruptible
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
 from robotid.progress import Iteration
