@@ -92,7 +92,7 @@ def test_the_closing_lines_are_those_of_the_run(page: Page, desk: Desk) -> None:
 
 def test_the_readme_shows_a_part_of_the_same(desk: Desk) -> None:
     own = [command for command in FRONT.shown if "mine" in command]
-    assert len(own) == 3
+    assert len(own) == 4
     assert set(own) <= set(desk.out)
     (shown,) = FRONT.fenced("yaml")
     assert yaml.safe_load(shown) == yaml.safe_load(CONFIGURATION)

@@ -347,9 +347,7 @@ def whittle(power: Array, bases: Array, lines: Array | None = None) -> tuple[Arr
     model, least, before = np.full(len(power), power.mean()), 1e-12 * power.mean() + SMALLEST, np.zeros(len(bases))
     for _ in range(SCORING):
         weighted = np.sqrt(count) * bases / model
-        root = np.linalg.cholesky(weighted @ weighted.T + TIE * count.sum() * np.eye(len(bases)))
-        goal = weighted @ (np.sqrt(count) * power / model)
-        levels, _ = nnls(root.T, np.linalg.solve(root, goal))
+        levels, _ = nnls(weighted.T, np.sqrt(count) * power / model)
         model = np.maximum(levels @ bases, least)
         if np.abs(levels - before).max() <= PRECISION * levels.max():
             break

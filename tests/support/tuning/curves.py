@@ -122,7 +122,7 @@ def check_a_missing_torque_is_likely_half_as_large_as_the_recorded_one() -> None
         return SimpleNamespace(energy=0.0)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(curve_fit, "project", lambda _: None)
+        patch.setattr(curve_fit, "project", lambda _: SimpleNamespace(whole=np.ones((1, 4))))
         patch.setattr(curve_fit, "_curve", curve)
         curve_fit._fit(plain_model(2000.0), data, [basis])
     assert sizes == pytest.approx([2.0])
