@@ -102,7 +102,7 @@ def _configuration(path: Path, found: Proposal, sampling_time: float | None) -> 
 
 
 def _columns(found: Proposal, sampling_time: float | None) -> str:
-    """The columns block, and what a person should look at as comments."""
+    """The columns block, and what a person should check as comments."""
     lines = [
         f"      {signal}: {_flow(_shortest(column))}{_to_edit(column)}" for signal, column in found.columns.items()
     ]

@@ -8,7 +8,7 @@ Order of reading, each room using only those before it:
 4. `scoring`: what every effect of the catalogue would explain, without a refit.
 5. `nonparametric`: what a torque of any shape along one variable would explain.
 6. `search`: score, refit the best few, accept what carries over, and repeat.
-7. `verdict`: what is said of the model; `experiment`: what would tell two causes apart that these records do not.
+7. `verdict`: the verdict on the model; `experiment`: what would tell two causes apart that these records do not.
 
 `criteria` is what a user demands of a cause, `results` what a diagnosis comes to, `procedure` the whole of it.
 """

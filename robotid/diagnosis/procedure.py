@@ -69,4 +69,4 @@ def diagnose(
 
 def _shortened(record: Record, samples: int) -> str:
     taken = sum(map(len, stretches(record, samples)))
-    return f"{record.name}: {taken} of {len(record)} samples are looked at, in stretches (diagnose.samples)"
+    return f"{record.name}: {taken} of {len(record)} samples are used, in stretches (diagnose.samples)"

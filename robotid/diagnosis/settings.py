@@ -8,7 +8,7 @@ from math import pi
 
 @dataclass(frozen=True, slots=True)
 class VerdictSettings:
-    """When a misfit is something, and how much is said of it."""
+    """When a misfit is something, and how much of it is listed."""
 
     max_rejected: int = 12  # effects that are listed as scored without success
     clear_misfit: float = 2.0  # noise floors: a misfit that large is something, even without a name or a shape

@@ -229,4 +229,4 @@ def _why(share: float, found: SearchResult, word: Verdict) -> str:
     best = found.causes[0] if found.causes else None
     if best is not None and share < best.explained:
         return f"scored {100 * share:.2g} % of the misfit, less than {best.effect}"
-    return f"scored {100 * share:.2g} % of the misfit, which no refit bore out"
+    return f"scored {100 * share:.2g} % of the misfit, which no refit confirmed"

@@ -1,4 +1,4 @@
-"""One process at a time in a run directory: a second one waits, and is told for whom."""
+"""One process at a time in a run directory: a second one waits, and says for whom."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ class Column:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Signal:
-    """A signal in SI, (n,). unit : that it was recorded in, None where nothing told it; scale : of its column."""
+    """A signal in SI, (n,). unit : that it was recorded in, None where nothing gives it; scale : of its column."""
 
     values: Array
     unit: Unit | None
@@ -129,9 +129,9 @@ def convert(table: Table, signal: str, column: Column, *, linear: bool = False) 
 
 def _unit(table: Table, signal: str, column: Column, *, linear: bool) -> tuple[Unit | None, str]:
     """Unit of a column as configured, as the file says, or as the name ends; and a remark on it."""
-    told = column.unit or table.units.get(column.name)
-    if told:
-        return unit(told, f"{table.path}, column {column.name}"), ""
+    given = column.unit or table.units.get(column.name)
+    if given:
+        return unit(given, f"{table.path}, column {column.name}"), ""
     found = ending(column.name)[1]
     fits = found is not None and found.quantity in suitable(signal, linear=linear)
     if found is None or not (fits or found.raw):

@@ -2,7 +2,7 @@
 
 The reference is the instrument: both torque and acceleration are regressed on it, and the response is the ratio of the
 two, so that noise which the controller feeds back does not bias it (Pintelon & Schoukens 2001). Without a reference the
-torque itself is the instrument, and that bias is said; the mean over periods needs neither.
+torque itself is the instrument, and that bias is a remark; the mean over periods needs neither.
 """
 
 from __future__ import annotations

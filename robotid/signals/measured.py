@@ -120,11 +120,11 @@ def _measured_record(
     flaws = Findings(table, chosen.policy, rows)
     repaired = repair(flaws, signals, t, chosen.sampling_time, {} if chosen.linear else _turns(found))
     record = _record(chosen, repaired.signals, repaired.grid.sampling_time, found)
-    said = [*remarks, *repaired.remarks]
+    found_remarks = [*remarks, *repaired.remarks]
     if len(record) > 2:
-        said += _clock_remarks(chosen, repaired.grid, record, derived="dphi_m" not in found)
-        said += _speed_remarks(table, chosen, record, derived="dphi_m" not in found)
-    return record, inspect(record, table.path, repaired, tuple(said))
+        found_remarks += _clock_remarks(chosen, repaired.grid, record, derived="dphi_m" not in found)
+        found_remarks += _speed_remarks(table, chosen, record, derived="dphi_m" not in found)
+    return record, inspect(record, table.path, repaired, tuple(found_remarks))
 
 
 def _clock_remarks(chosen: Selection, grid: Grid, record: Record, *, derived: bool) -> list[str]:

@@ -53,7 +53,7 @@ SIGNAL = {
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """Columns by signal and the sampling time [s], as guessed. remarks : what a person should look at."""
+    """Columns by signal and the sampling time [s], as guessed. remarks : what a person should check."""
 
     path: Path
     columns: dict[str, Column]

@@ -120,7 +120,7 @@ def _excited(record: Record, source: str, step: float) -> None:
 
 
 def _flaws(record: Record, saturated: float) -> tuple[str, ...]:
-    """What a person should look at before believing the record."""
+    """What a person should check before believing the record."""
     found = []
     if saturated:
         found.append(

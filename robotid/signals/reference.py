@@ -1,4 +1,4 @@
-"""What the controller is told to follow, and all that an experiment's excitation is made of."""
+"""What the controller has to follow, and all that an experiment's excitation is made of."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ class Policy:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Findings:
-    """Where flaws are, what to do about them, and what was said. rows : (n,) of the table, one a sample."""
+    """Where flaws are, what to do about them, and the remarks. rows : (n,) of the table, one a sample."""
 
     table: Table
     policy: Policy
@@ -216,7 +216,7 @@ def _period(found: Findings, t: Array, declared: float | None) -> float:
     h = usual_step(t)
     if declared is not None and abs(h - declared) > 0.01 * declared:
         what = f"samples are {h:.6g} s apart, sampling_time says {declared:.6g} s"
-        raise InputError(what, where=found.table.path, hint="give the time column's unit, or mend sampling_time")
+        raise InputError(what, where=found.table.path, hint="give the time column's unit, or correct sampling_time")
     return declared or h
 
 

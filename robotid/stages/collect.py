@@ -20,7 +20,7 @@ def collect(
     settings: Config, excitation: Excitation | None, files: Mapping[str, Table], log: Log | None = None
 ) -> Recordings:
     """All records of the configuration, in its order. excitation : None where no record excites; files : the table of
-    each record that names a file. log is told of each record.
+    each record that names a file. log is called with each record.
 
     Raises what the configuration or the files are wrong with: ConfigError, InputError, NumericsError.
     """

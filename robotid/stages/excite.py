@@ -19,8 +19,7 @@ from robotid.signals.differentiate import Kinematics
 from robotid.signals.limits import Limits, Torque, check_limits
 from robotid.signals.multisine import judged_crest_factor, low_crest_phases, multisine, random_phases
 from robotid.signals.reference import Excitation, Reference
-from robotid.signals.square import square
-from robotid.signals.triangle import triangle
+from robotid.signals.waves import square, triangle
 
 ROUNDING = 1e-4  # by which the crest factor may exceed what was asked for
 

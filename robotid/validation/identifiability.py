@@ -14,7 +14,7 @@ from robotid.validation.torque_share import TorqueShare
 
 Verdict = Literal["seen", "weak", "unseen", "fixed"]
 
-# Relative standard deviation: beyond a half the value is not told from zero.
+# Relative standard deviation: beyond a half the value is not distinct from zero.
 UNSEEN_STD, WEAK_STD = 0.5, 0.1
 # Share of the port's torque. The torque of a real joint is explained to a few percent at best, so what carries less
 # than that is hidden by errors of the rest, whatever the noise.
@@ -83,16 +83,16 @@ def _judge(
         reasons.insert(0, ("unseen", p.remark))
     elif p.remark:
         reasons.insert(0, ("weak", p.remark))
-    verdict: Verdict = next((v for v in ("unseen", "weak") if any(v == said for said, _ in reasons)), "seen")
+    verdict: Verdict = next((v for v in ("unseen", "weak") if any(v == word for word, _ in reasons)), "seen")
     # A good parameter's reasons are all good; of another, those that made it so.
-    why = "; ".join(text for said, text in reasons if text and (verdict == "seen" or said != "seen"))
+    why = "; ".join(text for word, text in reasons if text and (verdict == "seen" or word != "seen"))
     known = relative if np.isfinite(relative) else None
     return Identifiability(p.name, verdict, why, known, float(cosines[k]), **carried)
 
 
 def _by_std(p: Estimate, relative: float) -> tuple[Verdict, str]:
     if relative > UNSEEN_STD:
-        return "unseen", f"{p.value:.3g} +- {p.std_robust:.2g} {p.unit} is not told from zero"
+        return "unseen", f"{p.value:.3g} +- {p.std_robust:.2g} {p.unit} is not distinct from zero"
     text = f"standard deviation {100 * relative:.2g} % of its value"
     return ("weak" if relative > WEAK_STD else "seen"), text
 

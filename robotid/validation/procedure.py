@@ -1,4 +1,4 @@
-"""Everything that is to be said of one model: every record, every parameter, every measured response."""
+"""Everything that validation finds out of one model: every record, every parameter, every measured response."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def _identifiability(fit: FitResult, simulated: Mapping[str, Simulated]) -> tupl
 
 
 def validate_record(model: FittedModel, simulated: Simulated, options: ValidationOptions) -> RecordValidation:
-    """All that can be said of a model on a record that it was simulated on."""
+    """All that validation finds out of a model on a record that it was simulated on."""
     record, remarks = simulated.record, list[str]()
     position, speed = simulated.signal("position"), simulated.signal("speed")
     measured, output = simulated.measured(model.output), position if model.output == "position" else speed

@@ -111,7 +111,7 @@ def text_only(path: Path) -> None:
 
 
 FOREIGN = "save it again"
-MEND = "mend or remove the line"
+MEND = "correct or remove the line"
 
 CASES = [
     Case("not_a_number", with_line(5, "0.03,1,oops,3"), f'FILE:5: "oops" is not a number; {MEND}'),
@@ -248,7 +248,7 @@ CASES = [
         "sampling_time_contradicts",
         csv(good()),
         "FILE: samples are 0.01 s apart, sampling_time says 0.001 s; "
-        "give the time column's unit, or mend sampling_time",
+        "give the time column's unit, or correct sampling_time",
         record=", sampling_time: 0.001, columns: {t: t}",
     ),
     Case(
@@ -334,7 +334,7 @@ CASES = [
     Case(
         "thousands_separator",
         csv(good()).replace(",", ";").replace("0.03;", "1.000,03;"),
-        'FILE:5: "1.000,03" is not a number; mend or remove the line',
+        'FILE:5: "1.000,03" is not a number; correct or remove the line',
     ),
     Case(
         "column_of_text",

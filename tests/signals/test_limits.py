@@ -7,8 +7,7 @@ from robotid.signals.differentiate import Kinematics
 from robotid.signals.limits import Limits, check_limits, motion
 from robotid.signals.record import Quantity
 from robotid.signals.reference import Reference
-from robotid.signals.square import square
-from robotid.signals.triangle import triangle
+from robotid.signals.waves import square, triangle
 
 
 def reference(ref: Array, kind: Quantity = "speed", sampling_time: float = 0.5) -> Reference:

@@ -7,8 +7,7 @@ from robotid.config.load import parse
 from robotid.errors import ConfigError
 from robotid.signals.multisine import crest_factor
 from robotid.signals.reference import Excitation
-from robotid.signals.square import square
-from robotid.signals.triangle import triangle
+from robotid.signals.waves import square, triangle
 from robotid.stages.excite import excite
 
 ROBOT = """

@@ -45,8 +45,8 @@ def first(fit: FitResult, share: float = 0.3) -> Identifiability:
     [
         (result(1.0, 0.01), 0.3, "seen", "standard deviation 1 % of its value"),
         (result(1.0, 0.2), 0.3, "weak", "standard deviation 20 % of its value"),
-        (result(1.0, 0.6), 0.3, "unseen", "not told from zero"),
-        (result(0.0, 0.6), 0.3, "unseen", "not told from zero"),
+        (result(1.0, 0.6), 0.3, "unseen", "not distinct from zero"),
+        (result(0.0, 0.6), 0.3, "unseen", "not distinct from zero"),
         (result(1.0, 0.01), 0.03, "weak", "carries 3 % of the torque at the motor (RMS), 50 % where it is largest"),
         (result(1.0, 0.01), 0.005, "unseen", "against noise alone its standard deviation is 1 %"),
         (result(1.0, 0.01, "at its upper bound"), 0.3, "weak", "at its upper bound"),

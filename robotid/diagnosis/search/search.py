@@ -33,7 +33,7 @@ def search(evidence: Evidence, criteria: Criteria, log: Log) -> SearchResult:
 
 
 def find_causes(start: SearchState, criteria: Criteria, log: Log) -> SearchResult:
-    """Extend a model cause by cause until nothing passes, and look at what is left."""
+    """Extend a model cause by cause until nothing passes, and examine what is left."""
     state, imitated = start, None
     while len(state.causes) < criteria.max_causes and len(state.rounds) < 2 * criteria.max_causes:
         log(f"scoring the catalogue for cause {len(state.causes) + 1}")

@@ -41,7 +41,7 @@ class AcceptanceSettings:
 
 @dataclass(frozen=True, slots=True)
 class ChangeSettings:
-    """When a parameter is said to differ on a validation record."""
+    """When a parameter counts as different on a validation record."""
 
     loud_energy: float = 2.0  # a sample, over that of the fitted records: less asks for no reason
     confirmed_share: float = 0.2  # of the misfit on the second half that a change must remove

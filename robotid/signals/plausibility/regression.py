@@ -178,7 +178,7 @@ class _Solution:
 
 def _delay(filtered: _Filtered, solution: _Solution) -> Determined:
     """The delay [s] of the angle against the torque, as the torque of an inertia that follows a later acceleration:
-    J a(t + d) = J a + J d da/dt. It cannot be told where friction can take its part, so both are free."""
+    J a(t + d) = J a + J d da/dt. It is not determined where friction can take its part, so both are free."""
     more = _Solution.of(np.vstack([filtered.columns, filtered.jerk]), filtered.torque)
     weights = np.zeros(len(filtered.columns) + 1)
     weights[-1] = 1.0

@@ -14,7 +14,7 @@ class RegressionSettings:
     max_samples: int = 40_000  # of a record after decimation: more add nothing to a sign
     samples_a_column: int = 8  # least number after decimation
     blocks: int = 24  # of a record, whose scores give the standard deviations
-    min_direction: float = 0.03  # singular value, relative to the largest, below which columns cannot be told apart
+    min_direction: float = 0.03  # singular value, relative to the largest, below which columns are indistinguishable
     max_share: float = 0.1  # of a sought combination along such a direction: more, and it is not determined
     shifts: int = 19  # of the torque against the motion, which show what an unrelated torque would explain
     segments: int = 16  # of a record, over which the coherence is averaged

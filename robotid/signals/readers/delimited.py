@@ -31,7 +31,7 @@ DATE = re.compile(
     r"(?P<day>\d{4}-\d\d-\d\d)[T ](?P<clock>\d\d:\d\d(?::\d\d)?)(?:[.,](?P<part>\d{1,9}))?"
     r"\s?(?P<zone>Z|[+-]\d\d:?\d\d)?$"
 )
-LOOKED_AT = 60  # lines from which the layout is told
+LAID_OUT = 60  # lines from which the layout is guessed
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ def read(path: Path) -> Table:
     if values is not None:
         return _table(path, layout, values, rows, {})
     cells = _cells(path, lines, rows, layout)
-    text = {j: cells[0][j] for j in range(len(layout.names)) if _is_text([row[j] for row in cells[:LOOKED_AT]], layout)}
+    text = {j: cells[0][j] for j in range(len(layout.names)) if _is_text([row[j] for row in cells[:LAID_OUT]], layout)}
     dates = [j for j, cell in text.items() if DATE.match(cell)]
     text = {j: cell for j, cell in text.items() if j not in dates}
     values = _slow(path, cells, rows, layout, dict.fromkeys((*text, *dates), ""))
@@ -95,12 +95,12 @@ def _content(line: str) -> bool:
 
 
 def _layout(path: Path, lines: Sequence[str]) -> Layout:
-    content = [k for k, line in enumerate(lines[:1000]) if _content(line) and not re.match('"?sep=', line)][:LOOKED_AT]
+    content = [k for k, line in enumerate(lines[:1000]) if _content(line) and not re.match('"?sep=', line)][:LAID_OUT]
     if not content:
         raise InputError("the file is empty", where=str(path), hint="record again, or name another file")
     delimiter = _delimiter([lines[k] for k in content[len(content) // 2 :]])
     split = {k: _split(lines[k], delimiter) for k in content}
-    width = Counter(len(_trimmed(split[k])) for k in content[-LOOKED_AT // 2 :]).most_common(1)[0][0]
+    width = Counter(len(_trimmed(split[k])) for k in content[-LAID_OUT // 2 :]).most_common(1)[0][0]
     first = next((k for k in content if len(_trimmed(split[k])) == width and _is_row(split[k], delimiter)), None)
     if first is None:
         raise InputError("there are names but no samples", where=str(path), hint="record again, or name another file")
@@ -199,7 +199,7 @@ def _cells(path: Path, lines: Sequence[str], rows: list[int], layout: Layout) ->
         if len(found) < width or any(found[width:]):
             what = f"{len(_trimmed(found))} columns where the names promise {width}"
             comma = len(found) == 2 * width and layout.delimiter == ","
-            hint = "put ; between the columns if , is the decimal mark" if comma else "mend or remove the line"
+            hint = "put ; between the columns if , is the decimal mark" if comma else "correct or remove the line"
             raise InputError(what, where=f"{path}:{k + 1}", hint=hint)
     return cells
 
@@ -255,7 +255,7 @@ def _slow(path: Path, cells: list[list[str]], rows: list[int], layout: Layout, t
             number = layout.number(row[j])
             if number is None:
                 what = f'"{row[j]}" is not a number'
-                raise InputError(what, where=f"{path}:{rows[i] + 1}", hint="mend or remove the line")
+                raise InputError(what, where=f"{path}:{rows[i] + 1}", hint="correct or remove the line")
             values[i, j] = number
     return values
 

@@ -67,8 +67,8 @@ def _columns(content: Any) -> tuple[dict[str, Array], dict[str, str], dict[str, 
 
 def _unit(field: Any) -> str:
     """What the field's own metadata say."""
-    told: dict[str, str] = {key.decode().lower(): value.decode() for key, value in (field.metadata or {}).items()}
-    return told.get("unit", told.get("units", "")).strip()
+    known: dict[str, str] = {key.decode().lower(): value.decode() for key, value in (field.metadata or {}).items()}
+    return known.get("unit", known.get("units", "")).strip()
 
 
 def _values(column: Any) -> tuple[Array | None, str]:

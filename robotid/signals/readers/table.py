@@ -172,7 +172,7 @@ class NumericPart:
 def numeric_parts(
     name: str, dtype: np.dtype[Any], shape: tuple[int, ...], fields: tuple[str, ...] = ()
 ) -> Iterator[NumericPart]:
-    """What `numeric` finds in an array, told by its type and shape alone."""
+    """What `numeric` finds in an array, by its type and shape alone."""
     if dtype.names and dtype.fields is not None:
         for part in dtype.names:
             inner = dtype.fields[part][0]

@@ -1,11 +1,20 @@
-"""The square wave: constant speed away from zero, which keeps static friction out of a superposed multisine."""
+"""Periodic references: a triangle and a square wave.
+
+A triangle passes all speeds at constant acceleration, for inertia and friction. The constant speed of a square wave keeps
+static friction out of a multisine that is added to it.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from robotid.model.array import Array
-from robotid.signals.triangle import triangle
+
+
+def triangle(amplitude: float, period: int, samples: int) -> Array:
+    """Triangle wave rising from zero, (samples,). period in samples."""
+    quarters = 4 * (np.arange(samples) % period) / period
+    return np.asarray(amplitude * np.where(quarters < 2, 1 - np.abs(1 - quarters), np.abs(3 - quarters) - 1))
 
 
 def square(amplitude: float, period: int, samples: int, rise: float = 0.0) -> Array:
