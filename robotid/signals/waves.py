@@ -1,7 +1,7 @@
 """Periodic references: a triangle and a square wave.
 
-A triangle passes all speeds at constant acceleration, for inertia and friction. The constant speed of a square wave keeps
-static friction out of a multisine that is added to it.
+A triangle passes all speeds at constant acceleration, for inertia and friction. The constant speed of a square wave
+keeps static friction out of a multisine that is added to it.
 """
 
 from __future__ import annotations
