@@ -56,7 +56,7 @@ check: $(STAMP)
 	$(BIN)/lint-imports
 
 bench: $(STAMP)
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python tests/bench/bench.py
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python tests/bench/bench.py $(BENCH)
 
 # TRIALS='--only motor.stribeck --draws 2' selects; results are kept in trials/.
 trials: $(STAMP)

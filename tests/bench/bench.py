@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import resource
 import sys
 import tempfile
@@ -31,6 +32,7 @@ from robotid.diagnosis.scoring.catalogue_candidates import candidates
 from robotid.diagnosis.scoring.projection import project
 from robotid.diagnosis.scoring.scan import scan, scans
 from robotid.diagnosis.scoring.score_test import score
+from robotid.estimate import lifted
 from robotid.estimate.least_squares import SolveOptions, linearise, solve
 from robotid.estimate.residual import OutputError
 from robotid.model.array import Array
@@ -172,25 +174,32 @@ def long_record(n: int) -> Record:
     return replace(short, dphi_m=speed + 0.02 * np.random.default_rng(0).standard_normal(n))
 
 
-def bench_fit(with_scipy: bool) -> None:
+def bench_fit(with_scipy: bool) -> dict[str, float]:
+    """The fit as `fit` does it, beside others. Returns how many times CasADi's speed it has, and CasADi's time [s]."""
     data = records()
     problem = ours(data)
     start = problem.start()
     print(f"a fit of {sum(map(len, data))} samples, 7 parameters and 9 initial states, from m0")
-    solution = solve(problem, start, SolveOptions(tolerance=1e-6))
+    solution = lifted.solve(problem, start, SolveOptions(tolerance=1e-6))
     theta = solution.evaluation.unknowns[:7]
     print(f"  robotid  {len(solution.cost) - 1} iterations, {solution.end}, worst error {worst(theta):.2%}")
     rival = CasadiGaussNewton(data)
     z, iterations = rival.fit(start)
     print(f"  CasADi   {iterations} iterations, worst error {worst(z[:7]):.2%}")
-    mine, theirs = clock(lambda: solve(problem, start, SolveOptions(tolerance=1e-6))), clock(lambda: rival.fit(start))
-    print(f"  robotid {mine:.2f} s, Gauss-Newton on CasADi's Jacobian {theirs:.2f} s: {theirs / mine:.2f} times faster")
+    mine, casadi = (
+        clock(lambda: lifted.solve(problem, start, SolveOptions(tolerance=1e-6))),
+        clock(lambda: rival.fit(start)),
+    )
+    print(f"  robotid {mine:.2f} s, Gauss-Newton on CasADi's Jacobian {casadi:.2f} s: {casadi / mine:.2f} times faster")
+    every = clock(lambda: solve(problem, start, SolveOptions(tolerance=1e-6)))
+    print(f"  simulating at every iterate {every:.2f} s")
     if with_scipy:
         begin = time.perf_counter()
         z, simulations = scipy_fit(data, start)
         theirs = time.perf_counter() - begin
         print(f"  least_squares on solve_ivp: {simulations} simulations, worst error {worst(z[:7]):.2%}")
         print(f"  robotid {mine:.2f} s, least_squares on solve_ivp {theirs:.0f} s: {theirs / mine:.0f} times faster")
+    return {"fit.times_casadi": casadi / mine, "casadi.seconds": casadi}
 
 
 def worst(theta: Array) -> float:
@@ -199,7 +208,8 @@ def worst(theta: Array) -> float:
     return float(np.delete(np.abs(theta / truth - 1), 4).max())
 
 
-def bench_length() -> None:
+def bench_length() -> dict[str, float]:
+    """Returns what the longest record costs."""
     print("simulation, and simulation with Jacobian, against the number of samples")
     for n in (20_000, 200_000, 2_000_000):
         record = long_record(n)
@@ -217,10 +227,11 @@ def bench_length() -> None:
             f"  {n:>9} samples: {1e6 * (middle - begin) / n:.2f} us a sample,"
             f" with Jacobian {1e6 * (end - begin) / n:.2f} us, peak memory so far {peak:.2f} GB"
         )
+    return {"simulation.us_per_sample": 1e6 * (middle - begin) / n, "simulation.gb": peak}
 
 
-def bench_catalogue() -> None:
-    """All candidates with their grids scored once on the paper's records, against one simulation of these."""
+def bench_catalogue() -> dict[str, float]:
+    """All candidates with their grids scored once on the paper's records. Returns its time in simulations of these."""
     data = records()
     problem = replace(ours(data), parameters=ours(data).joint.parameters().with_values(TRUTH))
     at = problem.evaluate(problem.start())
@@ -238,6 +249,7 @@ def bench_catalogue() -> None:
         f"{len(missing)} candidates scored over {sum(map(len, data))} samples: {wall:.2f} s, processor {cpu:.2f} s,"
         f" {wall / simulation:.1f} simulations"
     )
+    return {"catalogue.in_simulations": wall / simulation}
 
 
 TWO_HIDDEN = (
@@ -251,8 +263,10 @@ TWO_HIDDEN = (
 )
 
 
-def bench_diagnosis() -> None:
-    """Diagnosis and extension of the paper's experiment, 32,500 samples, with two effects hidden in the plant."""
+def bench_diagnosis() -> dict[str, float]:
+    """Diagnosis and extension of the paper's experiment, 32,500 samples, with two effects hidden in the plant. Returns
+    the time of both together [s]."""
+    total = 0.0
     with tempfile.TemporaryDirectory() as folder:
         run = Run(load(ROOT / "configs" / "paper.yaml", TWO_HIDDEN), Path(folder))
         for stage in ("excite", "collect", "init-rigid", "init-flex", "fit"):
@@ -263,6 +277,8 @@ def bench_diagnosis() -> None:
             wall, cpu = time.perf_counter() - begin, time.process_time() - busy
             named = [c.effect for c in content.causes] if stage == "diagnose" else list(content.added)
             print(f"{stage}: {', '.join(named)} in {wall:.1f} s, processor {cpu:.1f} s")
+            total += wall
+    return {"diagnose_extend.seconds": total}
 
 
 def bench_memory(n: int = 1_000_000) -> None:
@@ -282,9 +298,11 @@ def bench_memory(n: int = 1_000_000) -> None:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--skip-scipy", action="store_true", help="leave out the slow comparison with plain SciPy")
+    parser.add_argument("--json", type=Path, help="a file for the figures: ratios, and seconds of this machine")
     options = parser.parse_args()
     bench_memory()
-    bench_length()
-    bench_catalogue()
-    bench_diagnosis()
-    bench_fit(not options.skip_scipy)
+    found = bench_length() | bench_catalogue() | bench_diagnosis() | bench_fit(not options.skip_scipy)
+    found["diagnose_extend.in_casadi_fits"] = found["diagnose_extend.seconds"] / found["casadi.seconds"]
+    print(f"diagnosis and extension: {found['diagnose_extend.in_casadi_fits']:.1f} fits of CasADi's Gauss-Newton")
+    if options.json is not None:
+        options.json.write_text(json.dumps(found, indent=2) + "\n")
