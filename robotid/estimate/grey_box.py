@@ -231,15 +231,15 @@ def _noise_information(
         floor = torque_floor(record.tau_m)
         seen.append(Residual(residual, response, jacobian.values, most_torque=floor))
     likeliest = fit_levels(seen)
-    levels = expected_levels(seen, likeliest)
-    found = []
-    explained = all(is_explained(one, level) for one, level in zip(seen, likeliest, strict=True))
-    for one, level, jacobian, weight in zip(seen, levels, jacobians, problem.weights, strict=True):
-        if explained:
-            found.append(weight**2 * noise_information(jacobian.values, one.response, level))
-        else:
-            impulse = impulse_response(problem.joint, theta, problem.row, one.response.sampling_time, len(one.signal))
-            found.append(weight**2 * coloured_information(jacobian.values, one.signal, impulse))
+    squares, found = problem.weights**2, []
+    if all(is_explained(one, level) for one, level in zip(seen, likeliest, strict=True)):
+        levels = expected_levels(seen, likeliest)
+        for one, level, jacobian, square in zip(seen, levels, jacobians, squares, strict=True):
+            found.append(square * noise_information(jacobian.values, one.response, level))
+        return found
+    for one, jacobian, square in zip(seen, jacobians, squares, strict=True):
+        impulse = impulse_response(problem.joint, theta, problem.row, one.response.sampling_time, len(one.signal))
+        found.append(square * coloured_information(jacobian.values, one.signal, impulse))
     return found
 
 

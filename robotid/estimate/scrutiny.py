@@ -213,14 +213,7 @@ def _with_offset(
     if OFFSET in joint.structure.terms or first.end is End.INTERRUPTED or not parameters.free.any():
         return None
     extended = assemble(joint.structure.extended(OFFSET), angle=joint.keeps_angle)
-    blank = extended.parameters()
-    own = [k for k, name in enumerate(extended.names) if name in joint.names]
-    values, lower, upper, free = blank.values.copy(), blank.lower.copy(), blank.upper.copy(), blank.free.copy()
-    for k in own:
-        at = joint.names.index(extended.names[k])
-        values[k], free[k] = parameters.values[at], parameters.free[at]
-        lower[k], upper[k] = parameters.lower[at], parameters.upper[at]
-    start = replace(blank, values=values, lower=lower, upper=upper, free=free)
+    start = extended.parameters().taken_from(parameters)
     found = _attempt(first.name, extended, start, records, replace(options, other_starts=()), log)
     if found is None:
         return None

@@ -87,6 +87,16 @@ class Parameters:
                 lower[k], upper[k] = one.bounds
         return replace(self, values=values, lower=lower, upper=upper, free=free)
 
+    def taken_from(self, old: Parameters) -> Parameters:
+        """The same parameters with values, bounds and freedom of those of the same name in another model."""
+        fresh = {key: getattr(self, key).copy() for key in ("values", "lower", "upper", "free")}
+        for k, name in enumerate(self.names):
+            if name in old.names:
+                i = old.names.index(name)
+                for key, array in fresh.items():
+                    array[k] = getattr(old, key)[i]
+        return replace(self, **fresh)
+
     def with_values(self, values: Array | Mapping[str, float]) -> Parameters:
         """The same parameters with other values; a mapping changes the named ones only."""
         if isinstance(values, Mapping):

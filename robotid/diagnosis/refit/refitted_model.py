@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -154,13 +154,7 @@ def reduced(model: RefittedModel, effect: str) -> tuple[Structure, Parameters]:
 def carried(old: Parameters, structure: Structure, values: Mapping[str, float]) -> Parameters:
     """Parameters of a similar structure: values, bounds and freedom of the old by name, over them `values`, kept within
     the bounds."""
-    declared = assemble(structure).parameters()
-    fresh = {k: getattr(declared, k).copy() for k in ("values", "lower", "upper", "free")}
-    for k, name in enumerate(declared.names):
-        if name in old.names:
-            i = old.names.index(name)
-            for key, array in fresh.items():
-                array[k] = getattr(old, key)[i]
-        if name in values:
-            fresh["values"][k] = np.clip(values[name], fresh["lower"][k], fresh["upper"][k])
-    return replace(declared, **fresh)
+    same = assemble(structure).parameters().taken_from(old)
+    start = [values.get(name, value) for name, value in zip(same.names, same.values.tolist(), strict=True)]
+    given = [name in values for name in same.names]
+    return same.with_values(np.where(given, np.clip(start, same.lower, same.upper), same.values))

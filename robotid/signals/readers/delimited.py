@@ -31,7 +31,7 @@ DATE = re.compile(
     r"(?P<day>\d{4}-\d\d-\d\d)[T ](?P<clock>\d\d:\d\d(?::\d\d)?)(?:[.,](?P<part>\d{1,9}))?"
     r"\s?(?P<zone>Z|[+-]\d\d:?\d\d)?$"
 )
-LAID_OUT = 60  # lines from which the layout is guessed
+HEAD_LINES = 60  # lines from which the layout is guessed
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,9 @@ def read(path: Path) -> Table:
     if values is not None:
         return _table(path, layout, values, rows, {})
     cells = _cells(path, lines, rows, layout)
-    text = {j: cells[0][j] for j in range(len(layout.names)) if _is_text([row[j] for row in cells[:LAID_OUT]], layout)}
+    text = {
+        j: cells[0][j] for j in range(len(layout.names)) if _is_text([row[j] for row in cells[:HEAD_LINES]], layout)
+    }
     dates = [j for j, cell in text.items() if DATE.match(cell)]
     text = {j: cell for j, cell in text.items() if j not in dates}
     values = _slow(path, cells, rows, layout, dict.fromkeys((*text, *dates), ""))
@@ -95,12 +97,12 @@ def _content(line: str) -> bool:
 
 
 def _layout(path: Path, lines: Sequence[str]) -> Layout:
-    content = [k for k, line in enumerate(lines[:1000]) if _content(line) and not re.match('"?sep=', line)][:LAID_OUT]
+    content = [k for k, line in enumerate(lines[:1000]) if _content(line) and not re.match('"?sep=', line)][:HEAD_LINES]
     if not content:
         raise InputError("the file is empty", where=str(path), hint="record again, or name another file")
     delimiter = _delimiter([lines[k] for k in content[len(content) // 2 :]])
     split = {k: _split(lines[k], delimiter) for k in content}
-    width = Counter(len(_trimmed(split[k])) for k in content[-LAID_OUT // 2 :]).most_common(1)[0][0]
+    width = Counter(len(_trimmed(split[k])) for k in content[-HEAD_LINES // 2 :]).most_common(1)[0][0]
     first = next((k for k in content if len(_trimmed(split[k])) == width and _is_row(split[k], delimiter)), None)
     if first is None:
         raise InputError("there are names but no samples", where=str(path), hint="record again, or name another file")
