@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -14,7 +14,7 @@ from robotid.cli.console import print_json, print_message, print_tables
 from robotid.cli.progress import watching
 from robotid.config.load import load
 from robotid.errors import INTERRUPTED, ThresholdError
-from robotid.pipeline.check import check, precedes_a_fit, require_meaningful
+from robotid.pipeline.check import check_collected, precedes_a_fit, require_meaningful
 from robotid.pipeline.execute import AFTER_ANOTHER, FRESH, Outcome, execute, execute_all, reader
 from robotid.pipeline.lock import locked
 from robotid.pipeline.run import Run
@@ -24,6 +24,7 @@ from robotid.report.numbers import fixed
 from robotid.report.tables import check as check_view
 from robotid.report.tables.sliding import in_units_of_axis
 from robotid.report.tables.table import Json, Table
+from robotid.signals.plausibility import Plausibility
 
 STATES = {"made": "green", "fresh": "dim", "yes": "yellow", "no": "dim"}
 
@@ -59,10 +60,11 @@ def perform(stage: str | None, run: Run, options: StageOptions) -> None:
 
 def _perform(stage: str | None, run: Run, options: StageOptions) -> None:
     done: list[Outcome] = []
+    checked: list[Plausibility] = []
     failure = None
     with watching(quiet=options.quiet or options.dry_run) as log:
         try:
-            for outcome in _outcomes(stage, run, options, log):
+            for outcome in _outcomes(stage, run, options, log, checked.append):
                 done.append(outcome)
                 print_message(_line(outcome), quiet=options.quiet or options.dry_run)
         except ThresholdError as error:
@@ -73,7 +75,7 @@ def _perform(stage: str | None, run: Run, options: StageOptions) -> None:
     if options.dry_run:
         _print_plan(run, done, options)
         return
-    _print_results(stage, run, done, options)
+    _print_results(stage, run, done, options, checked)
     if failure is not None:
         raise failure
     if any(outcome.interrupted for outcome in done):
@@ -84,26 +86,37 @@ def _perform(stage: str | None, run: Run, options: StageOptions) -> None:
         raise typer.Exit(INTERRUPTED)
 
 
-def _outcomes(stage: str | None, run: Run, options: StageOptions, log: Log | None) -> Iterator[Outcome]:
+def _outcomes(
+    stage: str | None, run: Run, options: StageOptions, log: Log | None, keep: Callable[[Plausibility], None]
+) -> Iterator[Outcome]:
+    """The stages as they are done. keep : gets what the check found in the records."""
     if stage is None:
         outcome = None
         for outcome in execute_all(run, force=options.force, dry_run=options.dry_run, log=log):
             yield outcome
             if outcome.stage == COLLECT.name and not outcome.interrupted and not options.dry_run:
-                _check(run, options)
+                _check(stage, run, options, keep)
         if outcome is not None and not outcome.interrupted:
             yield _reported(run, options, log, would_change=options.dry_run and outcome.why != FRESH)
     elif stage == REPORT.name:
         yield _reported(run, options, log)
     else:
+        if not options.dry_run:
+            _check(stage, run, options, keep)
         yield execute(run, stage, force=options.force, dry_run=options.dry_run, log=log)
 
 
-def _check(run: Run, options: StageOptions) -> None:
-    """Stop before anything is fitted to records that make no sense; a warning is a line on stderr."""
-    if not precedes_a_fit(run, force=options.force):
+def _check(stage: str | None, run: Run, options: StageOptions, keep: Callable[[Plausibility], None]) -> None:
+    """Stop before anything is computed from records that make no sense; a warning is a line on stderr."""
+    working = precedes_a_fit(run, stage, force=options.force)
+    found = check_collected(run, options.accept) if working or (options.as_json and stage is None) else None
+    if found is None:
         return
-    found = check(run, options.accept)
+    keep(found)
+    if not working:
+        return
+    if options.as_json and stage is None and not found:
+        print_json({"out": str(run.out), "check": check_view.document(found)})
     require_meaningful(run, found)
     for line in check_view.lines(found):
         print_message(line, quiet=options.quiet)
@@ -138,12 +151,15 @@ def _print_plan(run: Run, plan: Sequence[Outcome], options: StageOptions) -> Non
     print_tables([Table("", ("stage", "would run", "why", "file"), rows, styles=STATES)])
 
 
-def _print_results(stage: str | None, run: Run, done: Sequence[Outcome], options: StageOptions) -> None:
+def _print_results(
+    stage: str | None, run: Run, done: Sequence[Outcome], options: StageOptions, checked: Sequence[Plausibility]
+) -> None:
     shown = done[-1:] if stage is not None else _of_a_run(done)
     if options.as_json and stage is not None:
         print_json(PRODUCTS[stage].view().document(shown[-1].content))
     elif options.as_json:
-        results: dict[str, Json] = {o.stage: PRODUCTS[o.stage].view().document(o.content) for o in shown}
+        results: dict[str, Json] = {"check": check_view.document(checked[-1])} if checked else {}
+        results |= {o.stage: PRODUCTS[o.stage].view().document(o.content) for o in shown}
         print_json({"out": str(run.out), "stages": [_entry(o) for o in done], **results})
     elif not options.quiet:
         linear = run.loaded.config.robot.linear

@@ -43,6 +43,7 @@ def _command(stage: str) -> Callable[..., None]:
         config: ConfigPath,
         out: Out = None,
         overrides: Set = None,
+        accept: Accept = None,
         as_json: AsJson = False,
         quiet: Quiet = False,
         force: Force = False,
@@ -50,7 +51,8 @@ def _command(stage: str) -> Callable[..., None]:
         dry_run: DryRun = False,
         debug: Debug = False,
     ) -> None:
-        _perform(stage, config, out, overrides, jobs, as_json=as_json, quiet=quiet, force=force, dry_run=dry_run)
+        chosen = {"as_json": as_json, "quiet": quiet, "force": force, "dry_run": dry_run}
+        _perform(stage, config, out, overrides, jobs, accept=tuple(accept or ()), **chosen)
 
     return command
 

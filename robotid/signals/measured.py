@@ -23,8 +23,7 @@ from robotid.signals.sampling import NOTABLE_JITTER, ROUNDED, Findings, Grid, Po
 from robotid.signals.speed_check import speed_lag, speed_scale
 
 ANGLES = ("phi_m", "phi_a", "ref")
-MISTAKEN = 1.5  # recorded over derived speed, or its inverse, from which it is no calibration error
-NOTABLE = 0.03  # deviation from 1 of the same that is remarked
+NOTABLE = 0.03  # deviation of the recorded over the derived speed from 1 that is remarked
 
 
 Rows = NDArray[np.intp]
@@ -123,7 +122,7 @@ def _measured_record(
     found_remarks = [*remarks, *repaired.remarks]
     if len(record) > 2:
         found_remarks += _clock_remarks(chosen, repaired.grid, record, derived="dphi_m" not in found)
-        found_remarks += _speed_remarks(table, chosen, record, derived="dphi_m" not in found)
+        found_remarks += _speed_remarks(chosen, record, derived="dphi_m" not in found)
     return record, inspect(record, table.path, repaired, tuple(found_remarks))
 
 
@@ -243,23 +242,20 @@ def _derived(angle: Array, h: float) -> Array:
     return central_difference(angle, h) if len(angle) > 2 else np.zeros_like(angle)
 
 
-def _speed_remarks(table: Table, chosen: Selection, record: Record, *, derived: bool) -> list[str]:
-    """The remark on the speed. Raises ConfigError where it is another multiple of the angle's derivative."""
+def _speed_remarks(chosen: Selection, record: Record, *, derived: bool) -> list[str]:
+    """The remark on the speed."""
     if derived:
         return ["dphi_m is derived from phi_m by central differences"]
     angle, speed, h = record.phi_m, record.dphi_m, record.sampling_time
     remarks = [f"dphi_m is advanced by speed_delay: {chosen.speed_delay}"] if chosen.speed_delay else []
     scale = speed_scale(angle, speed, h)
-    if scale is not None and (abs(scale) > MISTAKEN or abs(scale) < 1 / MISTAKEN):
-        hint = "check unit and scale of both, or write dphi_m: null to derive it"
-        raise ConfigError(f"dphi_m is {scale:.3g} times the derivative of phi_m", where=table.path, hint=hint)
     if scale is not None and abs(scale - 1) > NOTABLE:
         remarks.append(f"dphi_m is {scale:.3g} times the derivative of phi_m; is one of them scaled wrong?")
     lag = speed_lag(angle, speed, h)
     if lag:
         much = f"{abs(lag):.1f} sample{'s' * (abs(lag) >= 1.05)} {'late' if lag > 0 else 'early'}"
         shift = f"speed_delay: {chosen.speed_delay + round(lag)} or " if abs(lag) > 0.75 else ""
-        remarks.append(f"dphi_m is {much} against the derivative of phi_m; {shift}dphi_m: null mends it")
+        remarks.append(f"dphi_m is {much} against the derivative of phi_m; {shift}dphi_m: null removes it")
     return remarks
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from support.mistaken_logs import configuration, right_log, write_csv
 
@@ -53,6 +54,49 @@ def test_a_run_stops_before_anything_is_fitted(wrong: str, capsys: pytest.Captur
     assert main(["run", wrong]) == 4
     assert "one of them has the wrong sign" in capsys.readouterr().err.splitlines()[-1]
     assert sorted(path.name for path in Path("runs/axis").iterdir()) == ["excitation.h5", "records.h5"]
+
+
+@pytest.mark.parametrize("stage", ["init-rigid", "fit"])
+def test_a_single_stage_stops_as_a_run_does(wrong: str, stage: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["collect", wrong, "--quiet"]) == 0
+    assert main([stage, wrong]) == 4
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "one of them has the wrong sign" in line
+    assert sorted(path.name for path in Path("runs/axis").iterdir()) == ["records.h5"]
+
+
+def test_a_single_stage_goes_on_where_the_finding_is_accepted(wrong: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["collect", wrong, "--quiet"]) == 0
+    assert main(["init-rigid", wrong, "--accept", "torque_sign"]) == 0
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0].startswith("check: estimate: torque and motion ask for an inertia of -0.012")
+    assert lines[0].endswith("(accepted)")
+    assert main(["init-rigid", wrong]) == 0  # up to date: nothing is computed from the records
+
+
+def test_a_run_that_stops_prints_its_findings_as_json(wrong: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", wrong, "--json"]) == 4
+    document = json.loads(capsys.readouterr().out)
+    assert document["out"] == "runs/axis"
+    assert [finding["check"] for finding in document["check"]["findings"]] == ["torque_sign"]
+
+
+def test_a_run_lists_the_findings_as_json(finished: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", finished, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["check"] == {"meaningful": True, "records": ["slow"], "findings": []}
+
+
+def test_a_speed_in_degrees_is_a_finding_that_may_be_accepted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    log = right_log("rigid")
+    write_csv(tmp_path / "log.csv", log | {"dphi_m": np.rad2deg(log["dphi_m"])})
+    (tmp_path / "axis.yaml").write_text(configuration("rigid", {"estimate": "log.csv"}))
+    assert main(["check", "axis.yaml"]) == 4
+    line = capsys.readouterr().err.splitlines()[-1]
+    assert "the speed is 57.3 times the derivative of the angle: degrees against radians" in line
+    assert main(["check", "axis.yaml", "--accept", "speed_scale"]) == 0
 
 
 def test_a_check_that_does_not_exist(wrong: str, capsys: pytest.CaptureFixture[str]) -> None:

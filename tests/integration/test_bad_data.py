@@ -286,13 +286,6 @@ CASES = [
         exit_code=2,
     ),
     Case(
-        "speed_in_degrees",
-        csv(good() | {"dphi_m": np.rad2deg(good()["dphi_m"])}),
-        "FILE: dphi_m is 57.3 times the derivative of phi_m; "
-        "check unit and scale of both, or write dphi_m: null to derive it",
-        exit_code=2,
-    ),
-    Case(
         "start_beyond_the_end",
         csv(good()),
         "FILE: no sample lies between start 2 s and stop; the record is 0.99 s long",

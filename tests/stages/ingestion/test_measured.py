@@ -10,7 +10,7 @@ import pytest
 from support.paths import SHARED
 
 from robotid.config.records import RecordSettings
-from robotid.errors import ConfigError, InputError
+from robotid.errors import InputError
 from robotid.model.array import Array
 from robotid.signals.quality import Report
 from robotid.signals.readers import read
@@ -74,7 +74,7 @@ def test_a_column_that_is_said_to_be_none_is_not_looked_for() -> None:
 def test_a_late_speed_is_noticed_and_advanced() -> None:
     late = table(dphi_m=np.concatenate([[SPEED[0]] * 3, SPEED[:-3]]))
     _, report = record(late)
-    notice = "dphi_m is 3.0 samples late against the derivative of phi_m; speed_delay: 3 or dphi_m: null mends it"
+    notice = "dphi_m is 3.0 samples late against the derivative of phi_m; speed_delay: 3 or dphi_m: null removes it"
     assert report.remarks[-1] == notice
     found, report = record(late, speed_delay=3)
     assert report.remarks[-1] == "dphi_m is advanced by speed_delay: 3"
@@ -88,16 +88,10 @@ def test_an_early_speed_is_delayed() -> None:
     np.testing.assert_array_equal(found.phi_m, ANGLE[2:])
 
 
-def test_a_speed_of_another_scale_is_no_speed_of_this_angle() -> None:
-    with pytest.raises(ConfigError) as error:
-        record(table(dphi_m=np.rad2deg(SPEED)))
-    assert error.value.what == "dphi_m is 57.3 times the derivative of phi_m"
-    assert error.value.hint == "check unit and scale of both, or write dphi_m: null to derive it"
-
-
-def test_a_speed_that_is_slightly_off_is_said() -> None:
-    assert record(table(dphi_m=1.05 * SPEED))[1].remarks[-1] == (
-        "dphi_m is 1.05 times the derivative of phi_m; is one of them scaled wrong?"
+@pytest.mark.parametrize(("factor", "written"), [(1.05, "1.05"), (180 / np.pi, "57.3"), (-1.0, "-1")])
+def test_a_speed_of_another_scale_is_remarked(factor: float, written: str) -> None:
+    assert f"dphi_m is {written} times the derivative of phi_m; is one of them scaled wrong?" in (
+        record(table(dphi_m=factor * SPEED))[1].remarks
     )
 
 
