@@ -16,7 +16,7 @@ from robotid.config.suggest import suggest
 from robotid.config.template import measured, virtual
 from robotid.errors import ConfigError, InputError
 from robotid.files import atomic_write
-from robotid.report.numbers import number
+from robotid.numerals import number
 from robotid.report.tables.table import Table
 from robotid.signals.columns import ALIASES, NEEDED, Column
 from robotid.signals.proposal import Proposal, propose

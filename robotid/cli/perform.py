@@ -14,13 +14,13 @@ from robotid.cli.console import print_json, print_message, print_tables
 from robotid.cli.progress import watching
 from robotid.config.load import load
 from robotid.errors import INTERRUPTED, ThresholdError
+from robotid.numerals import fixed
 from robotid.pipeline.check import check_collected, precedes_a_fit, require_meaningful
 from robotid.pipeline.execute import AFTER_ANOTHER, FRESH, Outcome, execute, execute_all, reader
 from robotid.pipeline.lock import locked
 from robotid.pipeline.run import Run
 from robotid.pipeline.table import COLLECT, PRODUCTS, REPORT, STAGES, VALIDATE
 from robotid.progress import Log
-from robotid.report.numbers import fixed
 from robotid.report.tables import check as check_view
 from robotid.report.tables.sliding import in_units_of_axis
 from robotid.report.tables.table import Json, Table

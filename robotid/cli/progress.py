@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from robotid.cli.console import print_message
+from robotid.numerals import duration, number
 from robotid.progress import Begun, Log, Progress, Step
-from robotid.report.numbers import duration, number
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

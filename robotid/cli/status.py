@@ -6,10 +6,10 @@ from datetime import UTC, datetime
 
 from robotid.cli.closing import next_command
 from robotid.cli.console import print_json, print_tables
+from robotid.numerals import duration
 from robotid.pipeline.execute import status
 from robotid.pipeline.freshness import StageStatus
 from robotid.pipeline.run import Run
-from robotid.report.numbers import duration
 from robotid.report.tables.table import Table
 
 STATES = {"fresh": "green", "stale": "yellow", "absent": "dim"}

@@ -19,9 +19,9 @@ from robotid.interface.identification import Fit, with_more
 from robotid.interface.model import Model
 from robotid.model.array import Array
 from robotid.model.units import on_axis
+from robotid.numerals import fixed, number
 from robotid.report.display import Columns, View, shows
 from robotid.report.figures import draw_traces
-from robotid.report.numbers import fixed, number
 from robotid.report.tables.table import Table
 from robotid.signals.metrics import fit_percent, rmse
 from robotid.signals.record import Quantity, Record

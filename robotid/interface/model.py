@@ -16,8 +16,8 @@ from robotid.model.describe import describe
 from robotid.model.parameters import KnownParameter
 from robotid.model.port import Port, Signal
 from robotid.model.structure import RECORD_CHANGE, Structure, changed
+from robotid.numerals import number
 from robotid.report.display import Columns, View, shows
-from robotid.report.numbers import number
 from robotid.report.tables.table import Table
 
 PLACES = (*map(str, Port), *map(str, Signal))

@@ -21,8 +21,8 @@ from robotid.estimate.rigid import RigidResult
 from robotid.extension.results import Extension
 from robotid.model.array import Array
 from robotid.model.units import on_axis, sliding
+from robotid.numerals import fixed, number
 from robotid.report.figures import draw
-from robotid.report.numbers import fixed, number
 from robotid.report.tables import check, diagnose, extend, fit, init_flex, init_rigid, validate
 from robotid.report.tables.sliding import in_units_of_axis
 from robotid.report.tables.table import Table

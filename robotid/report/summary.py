@@ -11,9 +11,9 @@ from robotid.diagnosis.results import Cause, Diagnosis
 from robotid.estimate.result import Estimate
 from robotid.extension.results import Extension, Score
 from robotid.model.structure import RECORD_CHANGE, changed
+from robotid.numerals import ROUNDING, fixed, listed, percent, significant
 from robotid.report.drawing.location import best_of_each, variable
 from robotid.report.findings import Findings
-from robotid.report.numbers import ROUNDING, fixed, listed, percent, significant
 from robotid.report.style.axes import axis_label
 from robotid.validation.results import RecordValidation
 

@@ -9,7 +9,7 @@ from io import StringIO
 import pytest
 
 from robotid.cli.console import print_json, print_message, print_tables
-from robotid.report.numbers import fixed, number
+from robotid.numerals import fixed, number
 from robotid.report.tables.table import Table
 
 

@@ -19,8 +19,8 @@ from support.paths import ROOT
 
 from robotid.cli import progress
 from robotid.cli.progress import Watch, live_display, watching
+from robotid.numerals import duration
 from robotid.progress import Begun, Iteration, Progress, Step
-from robotid.report.numbers import duration
 
 
 class Clock:

@@ -7,7 +7,7 @@ from math import isfinite
 from matplotlib.axes import Axes
 
 from robotid.diagnosis.results import Cause, Diagnosis
-from robotid.report.numbers import percent
+from robotid.numerals import percent
 from robotid.report.style.axes import BLUE, FAINT, INK, QUIET, style_axes
 
 MAX_REJECTED = 8

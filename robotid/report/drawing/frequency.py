@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from matplotlib.axes import Axes
 
-from robotid.report.numbers import fixed
+from robotid.numerals import fixed
 from robotid.report.style.axes import FAINT, INK, Units, axis_label, colour, legend, style_axes, write_out_ticks
 from robotid.signals.frf import Frf
 from robotid.validation.bode import Bode

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from robotid.extension.results import Extension
 from robotid.model.array import Array
-from robotid.report.numbers import fixed
+from robotid.numerals import fixed
 from robotid.report.style.axes import BLUE, GRID, INK, VERMILLION, style_axes
 
 GAP = 0.1  # between labels, share of the height

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from robotid.estimate.result import Estimate, FitResult, Fits
-from robotid.report.numbers import ten_to
+from robotid.numerals import ten_to
 from robotid.report.style.axes import INK, Units, colour, legend, style_axes, write_out_ticks
 
 WIDTH = 0.6  # of the room that a parameter has, shared by the models

@@ -10,7 +10,7 @@ from matplotlib.figure import FigureBase
 
 from robotid.extension.results import Score
 from robotid.model.array import Array
-from robotid.report.numbers import fixed
+from robotid.numerals import fixed
 from robotid.report.style.axes import BLUE, FAINT, INK, MAX_POINTS, VERMILLION, Units, axis_label, envelope, style_axes
 from robotid.signals.record import Quantity, Record
 from robotid.signals.reference import Reference

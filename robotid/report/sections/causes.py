@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
+from robotid.numerals import fixed, listed, percent
 from robotid.report.drawing.causes import rows_of
 from robotid.report.drawing.gain import gains
 from robotid.report.drawing.layout import causes_figure, gain_figure
 from robotid.report.findings import Findings
-from robotid.report.numbers import fixed, listed, percent
 from robotid.report.sections.section import FigureSpec, Section
 
 

@@ -9,11 +9,11 @@ from functools import partial
 import numpy as np
 
 from robotid.diagnosis.misfit.location import Curve
+from robotid.numerals import percent, significant
 from robotid.report.drawing.layout import one_figure
 from robotid.report.drawing.location import best_of_each, counted, draw_curve, draw_shape, reach_of, variable
 from robotid.report.drawing.time import missing_plot
 from robotid.report.findings import Findings
-from robotid.report.numbers import percent, significant
 from robotid.report.sections.section import FigureSpec, Section, over_time
 from robotid.report.style.axes import axis_label
 

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from functools import partial
 
 from robotid.estimate.result import FitResult
+from robotid.numerals import listed
 from robotid.report.drawing.layout import intervals_figure, one_figure
 from robotid.report.drawing.parameters import draw_iterations
 from robotid.report.findings import Findings
-from robotid.report.numbers import listed
 from robotid.report.sections.section import FigureSpec, Section
 
 

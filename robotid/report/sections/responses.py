@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
+from robotid.numerals import listed
 from robotid.report.drawing.frequency import bode_models, draw_bode
 from robotid.report.drawing.layout import one_figure, responses_figure
 from robotid.report.findings import Findings
-from robotid.report.numbers import listed
 from robotid.report.sections.section import FigureSpec, Section
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from robotid.numerals import fixed
 from robotid.report.drawing.time import TimePlot, extended_plot, trace_plot
 from robotid.report.findings import Findings
-from robotid.report.numbers import fixed
 from robotid.report.sections.section import FigureSpec, Section, over_time
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robotid.report.numbers import number, significant
+from robotid.numerals import number, significant
 from robotid.report.tables.table import Json, Table
 from robotid.signals.quality import Recordings, Report
 

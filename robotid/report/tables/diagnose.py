@@ -10,7 +10,7 @@ from robotid.diagnosis.misfit.location import Curve
 from robotid.diagnosis.results import Cause, Diagnosis, Rejected, Separation
 from robotid.estimate.result import Estimate
 from robotid.model.units import sliding
-from robotid.report.numbers import fixed, number, percent, rms
+from robotid.numerals import fixed, number, percent, rms
 from robotid.report.tables.table import Json, Table
 
 SHOWN = 12  # bins of a shape that a table shows

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from robotid.model.describe import Description
 from robotid.model.parameters import Parameter
-from robotid.report.numbers import number
+from robotid.numerals import number
 from robotid.report.tables.table import Json, Table
 
 

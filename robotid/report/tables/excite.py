@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robotid.report.numbers import number
+from robotid.numerals import number
 from robotid.report.tables.table import Json, Table
 from robotid.signals.reference import Excitation, Reference
 

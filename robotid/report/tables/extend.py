@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from robotid.extension.results import Extension, Score
-from robotid.report.numbers import fixed, number
+from robotid.numerals import fixed, number
 from robotid.report.tables.diagnose import parameters_document, rejected_document, rejected_table
 from robotid.report.tables.table import Json, Table
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from robotid.estimate.result import Estimate, FitResult, Fits
-from robotid.report.numbers import fixed, number
+from robotid.numerals import fixed, number
 from robotid.report.tables.table import Json, Table
 
 

@@ -6,7 +6,7 @@ from dataclasses import fields, is_dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
-from robotid.report.numbers import number
+from robotid.numerals import number
 from robotid.report.tables.table import Json, Table
 
 if TYPE_CHECKING:

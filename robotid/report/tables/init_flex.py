@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robotid.estimate.flexible import FlexReading, FlexResult
-from robotid.report.numbers import number
+from robotid.numerals import number
 from robotid.report.tables.table import Json, Table
 
 

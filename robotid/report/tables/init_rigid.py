@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robotid.estimate.rigid import RigidResult
-from robotid.report.numbers import fixed, number
+from robotid.numerals import fixed, number
 from robotid.report.tables.table import Json, Table
 
 

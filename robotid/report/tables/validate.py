@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import sqrt
 
 from robotid.model.units import unit_of
-from robotid.report.numbers import fixed, number
+from robotid.numerals import fixed, number
 from robotid.report.tables.table import Json, Table
 from robotid.validation.perturbation import Perturbation
 from robotid.validation.results import ModelValidation, RecordValidation, Validation

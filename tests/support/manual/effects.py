@@ -9,7 +9,7 @@ from robotid.model.channel import Channel
 from robotid.model.describe import Description, describe
 from robotid.model.parameters import Parameter
 from robotid.model.term import Term
-from robotid.report.numbers import number
+from robotid.numerals import number
 from robotid.terms import TERMS
 from support.manual.markdown import table
 

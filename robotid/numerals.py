@@ -32,6 +32,15 @@ def significant(value: float | None, digits: int = 3) -> str:
     return f"{float(text):.0f}" if 0 <= int(power) <= MAX_ZEROS else f"{mantissa}·{ten_to(int(power))}"
 
 
+def plain(value: float | None, digits: int = 3) -> str:
+    """A number with so many significant digits for a message that any terminal shows: 140, 1.46e6, 2e-9."""
+    text = number(value, digits)
+    mantissa, _, power = text.partition("e")
+    if not power:
+        return text
+    return f"{float(text):.0f}" if 0 <= int(power) <= MAX_ZEROS else f"{mantissa}e{int(power)}"
+
+
 def rms(value: float | None, digits: int = 3) -> str:
     """The size of an error in SI units with so many significant digits, 0 where it is rounding."""
     return "0" if value is not None and abs(value) < ROUNDING else number(value, digits)
