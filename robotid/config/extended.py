@@ -9,7 +9,14 @@ from pathlib import Path
 from robotid.config.load import Loaded, resolved
 from robotid.config.records import RecordSettings
 from robotid.config.robot import Effects, ParameterSettings
-from robotid.model.structure import Structure, changed
+from robotid.extension.results import Extension
+from robotid.model.structure import Structure, belongs, changed
+
+
+def extended_configuration(loaded: Loaded, extension: Extension, folder: Path) -> str:
+    """The text of extended.yaml, to be kept in a folder."""
+    added = [p for p in extension.fit.parameters if any(belongs(p.name, effect) for effect in extension.added)]
+    return extended_text(loaded, extension.fit.structure, {p.name: p.value for p in added}, folder)
 
 
 def extended_text(loaded: Loaded, structure: Structure, guesses: Mapping[str, float], folder: Path) -> str:

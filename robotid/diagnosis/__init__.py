@@ -15,8 +15,38 @@ Order of reading, each room using only those before it:
 
 from __future__ import annotations
 
-from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.procedure import DiagnosisOptions, diagnose
-from robotid.diagnosis.results import Cause, Diagnosis, Misfit, Rejected, Separation
+import importlib
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["Cause", "Criteria", "Diagnosis", "DiagnosisOptions", "Misfit", "Rejected", "Separation", "diagnose"]
+if TYPE_CHECKING:
+    from robotid.diagnosis.criteria import Criteria as Criteria
+    from robotid.diagnosis.procedure import DiagnosisOptions as DiagnosisOptions
+    from robotid.diagnosis.procedure import diagnose as diagnose
+    from robotid.diagnosis.results import Cause as Cause
+    from robotid.diagnosis.results import Diagnosis as Diagnosis
+    from robotid.diagnosis.results import Misfit as Misfit
+    from robotid.diagnosis.results import Rejected as Rejected
+    from robotid.diagnosis.results import Separation as Separation
+
+_HOMES = {
+    "Cause": "results",
+    "Criteria": "criteria",
+    "Diagnosis": "results",
+    "DiagnosisOptions": "procedure",
+    "Misfit": "results",
+    "Rejected": "results",
+    "Separation": "results",
+    "diagnose": "procedure",
+}
+"""Where each name is, below this package. It is imported when it is first used: who only reads results needs none of
+the functions that make them."""
+
+__all__ = [*_HOMES]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = found
+    return found

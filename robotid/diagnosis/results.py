@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from robotid.diagnosis.misfit.location import Curve
+from robotid.diagnosis.misfit.curve import Curve
 from robotid.display import Displayed
 from robotid.estimate.result import Estimate
 from robotid.signals.record import Quantity, Role

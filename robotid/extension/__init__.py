@@ -7,9 +7,38 @@ diagnosis gains by the same fits).
 
 from __future__ import annotations
 
-from robotid.extension.gains import gains, with_gains
-from robotid.extension.procedure import extend
-from robotid.extension.results import Extension, Score
-from robotid.extension.task import ExtensionTask, effects_to_add, extension_task
+import importlib
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["Extension", "ExtensionTask", "Score", "effects_to_add", "extend", "extension_task", "gains", "with_gains"]
+if TYPE_CHECKING:
+    from robotid.extension.gains import gains as gains
+    from robotid.extension.gains import with_gains as with_gains
+    from robotid.extension.procedure import extend as extend
+    from robotid.extension.results import Extension as Extension
+    from robotid.extension.results import Score as Score
+    from robotid.extension.task import ExtensionTask as ExtensionTask
+    from robotid.extension.task import effects_to_add as effects_to_add
+    from robotid.extension.task import extension_task as extension_task
+
+_HOMES = {
+    "Extension": "results",
+    "ExtensionTask": "task",
+    "Score": "results",
+    "effects_to_add": "task",
+    "extend": "procedure",
+    "extension_task": "task",
+    "gains": "gains",
+    "with_gains": "gains",
+}
+"""Where each name is, below this package. It is imported when it is first used: who only reads results needs none of
+the functions that make them."""
+
+__all__ = [*_HOMES]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = found
+    return found

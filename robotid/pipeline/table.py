@@ -119,7 +119,7 @@ EXTEND = Stage(
     sections=("robot", "fit", "extend"),
     logs=True,
     after_run="always",
-    companion=Companion("extended.yaml", "robotid.stages.extend:extended_configuration"),
+    companion=Companion("extended.yaml", "robotid.config.extended:extended_configuration"),
 )
 
 REPORT = Product(

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from robotid.config.extended import extended_text
-from robotid.config.load import Loaded
 from robotid.config.schema import Config
 from robotid.diagnosis import Diagnosis
 from robotid.estimate.result import Fits
 from robotid.extension import Extension, effects_to_add, extension_task
 from robotid.extension import extend as extend_model
-from robotid.model.structure import belongs
 from robotid.progress import Log, Progress
 from robotid.signals.quality import Recordings
 from robotid.stages.fit import fit_options
@@ -34,9 +29,3 @@ def extend(
     task = extension_task(diagnosis, fit, recordings.records, options, horizon=options.horizon, log=say)
     effects = settings.extend.effects
     return extend_model(task, effects_to_add(diagnosis, fit) if effects is None else effects)
-
-
-def extended_configuration(loaded: Loaded, extension: Extension, folder: Path) -> str:
-    """The text of extended.yaml, to be kept in a folder."""
-    added = [p for p in extension.fit.parameters if any(belongs(p.name, effect) for effect in extension.added)]
-    return extended_text(loaded, extension.fit.structure, {p.name: p.value for p in added}, folder)

@@ -9,22 +9,38 @@ the records tell of each parameter?), `perturbation` (what is each parameter wor
 
 from __future__ import annotations
 
-from robotid.validation.procedure import (
-    ValidationOptions,
-    initial_name,
-    validate_model,
-    validate_models,
-    validate_record,
-)
-from robotid.validation.results import ModelValidation, RecordValidation, Validation
+import importlib
+from typing import TYPE_CHECKING, Any
 
-__all__ = [
-    "ModelValidation",
-    "RecordValidation",
-    "Validation",
-    "ValidationOptions",
-    "initial_name",
-    "validate_model",
-    "validate_models",
-    "validate_record",
-]
+if TYPE_CHECKING:
+    from robotid.validation.procedure import ValidationOptions as ValidationOptions
+    from robotid.validation.procedure import initial_name as initial_name
+    from robotid.validation.procedure import validate_model as validate_model
+    from robotid.validation.procedure import validate_models as validate_models
+    from robotid.validation.procedure import validate_record as validate_record
+    from robotid.validation.results import ModelValidation as ModelValidation
+    from robotid.validation.results import RecordValidation as RecordValidation
+    from robotid.validation.results import Validation as Validation
+
+_HOMES = {
+    "ModelValidation": "results",
+    "RecordValidation": "results",
+    "Validation": "results",
+    "ValidationOptions": "procedure",
+    "initial_name": "procedure",
+    "validate_model": "procedure",
+    "validate_models": "procedure",
+    "validate_record": "procedure",
+}
+"""Where each name is, below this package. It is imported when it is first used: who only reads results needs none of
+the functions that make them."""
+
+__all__ = [*_HOMES]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = found
+    return found

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -11,21 +10,9 @@ from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.linear import channel_response, linearise
 from robotid.signals.frf import Frf
+from robotid.validation.results import Bode
 
 FLOOR = 0.01  # relative error of a response that no noise explains
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Bode:
-    """Magnitudes of a linearised model from motor torque, (n,) at all frequencies of the measured responses.
-
-    distance : per response the RMS of the ratio to it, uncertain lines counting less.
-    """
-
-    frequency: Array = field(metadata={"unit": "Hz"})
-    acceleration: Array = field(metadata={"unit": "rad/s2/Nm"})
-    speed: Array = field(metadata={"unit": "rad/s/Nm"})
-    distance: dict[str, float] = field(metadata={"unit": "dB"})
 
 
 def bode(joint: Joint, theta: Array, frfs: Sequence[Frf], sampling_time: float) -> Bode | None:

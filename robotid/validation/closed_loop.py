@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 from robotid.catalogue import assemble
 from robotid.model.array import Array
 from robotid.model.structure import Structure
@@ -13,18 +11,7 @@ from robotid.signals.reference import Reference
 from robotid.simulation.closed_loop.controller import Controller
 from robotid.simulation.closed_loop.loop import ControlledJoint
 from robotid.simulation.first_guess import initial_state
-
-
-@dataclass(frozen=True, slots=True)
-class LoopErrors:
-    """Errors of the closed-loop simulation: 100 ||y - yhat|| / ||y||, and root mean squares."""
-
-    position_percent: float = field(metadata={"unit": "%"})
-    speed_percent: float = field(metadata={"unit": "%"})
-    torque_percent: float = field(metadata={"unit": "%"})
-    position_rmse: float = field(metadata={"unit": "rad"})
-    speed_rmse: float = field(metadata={"unit": "rad/s"})
-    torque_rmse: float = field(metadata={"unit": "Nm"})
+from robotid.validation.results import LoopErrors
 
 
 def loop_errors(structure: Structure, theta: Array, controller: Controller, record: Record) -> LoopErrors | None:

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from robotid.estimate.result import Estimate, FitResult
 from robotid.model.array import Array
+from robotid.validation.results import Identifiability, Verdict
 from robotid.validation.torque_share import TorqueShare
-
-Verdict = Literal["seen", "weak", "unseen", "fixed"]
 
 # Relative standard deviation: beyond a half the value is not distinct from zero.
 UNSEEN_STD, WEAK_STD = 0.5, 0.1
@@ -21,24 +18,6 @@ UNSEEN_STD, WEAK_STD = 0.5, 0.1
 UNSEEN_SHARE, WEAK_SHARE = 0.02, 0.05
 # Multiple correlation with the other parameters: beyond, the standard deviation is twenty times what it would be alone.
 WEAK_COSINE = 0.999
-
-
-@dataclass(frozen=True, slots=True)
-class Identifiability:
-    """How well the records of a fit see one parameter.
-
-    relative_std : robust standard deviation over the value, None for a value of zero. cosine : of its Jacobian column
-    with the span of the others, first states included. torque_share, largest_share : of its effect at its port, RMS
-    and where it is largest, None for a channel. why : the reasons in words.
-    """
-
-    name: str
-    verdict: Verdict
-    why: str
-    relative_std: float | None = None
-    cosine: float | None = None
-    torque_share: float | None = None
-    largest_share: float | None = None
 
 
 def identify(fit: FitResult, shares: Mapping[str, TorqueShare]) -> tuple[Identifiability, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,22 +15,9 @@ from robotid.signals.record import Record
 from robotid.simulation.sensitivities import sensitivities
 from robotid.simulation.simulate import simulate
 from robotid.simulation.trajectory import Trajectory
+from robotid.validation.results import Perturbation
 
 LARGEST_PREDICTION = 5_000_000  # derivatives in memory at once, to predict the perturbed motion
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Perturbation:
-    """Change of the fit [%] of one record when one parameter at a time is perturbed, first states kept.
-
-    names (p,) : the parameters whose value is not zero. plus, minus (p,) : with the value raised and lowered by
-    percent, nan where the joint then diverges.
-    """
-
-    percent: float = field(metadata={"unit": "%"})
-    names: tuple[str, ...]
-    plus: Array = field(metadata={"unit": "%"})
-    minus: Array = field(metadata={"unit": "%"})
 
 
 NOT_PERTURBED = Perturbation(0.0, (), np.zeros(0), np.zeros(0))

@@ -21,11 +21,11 @@ from robotid.signals.trace import downsampled
 from robotid.simulation.closed_loop.controller import Controller
 from robotid.validation.bode import bode
 from robotid.validation.closed_loop import loop_errors
-from robotid.validation.identifiability import Identifiability, correlations, identify
+from robotid.validation.identifiability import correlations, identify
 from robotid.validation.inverse_dynamics import torque_error
 from robotid.validation.perturbation import NOT_PERTURBED, perturb
 from robotid.validation.residual_tests import residual_test
-from robotid.validation.results import ModelValidation, RecordValidation, Validation
+from robotid.validation.results import Identifiability, ModelValidation, RecordValidation, Validation
 from robotid.validation.torque_share import torque_shares
 
 NOTABLE = 0.5  # of the RMS error: a first state moved further than this flatters the model

@@ -2,59 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 from scipy.linalg import eigh, toeplitz
 from scipy.special import chdtrc, ndtri
 
 from robotid.estimate.covariance import autoregression
 from robotid.model.array import Array
+from robotid.validation.results import CONFIDENCE, ResidualTest
 
 LAGS = 25
-CONFIDENCE = 0.99
 QUANTILE = float(ndtri(0.5 + CONFIDENCE / 2))
 COLLINEAR = 1e-6  # share of the largest variance below which lagged torques say nothing of their own
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ResidualTest:
-    """Residual tests (Ljung 1999, section 16.6).
-
-    autocorrelation (lags,) at lags 1 to LAGS samples, within +- band at 99 % if the residual is white.
-    crosscorrelation (2 LAGS + 1,) of the residual at t with the torque at t - lag, lags -LAGS to LAGS, within
-    +- cross_band if independent; negative lags show feedback, and do not count. p values : of the portmanteau tests
-    over all positive lags. white_part : standard deviation of a white noise as dense as the residual is in the upper
-    half of its spectrum; coloured_part : of what the residual holds beyond it.
-    """
-
-    autocorrelation: Array
-    band: float
-    crosscorrelation: Array
-    cross_band: float
-    whiteness_p: float
-    independence_p: float
-    white_part: float = field(metadata={"unit": "rad/s or rad"})
-    coloured_part: float = field(metadata={"unit": "rad/s or rad"})
-
-    @property
-    def white(self) -> bool:
-        """No pattern in time at 99 %."""
-        return self.whiteness_p >= 1 - CONFIDENCE
-
-    @property
-    def independent(self) -> bool:
-        """Nothing that the torque explains at 99 %."""
-        return self.independence_p >= 1 - CONFIDENCE
-
-    @property
-    def verdict(self) -> str:
-        """In words."""
-        if self.white and self.independent:
-            return "white, and no sign of the torque: nothing is left to explain"
-        if self.independent:
-            return "coloured, though not by the torque at these lags: noise with a memory, or what the model lacks"
-        return "follows the torque: the model lacks something"
 
 
 def residual_test(residual: Array, torque: Array) -> ResidualTest:

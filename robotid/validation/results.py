@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 from robotid.display import Displayed
 from robotid.model.array import Array
@@ -10,11 +11,107 @@ from robotid.model.structure import Structure
 from robotid.signals.frf import Frf
 from robotid.signals.record import Quantity, Role
 from robotid.signals.trace import Trace
-from robotid.validation.bode import Bode
-from robotid.validation.closed_loop import LoopErrors
-from robotid.validation.identifiability import Identifiability
-from robotid.validation.perturbation import Perturbation
-from robotid.validation.residual_tests import ResidualTest
+
+CONFIDENCE = 0.99  # of the tests of a residual
+
+Verdict = Literal["seen", "weak", "unseen", "fixed"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ResidualTest:
+    """Residual tests (Ljung 1999, section 16.6).
+
+    autocorrelation (lags,) at lags 1 to LAGS samples, within +- band at 99 % if the residual is white.
+    crosscorrelation (2 LAGS + 1,) of the residual at t with the torque at t - lag, lags -LAGS to LAGS, within
+    +- cross_band if independent; negative lags show feedback, and do not count. p values : of the portmanteau tests
+    over all positive lags. white_part : standard deviation of a white noise as dense as the residual is in the upper
+    half of its spectrum; coloured_part : of what the residual holds beyond it.
+    """
+
+    autocorrelation: Array
+    band: float
+    crosscorrelation: Array
+    cross_band: float
+    whiteness_p: float
+    independence_p: float
+    white_part: float = field(metadata={"unit": "rad/s or rad"})
+    coloured_part: float = field(metadata={"unit": "rad/s or rad"})
+
+    @property
+    def white(self) -> bool:
+        """No pattern in time at 99 %."""
+        return self.whiteness_p >= 1 - CONFIDENCE
+
+    @property
+    def independent(self) -> bool:
+        """Nothing that the torque explains at 99 %."""
+        return self.independence_p >= 1 - CONFIDENCE
+
+    @property
+    def verdict(self) -> str:
+        """In words."""
+        if self.white and self.independent:
+            return "white, and no sign of the torque: nothing is left to explain"
+        if self.independent:
+            return "coloured, though not by the torque at these lags: noise with a memory, or what the model lacks"
+        return "follows the torque: the model lacks something"
+
+
+@dataclass(frozen=True, slots=True)
+class Identifiability:
+    """How well the records of a fit see one parameter.
+
+    relative_std : robust standard deviation over the value, None for a value of zero. cosine : of its Jacobian column
+    with the span of the others, first states included. torque_share, largest_share : of its effect at its port, RMS
+    and where it is largest, None for a channel. why : the reasons in words.
+    """
+
+    name: str
+    verdict: Verdict
+    why: str
+    relative_std: float | None = None
+    cosine: float | None = None
+    torque_share: float | None = None
+    largest_share: float | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Perturbation:
+    """Change of the fit [%] of one record when one parameter at a time is perturbed, first states kept.
+
+    names (p,) : the parameters whose value is not zero. plus, minus (p,) : with the value raised and lowered by
+    percent, nan where the joint then diverges.
+    """
+
+    percent: float = field(metadata={"unit": "%"})
+    names: tuple[str, ...]
+    plus: Array = field(metadata={"unit": "%"})
+    minus: Array = field(metadata={"unit": "%"})
+
+
+@dataclass(frozen=True, slots=True)
+class LoopErrors:
+    """Errors of the closed-loop simulation: 100 ||y - yhat|| / ||y||, and root mean squares."""
+
+    position_percent: float = field(metadata={"unit": "%"})
+    speed_percent: float = field(metadata={"unit": "%"})
+    torque_percent: float = field(metadata={"unit": "%"})
+    position_rmse: float = field(metadata={"unit": "rad"})
+    speed_rmse: float = field(metadata={"unit": "rad/s"})
+    torque_rmse: float = field(metadata={"unit": "Nm"})
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bode:
+    """Magnitudes of a linearised model from motor torque, (n,) at all frequencies of the measured responses.
+
+    distance : per response the RMS of the ratio to it, uncertain lines counting less.
+    """
+
+    frequency: Array = field(metadata={"unit": "Hz"})
+    acceleration: Array = field(metadata={"unit": "rad/s2/Nm"})
+    speed: Array = field(metadata={"unit": "rad/s/Nm"})
+    distance: dict[str, float] = field(metadata={"unit": "dB"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)

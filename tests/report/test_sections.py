@@ -17,7 +17,7 @@ from robotid.errors import ConfigError
 from robotid.report.findings import Findings
 from robotid.report.save import FORMATS, check_format, save_figure
 from robotid.report.sections import FigureSpec, figure_specs
-from robotid.validation.perturbation import Perturbation
+from robotid.validation.results import Perturbation
 
 NAMES = [
     "time-small", "time-large", "bode-speed", "bode-acceleration", "parameters", "iterations",

@@ -10,6 +10,7 @@ import pytest
 from support.diagnosed_run import ran
 
 from robotid.artifacts.store import load as load_artifact
+from robotid.config.extended import extended_configuration
 from robotid.config.load import load, parse
 from robotid.diagnosis.results import Diagnosis
 from robotid.estimate.result import FitResult, Fits
@@ -19,7 +20,7 @@ from robotid.pipeline.execute import execute
 from robotid.pipeline.run import Run
 from robotid.pipeline.table import STAGES
 from robotid.signals.quality import Recordings
-from robotid.stages.extend import extend, extended_configuration
+from robotid.stages.extend import extend
 
 TO_FIT = ("excite", "collect", "init-rigid", "init-flex", "fit")
 

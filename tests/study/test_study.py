@@ -12,7 +12,7 @@ import pytest
 from support.paths import ROOT
 
 from robotid.config.load import load
-from robotid.diagnosis.misfit.location import Curve
+from robotid.diagnosis.misfit.curve import Curve
 from study.plant.catalogue import EFFECTS, UNKNOWN
 from study.plant.draw import draw
 from study.plant.experiment import Loop, Recording, experiment

@@ -7,7 +7,7 @@ from math import nan
 
 import numpy as np
 
-from robotid.diagnosis.misfit.location import Curve
+from robotid.diagnosis.misfit.curve import Curve
 from robotid.diagnosis.results import Cause, Diagnosis, Misfit, Rejected, Separation
 from robotid.estimate.result import End, Estimate, FitResult
 from robotid.extension.results import Extension, Score

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robotid.diagnosis.misfit.location import Curve
+from robotid.diagnosis.misfit.curve import Curve
 from robotid.model.array import Array
 
 

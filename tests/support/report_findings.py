@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 
-from robotid.diagnosis.misfit.location import Curve
+from robotid.diagnosis.misfit.curve import Curve
 from robotid.diagnosis.results import Diagnosis, Misfit, Rejected
 from robotid.estimate.flexible import FlexReading, FlexResult
 from robotid.estimate.grey_box import FitOptions, fit_model

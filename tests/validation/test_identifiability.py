@@ -18,7 +18,8 @@ from robotid.model.array import Array
 from robotid.model.structure import Structure
 from robotid.signals.record import Record
 from robotid.simulation.simulate import simulate
-from robotid.validation.identifiability import Identifiability, column_cosines, correlations, identify
+from robotid.validation.identifiability import column_cosines, correlations, identify
+from robotid.validation.results import Identifiability
 from robotid.validation.torque_share import TorqueShare, torque_shares
 
 SHARES = {"motor.viscous": TorqueShare("motor.viscous", "motor", 0.3, 0.5, "a speed of 40 rad/s on set1", False)}

@@ -3,41 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robotid.diagnosis.misfit.bins import bin_edges
+from robotid.diagnosis.misfit.curve import BY_DIRECTION, BY_SPEED, Curve
 from robotid.diagnosis.misfit.missing_torque import MissingTorque
 from robotid.diagnosis.misfit.settings import MISFIT
 from robotid.model.array import Array, Index, Mask
 from robotid.model.units import on_axis
 
 TURN = 2 * np.pi
-
-BY_DIRECTION, BY_SPEED = " by direction", " by speed"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Curve:
-    """The missing torque in bins of one variable.
-
-    along : "dphi_m", "phi_m", "phi_m mod 2 pi", "phi_a", "twist", "ddphi_m", "tau_m", "t", "reversal" (time since the
-    last one, negative while moving backwards), "record" (its number, from 0) or "frequency" (where missing_torque is
-    the root mean square of each band). After ", by direction" the torque is counted along the motion, after ", by
-    speed" in proportion to the speed, as large as it is at the speed `at`. x, missing_torque, spread, count : (bins,)
-    centre, mean, standard deviation within, samples. order : share of the missing torque's variance that the curve
-    explains on samples that did not make it, zero where it explains none.
-    """
-
-    along: str
-    unit: str
-    x: Array = field(metadata={"unit_in": "unit"})
-    missing_torque: Array = field(metadata={"unit": "Nm"})
-    spread: Array = field(metadata={"unit": "Nm"})
-    count: Array
-    order: float
-    at: float = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

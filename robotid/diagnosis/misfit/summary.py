@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotid.diagnosis.misfit.location import Curve, locate
+from robotid.diagnosis.misfit.curve import Curve
+from robotid.diagnosis.misfit.location import locate
 from robotid.diagnosis.misfit.missing_torque import MissingTorque, missing_torque
 from robotid.diagnosis.misfit.settings import MISFIT
 from robotid.diagnosis.noise.noise_floor import Noise, noise_levels

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from robotid.diagnosis.misfit.location import BY_DIRECTION, BY_SPEED
+from robotid.diagnosis.misfit.curve import BY_DIRECTION, BY_SPEED
 from robotid.diagnosis.nonparametric.settings import CURVES
 from robotid.diagnosis.scoring.measured_motion import as_measured
 from robotid.model.array import Array

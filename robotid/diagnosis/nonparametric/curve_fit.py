@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import linprog
 
-from robotid.diagnosis.misfit.location import BY_SPEED, Curve
+from robotid.diagnosis.misfit.curve import BY_SPEED, Curve
 from robotid.diagnosis.nonparametric.basis import (
     Basis,
     Variable,

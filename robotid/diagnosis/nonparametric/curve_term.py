@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robotid.diagnosis.misfit.location import BY_DIRECTION, BY_SPEED
+from robotid.diagnosis.misfit.curve import BY_DIRECTION, BY_SPEED
 from robotid.diagnosis.nonparametric.basis import Variable, sides
 from robotid.diagnosis.nonparametric.settings import CURVES
 from robotid.diagnosis.refit.evaluation_data import EvaluationData

@@ -11,8 +11,7 @@ from matplotlib.axes import Axes
 from robotid.numerals import fixed
 from robotid.report.style.axes import FAINT, INK, Units, axis_label, colour, legend, style_axes, write_out_ticks
 from robotid.signals.frf import Frf
-from robotid.validation.bode import Bode
-from robotid.validation.results import Validation
+from robotid.validation.results import Bode, Validation
 
 Motion = Literal["acceleration", "speed"]
 UNIT = {"acceleration": "rad/s2/Nm", "speed": "rad/s/Nm"}

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from robotid.diagnosis.misfit.location import BY_DIRECTION, BY_SPEED, Curve
+from robotid.diagnosis.misfit.curve import BY_DIRECTION, BY_SPEED, Curve
 from robotid.model.array import Array
 from robotid.numerals import percent, significant
 from robotid.report.style.axes import BLUE, INK, VERMILLION, Units, axis_label, style_axes, write_out_ticks

@@ -11,8 +11,7 @@ from matplotlib.patches import Rectangle
 
 from robotid.model.array import Array
 from robotid.report.style.axes import FAINT, style_axes
-from robotid.validation.perturbation import Perturbation
-from robotid.validation.results import ModelValidation
+from robotid.validation.results import ModelValidation, Perturbation
 
 DARK = 0.55  # of the scale: from here on white figures
 ON_LIGHT, ON_DARK = "#101010", "#fefefe"

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from robotid.model.array import Array
 from robotid.report.style.axes import BAND, BLUE, FAINT, INK, VERMILLION, style_axes
-from robotid.validation.residual_tests import ResidualTest
+from robotid.validation.results import ResidualTest
 
 
 def draw_correlations(upper: Axes, lower: Axes, name: str, test: ResidualTest) -> None:

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from robotid.diagnosis.misfit.location import Curve
+from robotid.diagnosis.misfit.curve import Curve
 from robotid.numerals import percent, significant
 from robotid.report.drawing.layout import one_figure
 from robotid.report.drawing.location import best_of_each, counted, draw_curve, draw_shape, reach_of, variable

@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 
-from robotid.diagnosis.misfit.location import Curve
+from robotid.diagnosis.misfit.curve import Curve
 from robotid.diagnosis.results import Cause, Diagnosis, Rejected, Separation
 from robotid.estimate.result import Estimate
 from robotid.model.units import sliding

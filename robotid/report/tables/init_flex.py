@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from robotid.estimate.flexible import FlexReading, FlexResult
+from typing import TYPE_CHECKING
+
 from robotid.numerals import number
 from robotid.report.tables.table import Json, Table
+
+if TYPE_CHECKING:
+    from robotid.estimate.flexible import FlexReading, FlexResult
 
 
 def tables(flex: FlexResult) -> tuple[Table, ...]:

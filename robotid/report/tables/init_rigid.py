@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from robotid.estimate.rigid import RigidResult
+from typing import TYPE_CHECKING
+
 from robotid.numerals import fixed, number
 from robotid.report.tables.table import Json, Table
+
+if TYPE_CHECKING:
+    from robotid.estimate.rigid import RigidResult
 
 
 def tables(rigid: RigidResult) -> tuple[Table, ...]:

@@ -7,8 +7,7 @@ from math import sqrt
 from robotid.model.units import unit_of
 from robotid.numerals import fixed, number
 from robotid.report.tables.table import Json, Table
-from robotid.validation.perturbation import Perturbation
-from robotid.validation.results import ModelValidation, RecordValidation, Validation
+from robotid.validation.results import ModelValidation, Perturbation, RecordValidation, Validation
 
 
 def tables(validation: Validation) -> tuple[Table, ...]:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from support.hidden_records import SPEED_NOISE, TORQUE_NOISE, Hidden, hidden
 
-from robotid.diagnosis.misfit.location import Curve, locate
+from robotid.diagnosis.misfit.curve import Curve
+from robotid.diagnosis.misfit.location import locate
 from robotid.diagnosis.misfit.missing_torque import MissingTorque, missing_torque
 from robotid.model.array import Array
 

@@ -12,7 +12,7 @@ from support.followed_curve import correlation_beyond, followed, imitable
 from support.small_bench import AXIS, SAMPLING_TIME, TRUTH, begun, fitted, records_of, searched, simulated
 
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.misfit.location import Curve
+from robotid.diagnosis.misfit.curve import Curve
 from robotid.diagnosis.nonparametric.curve_fit import fit_acting, fit_curves
 from robotid.diagnosis.results import Diagnosis
 from robotid.diagnosis.verdict import verdict

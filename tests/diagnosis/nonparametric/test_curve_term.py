@@ -7,7 +7,7 @@ import pytest
 from support.small_bench import AXIS, TRUTH, records
 
 from robotid.catalogue import assemble
-from robotid.diagnosis.misfit.location import BY_DIRECTION, BY_SPEED
+from robotid.diagnosis.misfit.curve import BY_DIRECTION, BY_SPEED
 from robotid.diagnosis.nonparametric.basis import Variable
 from robotid.diagnosis.nonparametric.curve_term import FreeCurve
 from robotid.model.port import Port

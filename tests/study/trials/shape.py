@@ -11,7 +11,7 @@ from study.plant.catalogue import UNKNOWN
 from study.plant.experiment import Array, Recording
 from study.plant.rig import RATIO
 from study.trials.case import Hidden
-from robotid.diagnosis.misfit.location import Curve
+from robotid.diagnosis.misfit.curve import Curve
 
 
 def correlation(curve: Curve, hidden: Hidden, records: Mapping[str, Recording]) -> float:

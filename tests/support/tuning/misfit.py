@@ -12,7 +12,8 @@ import pytest
 from robotid.catalogue import assemble
 from robotid.diagnosis.misfit import missing_torque as missing
 from robotid.diagnosis.misfit.bins import bin_edges
-from robotid.diagnosis.misfit.location import Curve, locate
+from robotid.diagnosis.misfit.curve import Curve
+from robotid.diagnosis.misfit.location import locate
 from robotid.diagnosis.misfit.missing_torque import MissingTorque, _likeliest
 from robotid.diagnosis.misfit.settings import MISFIT
 from robotid.diagnosis.misfit.smoother import Chain, Smoothed
