@@ -62,7 +62,7 @@ def diagnose(
     validation = [part for part in parts if part.name not in model.records]
     found = search(Evidence(model, fitted, validation, options.horizon), criteria, log)
     log("measuring where the misfit sits")
-    diagnosis = verdict(model, simulated, found)
+    diagnosis = verdict(model, simulated, found, criteria)
     diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
     return diagnosis if options.experiments is None else with_experiments(diagnosis, found, options.experiments)
 

@@ -11,7 +11,8 @@ from robotid.estimate.result import Estimate
 from robotid.signals.record import Quantity, Role
 from robotid.signals.trace import Trace
 
-Verdict = Literal["clean", "named", "unknown", "not explained"]
+Verdict = Literal["clean", "named", "partly named", "unknown", "not explained"]
+EventKind = Literal["bump", "step", "drift"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -20,7 +21,7 @@ class Misfit:
 
     noise_floor : the smallest RMS error that any model could have here; misfit : the RMS error of this one beyond it,
     root of the difference of squares; both in the unit of the output. explained_after : share of the misfit's energy
-    that all causes together remove.
+    that all causes together remove, every frequency weighed by the noise that it has.
     """
 
     role: Role
@@ -43,12 +44,59 @@ class Separation:
     ratio: float
 
 
+@dataclass(frozen=True, slots=True)
+class Confounded:
+    """An effect whose answer on these motions is like that of a cause. correlation : share of the cause's amplitude
+    that lies along it, from 0 to 1, once the fitted parameters have taken what they can."""
+
+    effect: str
+    correlation: float
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """What happened once in a record, and is no effect of the machine.
+
+    start, end : in seconds of the record. kind : a "bump" lasts from start to end, a "step" lasts to the end of the
+    record, a "drift" grows from nothing at the start of the record to its size at the end. friction : whether the
+    torque opposes the motion, rather than always acts one way. torque : at the motor, signed as an applied torque, of
+    friction as its increase; std : its standard deviation. p_value : of the largest event of a record without any.
+    """
+
+    record: str
+    kind: EventKind
+    friction: bool
+    start: float = field(metadata={"unit": "s"})
+    end: float = field(metadata={"unit": "s"})
+    torque: float = field(metadata={"unit": "Nm"})
+    std: float = field(metadata={"unit": "Nm"})
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True)
+class DetectionLimit:
+    """The smallest size of an effect that these records would have shown.
+
+    symbol, unit : of the parameter that is its size; size : infinite where the effect is invisible here, because the
+    fitted parameters do all that it does, or because no size that it may have would show.
+    """
+
+    effect: str
+    symbol: str
+    size: float = field(metadata={"unit_in": "unit"})
+    unit: str
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Cause:
     """An effect that the model lacks.
 
-    explained : share of the misfit's energy above the noise floor that it removes. heldout_gain : of fit, on records
-    or blocks that did not serve to fit it. twins : what these data cannot tell from it, itself first.
+    explained : share of the misfit's energy above the noise floor that it removes beside the causes before it, every
+    frequency weighed by the noise that it has; the shares of all causes add up to what they remove. explained_of : the
+    held-out record that the share is of, where the cause is a difference of that record; empty where it is of the
+    records of the fit. heldout_gain : of fit, on records or blocks that did not serve to fit it. twins : what these
+    data cannot tell from it, itself first. confounded_with : what else is much like it on these motions, the most
+    alike first.
     """
 
     effect: str
@@ -58,6 +106,8 @@ class Cause:
     p_value: float
     twins: tuple[str, ...]
     separation: Separation | None
+    confounded_with: tuple[Confounded, ...] = ()
+    explained_of: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,10 +125,13 @@ class Diagnosis(Displayed):
     """The verdict on one fitted model.
 
     noise_floor, misfit, remaining : RMS over the records of the fit, in the unit of the output; remaining is the misfit
-    that the causes leave. records : by name. missing : the missing torque [Nm] of each record: its measured part is
-    what the residual asks for, its simulated part what the causes supply. curves : where the missing torque sits, best
-    ordered first. shape : the curve of what no cause explains, its order the share of the misfit.
-    refitted : all parameters of the model with its causes, by name, to start from.
+    that the causes leave, remaining_share their part of its energy, by the same measure as the shares of the causes:
+    all of them and the remainder make one. events : what happened once, and was taken out before causes were sought.
+    limits : the smallest size of each effect of the catalogue that would have been seen. records : by name. missing :
+    the missing torque [Nm] of each record: its measured part is what the residual asks for, its simulated part what the
+    causes supply. curves : where the missing torque sits, best ordered first. shape : the curve of what no cause
+    explains, its order the share of the misfit. refitted : all parameters of the model with its causes, by name, to
+    start from.
     """
 
     verdict: Verdict
@@ -97,3 +150,6 @@ class Diagnosis(Displayed):
     shape: Curve | None
     remarks: tuple[str, ...] = ()
     refitted: dict[str, float] = field(default_factory=dict, metadata={"unit": "SI"})
+    remaining_share: float = 1.0
+    events: tuple[Event, ...] = ()
+    limits: tuple[DetectionLimit, ...] = ()

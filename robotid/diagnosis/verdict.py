@@ -8,9 +8,11 @@ from typing import TypeVar
 
 import numpy as np
 
+from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.misfit.summary import locate_misfit
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.results import Cause, Diagnosis, Misfit, Rejected, Verdict
+from robotid.diagnosis.scoring.limits import detection_limits
 from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.search.state import AcceptedCause, SearchResult
 from robotid.diagnosis.settings import VERDICT
@@ -18,7 +20,7 @@ from robotid.estimate.fitted_model import FittedModel, Simulated, SimulatedSegme
 from robotid.estimate.residual import measured_output
 from robotid.estimate.result import Estimate
 from robotid.model.array import Array
-from robotid.model.structure import belongs
+from robotid.model.structure import belongs, changed
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
 from robotid.signals.trace import Trace, downsampled
@@ -28,16 +30,23 @@ UNEXPLAINED = "the model does not simulate the records that it was fitted to: `r
 SHAPELESS = "the misfit is far above the noise, yet no curve along one variable explains much of it"
 
 
-def verdict(model: FittedModel, simulated: Sequence[Simulated], found: SearchResult) -> Diagnosis:
-    """The diagnosis of a model simulated on records, or on stretches of them, from the search for what it lacks."""
+def verdict(
+    model: FittedModel, simulated: Sequence[Simulated], found: SearchResult, criteria: Criteria | None = None
+) -> Diagnosis:
+    """The diagnosis of a model simulated on records, or on stretches of them, from the search for what it lacks.
+
+    criteria : of the search, by which an effect would have been seen.
+    """
     names = dict.fromkeys(run.record.name for run in simulated)
     runs = {name: joined([run for run in simulated if run.record.name == name]) for name in names}
     segments = [segment for run in runs.values() for segment in run.segments(model.output)]
     segments_after = (*found.last.fitted, *found.last.validation) if found.causes else ()
     location = locate_misfit(segments, segments_after, model.output)
     before, after = _residuals(segments), _residuals(segments_after)
+    explained = found.explained_by_record() if found.causes else {}
     misfits = {
-        name: _misfit(model, run.record, before[name], location.floors, after.get(name)) for name, run in runs.items()
+        name: _misfit(model, run.record, before[name], location.floors, explained.get(name, 0.0))
+        for name, run in runs.items()
     }
     fitted = [segment.record.name for segment in found.data.fitted]
     floor = _rms([misfits[name].noise_floor for name in dict.fromkeys(fitted)])
@@ -45,7 +54,12 @@ def verdict(model: FittedModel, simulated: Sequence[Simulated], found: SearchRes
     remaining = _beyond(_rms([root_mean_square(after[name]) for name in fitted]), floor) if after else misfit
     left = {name: after.get(name, before[name]) for name in dict.fromkeys(fitted)}
     measured = {name: runs[name].measured(model.output) for name in left}
-    word = "not explained" if hardly_explained(measured, left) else _word(found, misfit, floor)
+    share = found.remaining_share
+    word = _word(found, misfit, floor)
+    if hardly_explained(measured, left):
+        word = "not explained"
+    elif found.causes and is_partial(share, misfit, remaining, floor):
+        word = "partly named"
     changes = found.changes if found.causes or found.curve is None else ()
     return Diagnosis(
         verdict=word,
@@ -64,6 +78,8 @@ def verdict(model: FittedModel, simulated: Sequence[Simulated], found: SearchRes
         shape=None if found.curve is None else replace(found.curve.curve, order=found.curve_share),
         refitted=dict(zip(found.last.parameters.names, found.last.parameters.values.tolist(), strict=True)),
         remarks=_remarks(word, found),
+        remaining_share=share,
+        limits=detection_limits(found.rounds[-1], criteria or Criteria(), found.last.structure.effects),
     )
 
 
@@ -73,6 +89,13 @@ def _word(found: SearchResult, misfit: float, floor: float) -> Verdict:
     if found.causes or (found.changes and found.curve is None):
         return "named"
     return "clean" if found.curve is None and misfit <= VERDICT.clear_misfit * floor else "unknown"
+
+
+def is_partial(share: float, misfit: float, remaining: float, floor: float) -> bool:
+    """Whether causes leave more than half of the misfit's energy: by the noise of every frequency (share), or plainly
+    in the unit of the output, where what remains is beyond the noise."""
+    plain = remaining > floor and remaining**2 > VERDICT.partial_share * misfit**2
+    return share > VERDICT.partial_share or plain
 
 
 def _remarks(word: Verdict, found: SearchResult) -> tuple[str, ...]:
@@ -95,7 +118,7 @@ def not_explained(model: FittedModel, simulated: Sequence[Simulated]) -> Diagnos
     names = dict.fromkeys(run.record.name for run in simulated)
     runs = {name: joined([run for run in simulated if run.record.name == name]) for name in names}
     residuals = {name: run.measured(model.output) - run.signal(model.output) for name, run in runs.items()}
-    misfits = {name: _misfit(model, run.record, residuals[name], {}, None) for name, run in runs.items()}
+    misfits = {name: _misfit(model, run.record, residuals[name], {}, 0.0) for name, run in runs.items()}
     wrong = _rms([misfits[name].rmse for name in names if name in model.records])
     return Diagnosis(
         verdict="not explained",
@@ -139,20 +162,17 @@ def _residuals(segments: Sequence[SimulatedSegment]) -> dict[str, Array]:
 
 
 def _misfit(
-    model: FittedModel, record: Record, residual: Array, floors: Mapping[str, float], after: Array | None
+    model: FittedModel, record: Record, residual: Array, floors: Mapping[str, float], explained: float
 ) -> Misfit:
     rmse, floor = root_mean_square(residual), floors.get(record.name, 0.0)
     output = measured_output(record, model.output)
-    beyond = _beyond(rmse, floor)
-    left = 0.0 if after is None else _beyond(root_mean_square(after), floor)
-    explained = 0.0 if after is None else 1.0 - left**2 / max(beyond**2, 1e-12)
     return Misfit(
         role=record.role,
         fit_percent=fit_percent(output, output - residual),
         rmse=rmse,
         noise_floor=min(floor, rmse),
-        misfit=beyond,
-        explained_after=float(np.clip(explained, 0.0, 1.0)),
+        misfit=_beyond(rmse, floor),
+        explained_after=explained,
     )
 
 
@@ -178,14 +198,16 @@ def trace(run: Simulated, model: FittedModel) -> Trace:
 def _cause(found: AcceptedCause) -> Cause:
     """A cause as it is reported."""
     estimates = _estimates(found.after, found.effect)
-    return Cause(found.effect, estimates, found.explained, found.gain, found.p_value, found.twins, None)
+    alike = tuple(one for one in found.confounded if one.effect not in found.twins)
+    return Cause(found.effect, estimates, found.explained, found.gain, found.p_value, found.twins, None, alike)
 
 
 def _changed(found: RecordChange) -> Cause:
     """A change of a validation record as it is reported; its deviation is not known."""
     nan = float("nan")
     estimate = Estimate(found.effect, found.value, found.unit, nan, nan, float("-inf"), float("inf"))
-    return Cause(found.effect, (estimate,), found.explained, found.gain, found.p_value, found.twins, None)
+    of = changed(found.effect)[0]
+    return Cause(found.effect, (estimate,), found.explained, found.gain, found.p_value, found.twins, None, (), of)
 
 
 def _estimates(model: RefittedModel, effect: str) -> tuple[Estimate, ...]:

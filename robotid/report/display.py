@@ -288,6 +288,7 @@ class DiagnosisView(View[Diagnosis]):
             "explained": [c.explained for c in causes],
             "heldout_gain": [c.heldout_gain for c in causes],
             "p_value": [c.p_value for c in causes],
+            "confounded_with": [", ".join(one.effect for one in c.confounded_with) for c in causes],
             "class": [", ".join(c.twins) for c in causes],
             "parameters": [{p.name.removeprefix(f"{c.effect}."): p.value for p in c.parameters} for c in causes],
         }

@@ -141,14 +141,17 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
     noise = f"{significant(d.noise_floor, 2) if d.noise_floor > ROUNDING else 0} {unit}"
     if d.verdict == "clean":
         yield f"What it leaves is noise of {noise} RMS: there is nothing else to explain."
+        yield from _invisible(d)
         return
     if d.verdict == "not explained":
         wrong = f"{significant(d.misfit, 2)} {unit} RMS"
         yield f"it does not simulate the records that it was fitted to: it is wrong by {wrong}. No cause can be named."
         return
     yield f"beyond noise of {noise} it is wrong by {significant(d.misfit, 2)} {unit} RMS{_place(f, d)}."
+    yield from _happened(f, d)
     if d.causes:
         lead = "The cause is" if len(d.causes) == 1 else "The causes are"
+        lead = f"Part of it is explained: {lead.lower()}" if d.verdict == "partly named" else lead
         yield f"{lead} {listed([_cause(f, c) for c in d.causes])}."
         yield from _twins(d)
     if d.verdict == "unknown":
@@ -158,7 +161,32 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
     elif d.causes and d.remaining < d.misfit:
         verb = "Together they leave" if len(d.causes) > 1 else "It leaves"
         left = f"{significant(d.remaining, 2)} {unit}" if d.remaining > MIN_REMAINING * d.noise_floor else "nothing"
-        yield f"{verb} {left} beyond the noise."
+        share = f" ({percent(d.remaining_share, 0)} % of the misfit's energy)" if left != "nothing" else ""
+        yield f"{verb} {left} beyond the noise{share}."
+
+
+def _happened(f: Findings, d: Diagnosis) -> Iterator[str]:
+    """What happened once in a record."""
+    for event in d.events[:MAX_NAMED]:
+        size = f"{significant(event.torque, 2)} {f.units('Nm')}"
+        what = "friction that is larger by" if event.friction else "a torque of"
+        if event.kind == "bump":
+            when = f"from {significant(event.start)} to {significant(event.end)} s"
+        elif event.kind == "step":
+            when = f"from {significant(event.start)} s on"
+        else:
+            when = "at its end, where it has grown to from nothing"
+        yield f"In {event.record} {what} {size} acts {when}: an event, not a property of the machine."
+    if len(d.events) > MAX_NAMED:
+        yield f"There are {len(d.events) - MAX_NAMED} more events."
+
+
+def _invisible(d: Diagnosis) -> Iterator[str]:
+    """Effects that may be there for all that these records show."""
+    unseen = [one.effect for one in d.limits if not isfinite(one.size)]
+    if d.limits:
+        rest = f"; {listed(unseen)} cannot be seen in them at all" if unseen else ""
+        yield f"From which size on these records would have shown each effect stands in the table of limits{rest}."
 
 
 def _place(f: Findings, d: Diagnosis) -> str:
@@ -176,7 +204,8 @@ def _cause(f: Findings, cause: Cause) -> str:
         description = f"differs in {record}{by}; "
     elif cause.effect.rpartition(".")[2] in EFFECTS:
         description = f"{EFFECTS[cause.effect.rpartition('.')[2]].signature}; "
-    return f"{name} ({description}explains {percent(cause.explained, 0)} %)"
+    of = f" of {cause.explained_of}" if cause.explained_of else ""
+    return f"{name} ({description}explains {percent(cause.explained, 0)} %{of})"
 
 
 def _twins(d: Diagnosis) -> Iterator[str]:

@@ -21,6 +21,7 @@ CAUSE = {
     "heldout_gain": NUMBER,
     "p_value": NUMBER,
     "class": list,
+    "confounded_with": list,
 }
 REJECTED = {"effect": TEXT, "explained": NUMBER, "heldout_gain": (*NUMBER, type(None)), "why": TEXT}
 DIAGNOSIS = {
@@ -31,6 +32,9 @@ DIAGNOSIS = {
     "causes": list,
     "rejected": list,
     "remaining": NUMBER,
+    "remaining_share": NUMBER,
+    "events": list,
+    "limits": dict,
     "shape": (dict, type(None)),
 }
 EXTENSION = {

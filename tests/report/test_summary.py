@@ -64,9 +64,11 @@ def test_the_whole_story() -> None:
         "Beyond noise of 0.01 rad/s it is wrong by 0.13 rad/s RMS; the torque that it lacks follows the motor speed"
         " best.",
         "The causes are motor.stribeck (torque missing at small speed only; explains 97 %) and arm.inertia.J (differs"
-        " in large by 12 kg m2; explains 2 %).",
+        " in large by 12 kg m2; explains 2 % of large).",
+        "In small a torque of 0.3 Nm acts from 1.7 to 2.5 s: an event, not a property of the machine.",
+        "In small friction that is larger by 0.16 Nm acts from 2.2 s on: an event, not a property of the machine.",
         "These data cannot tell motor.stribeck from motor.presliding; an experiment that would is given below.",
-        "Together they leave 0.011 rad/s beyond the noise.",
+        "Together they leave 0.011 rad/s beyond the noise (3 % of the misfit's energy).",
         "With motor.stribeck added, the fit of held-out record large goes from 95.00 to 99.20 % (its RMS error falls by"
         " 95 %).",
         "Dropped in the final fit, for it no longer earned its place: motor.cogging.",
@@ -77,7 +79,8 @@ def test_the_whole_story() -> None:
 
 def test_clean_and_unknown_are_answers() -> None:
     clean = told(diagnosis=CLEAN, extension=replace(findings().extension, added=()))
-    assert clean.endswith("What it leaves is noise of 0.01 rad/s RMS: there is nothing else to explain.")
+    assert "What it leaves is noise of 0.01 rad/s RMS: there is nothing else to explain." in clean
+    assert clean.endswith("stands in the table of limits; gear.backlash cannot be seen in them at all.")
     unknown = told(diagnosis=UNKNOWN, extension=None)
     assert "No effect of the catalogue explains it, so the cause is unknown;" in unknown
     assert unknown.endswith("what is missing follows the motor angle best.")

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import nan
+from math import inf, nan
 
 import numpy as np
 
 from robotid.diagnosis.misfit.curve import Curve
-from robotid.diagnosis.results import Cause, Diagnosis, Misfit, Rejected, Separation
+from robotid.diagnosis.results import (
+    Cause,
+    Confounded,
+    DetectionLimit,
+    Diagnosis,
+    Event,
+    Misfit,
+    Rejected,
+    Separation,
+)
 from robotid.estimate.result import End, Estimate, FitResult
 from robotid.extension.results import Extension, Score
 from robotid.model.structure import Structure
@@ -40,6 +49,7 @@ STRIBECK = Cause(
     p_value=1e-12,
     twins=("motor.stribeck", "motor.presliding"),
     separation=Separation("motor.presliding", '{"kind": "triangle", "amplitude": 5, "period": 2}', 7.5),
+    confounded_with=(Confounded("motor.quadratic_friction", 0.92),),
 )
 PAYLOAD = Cause(
     "record_change.day2.arm.inertia.J",
@@ -49,6 +59,13 @@ PAYLOAD = Cause(
     p_value=3e-4,
     twins=("record_change.day2.arm.inertia.J",),
     separation=None,
+    explained_of="day2",
+)
+PUSH = Event("set1", "bump", False, 1.7, 2.5, 0.3, 0.01, 1e-20)
+STEP = Event("set1", "step", True, 2.2, 6.25, 0.16, 0.02, 1e-9)
+LIMITS = (
+    DetectionLimit("gear.backlash", "gap", inf, "rad"),
+    DetectionLimit("motor.cogging", "A", 0.0075, "Nm"),
 )
 
 NAMED = Diagnosis(
@@ -73,10 +90,22 @@ NAMED = Diagnosis(
     residuals={"set1": trace(), "check": trace()},
     shape=None,
     remarks=("the records are short",),
+    remaining_share=0.03,
+    events=(PUSH, STEP),
+    limits=LIMITS,
 )
 UNKNOWN = replace(NAMED, verdict="unknown", causes=(), remaining=0.13, shape=curve("phi_m", "rad"))
 CLEAN = replace(
-    NAMED, verdict="clean", causes=(), rejected=(), curves=(), misfit=0.0, remaining=0.0, missing={}, remarks=()
+    NAMED,
+    verdict="clean",
+    causes=(),
+    events=(),
+    rejected=(),
+    curves=(),
+    misfit=0.0,
+    remaining=0.0,
+    missing={},
+    remarks=(),
 )
 
 FIT = FitResult(

@@ -92,7 +92,7 @@ def diagnosis() -> Diagnosis:
     missing = {r.name: Trace(r.t, -0.2 * np.sign(r.dphi_m), -0.19 * np.sign(r.dphi_m), "Nm") for r in clean_records()}
     tried = [Rejected(f"motor.{name}", share, -0.1, "worse held out") for name, share in TRIED.items()]
     changed = "record_change.large.arm.inertia.J"
-    payload = replace(PAYLOAD, effect=changed, twins=(changed,))
+    payload = replace(PAYLOAD, effect=changed, twins=(changed,), explained_of="large")
     return replace(
         NAMED,
         model="m",
@@ -103,6 +103,7 @@ def diagnosis() -> Diagnosis:
         causes=(STRIBECK, payload),
         rejected=tuple(tried),
         curves=curves(),
+        events=tuple(replace(event, record="small") for event in NAMED.events),
         missing=missing,
     )
 

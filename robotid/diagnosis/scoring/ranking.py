@@ -10,7 +10,7 @@ import numpy as np
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.refitted_model import RefittedModel, Unknowns
-from robotid.diagnosis.scoring.candidate import EffectCandidate, ForceGradient
+from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate, ForceGradient
 from robotid.diagnosis.scoring.catalogue_candidates import candidates
 from robotid.diagnosis.scoring.projection import Projected, left_over, project
 from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandidate, record_changes
@@ -40,13 +40,14 @@ class Round:
     """What the score says of a model.
 
     model : as it was scanned; scores : of all candidates, best first; inflation : energy of the residual per direction
-    that no single candidate explains, in variances of the noise.
+    that no single candidate explains, in variances of the noise; candidates : in the order of the projected columns.
     """
 
     model: RefittedModel
     projected: Projected
     scores: tuple[Score, ...]
     inflation: float
+    candidates: tuple[Candidate, ...] = ()
 
     @property
     def best_of_each(self) -> list[Score]:
@@ -85,8 +86,9 @@ def rank(scan: CandidateScan, criteria: Criteria) -> Round:
         further = scans(model.fitted, Unknowns(model.output), refined)
         seen = tuple(one.with_columns(more.signals[:-1]) for one, more in zip(seen, further, strict=True))
     projected = project(seen, changes)
-    scores = tuple(score(projected, (*scan.candidates, *refined, *changes)))
-    return Round(model, projected, scores, _inflation(projected, best_of_each(scores)))
+    tried = (*scan.candidates, *refined, *changes)
+    scores = tuple(score(projected, tried))
+    return Round(model, projected, scores, _inflation(projected, best_of_each(scores)), tried)
 
 
 def misfit_gradients(scan: CandidateScan) -> list[ForceGradient]:

@@ -11,6 +11,7 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, reduced
+from robotid.diagnosis.scoring.confounding import confounded_with
 from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.refits import CandidateRefit, refit_hopeful
@@ -130,6 +131,7 @@ def as_cause(state: SearchState, refits: Sequence[CandidateRefit]) -> AcceptedCa
         before=state.model,
         after=best.model,
         rival=rivals[0] if rivals else None,
+        confounded=confounded_with(best.score, seen.projected, seen.scores),
     )
 
 

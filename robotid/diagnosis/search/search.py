@@ -80,7 +80,11 @@ def as_result(state: SearchState) -> SearchResult:
 
 def _by_one_noise(state: SearchState) -> tuple[AcceptedCause, ...]:
     """The causes with what each explains beside those before it by the noise as it shows at last; when they were found
-    it was taken for larger, and shares by different noises do not add up."""
-    models = pairwise([state.first, *(cause.after for cause in state.causes)])
-    shares = [share_removed(state.first, before, after, state.data) for before, after in models]
+    it was taken for larger, and shares by different noises do not add up. The last one is measured by the model at the
+    end, so that all shares and what remains make one."""
+    models = [*(cause.after for cause in state.causes[:-1]), state.model]
+    left = [1.0]
+    for model in models[: len(state.causes)]:
+        left.append(min(left[-1], 1.0 - share_removed(state.first, state.first, model, state.data)))
+    shares = [before - after for before, after in pairwise(left)]
     return tuple(replace(cause, explained=share) for cause, share in zip(state.causes, shares, strict=True))

@@ -11,6 +11,7 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refitted_model import RefittedModel
+from robotid.diagnosis.results import Confounded
 from robotid.diagnosis.scoring.ranking import CandidateScan, Round, rank, scan_candidates
 from robotid.diagnosis.search.record_changes import RecordChange
 
@@ -23,7 +24,8 @@ class AcceptedCause:
 
     explained : share of the first model's misfit that it removes from the fitted segments; gain : of the fit on the
     validation segments [% points]; twins : effects that these data cannot distinguish from it, itself first; before,
-    after : the model without and with it; rival : the model with the first of its twins that was refitted.
+    after : the model without and with it; rival : the model with the first of its twins that was refitted; confounded :
+    what answers much like it on these motions.
     """
 
     effect: str
@@ -34,6 +36,7 @@ class AcceptedCause:
     before: RefittedModel
     after: RefittedModel
     rival: RefittedModel | None = None
+    confounded: tuple[Confounded, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +115,23 @@ class SearchResult:
     curve: FittedCurve | None = None
     curve_share: float = 0.0
     changes: tuple[RecordChange, ...] = ()
+
+    @property
+    def remaining_share(self) -> float:
+        """Share of the first model's misfit energy that the causes leave."""
+        return max(0.0, 1.0 - sum(cause.explained for cause in self.causes))
+
+    def explained_by_record(self) -> dict[str, float]:
+        """Share of the first model's misfit energy that all causes remove, of each record, by the noise that shows at
+        last."""
+        segments = (*self.data.fitted, *self.data.validation)
+        before, after = (*self.first.fitted, *self.first.validation), (*self.last.fitted, *self.last.validation)
+        whole, removed = dict[str, float](), dict[str, float]()
+        for segment, one, other in zip(segments, before, after, strict=True):
+            name, energy = segment.record.name, segment.energy(one.residual)
+            whole[name] = whole.get(name, 0.0) + energy - len(one.residual)
+            removed[name] = removed.get(name, 0.0) + energy - segment.energy(other.residual)
+        return {name: float(np.clip(removed[name] / max(whole[name], 1e-9), 0.0, 1.0)) for name in whole}
 
 
 def misfit_energy(model: RefittedModel, data: EvaluationData) -> float:

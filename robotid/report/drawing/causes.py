@@ -45,7 +45,7 @@ def _bar(axes: Axes, k: int, name: str, share: float, shade: str, label: str) ->
 
 
 def _label(cause: Cause) -> str:
-    share = f"{percent(cause.explained)} %"
+    share = f"{percent(cause.explained)} %{f' of {cause.explained_of}' if cause.explained_of else ''}"
     return f"{share}, held out {cause.heldout_gain:+.2f}" if isfinite(cause.heldout_gain) else share
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
+from robotid.diagnosis.results import Cause
 from robotid.numerals import fixed, listed, percent
 from robotid.report.drawing.causes import rows_of
 from robotid.report.drawing.gain import gains
@@ -26,9 +27,14 @@ class Causes(Section):
 
 def _causes(f: Findings) -> Iterator[FigureSpec]:
     if f.diagnosis is not None and rows_of(f.diagnosis):
-        causes = listed([f"{c.effect} explains {percent(c.explained)} %" for c in f.diagnosis.causes])
+        causes = listed([_explains(cause) for cause in f.diagnosis.causes])
         alt = f"Effects ranked by the share of the misfit that they explain: {causes or 'none is a cause'}."
         yield FigureSpec("causes", "Causes, ranked", alt, partial(causes_figure, f.diagnosis))
+
+
+def _explains(cause: Cause) -> str:
+    of = f" of {cause.explained_of}" if cause.explained_of else ""
+    return f"{cause.effect} explains {percent(cause.explained)} %{of}"
 
 
 def _gain(f: Findings) -> Iterator[FigureSpec]:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import json
+from math import isfinite
 
 import numpy as np
 
 from robotid.diagnosis.misfit.curve import Curve
-from robotid.diagnosis.results import Cause, Diagnosis, Rejected, Separation
+from robotid.diagnosis.results import Cause, DetectionLimit, Diagnosis, Event, Rejected, Separation
 from robotid.estimate.result import Estimate
 from robotid.model.units import sliding
 from robotid.numerals import fixed, number, percent, rms
 from robotid.report.tables.table import Json, Table
 
 SHOWN = 12  # bins of a shape that a table shows
-VERDICTS = {"clean": "green", "named": "cyan", "unknown": "yellow", "not explained": "red"}
+ALIKE = 3  # confounded effects that a table shows
+VERDICTS = {"clean": "green", "named": "cyan", "partly named": "yellow", "unknown": "yellow", "not explained": "red"}
 
 
 def tables(diagnosis: Diagnosis) -> tuple[Table, ...]:
@@ -23,16 +25,19 @@ def tables(diagnosis: Diagnosis) -> tuple[Table, ...]:
         _verdict(diagnosis),
         _records(diagnosis),
         *_curves(diagnosis),
+        *_events(diagnosis),
         *_causes(diagnosis),
         *_separations(diagnosis),
         *_rejected(diagnosis),
         *_shape(diagnosis),
+        *_limits(diagnosis),
     )
 
 
 def brief(diagnosis: Diagnosis) -> tuple[Table, ...]:
     """The verdict and its causes alone."""
-    return (_verdict(diagnosis), *_causes(diagnosis), *_separations(diagnosis), *_shape(diagnosis))
+    found = (*_events(diagnosis), *_causes(diagnosis), *_separations(diagnosis), *_shape(diagnosis))
+    return (_verdict(diagnosis), *found)
 
 
 def document(diagnosis: Diagnosis) -> Json:
@@ -45,8 +50,11 @@ def document(diagnosis: Diagnosis) -> Json:
         "misfit": diagnosis.misfit,
         "unit": diagnosis.unit,
         "causes": [_cause(cause) for cause in diagnosis.causes],
+        "events": [_event(event) for event in diagnosis.events],
         "rejected": [rejected_document(one) for one in diagnosis.rejected],
         "remaining": diagnosis.remaining,
+        "remaining_share": diagnosis.remaining_share,
+        "limits": {one.effect: _limit(one) for one in diagnosis.limits},
         "shape": None if diagnosis.shape is None else _curve(diagnosis.shape, torque),
         "records": {
             name: {
@@ -73,19 +81,28 @@ def sentence(diagnosis: Diagnosis) -> str:
         wrong = f"it is wrong by {rms(d.misfit, 2)} {unit}"
         return f"{d.model} does not simulate the records that it was fitted to: {wrong}; `robotid check` examines them"
     causes = ", and ".join(map(_clause, d.causes))
-    if d.verdict == "named":
-        left = f"; {rms(d.remaining, 2)} of {rms(d.misfit, 2)} {unit} remain" * (d.remaining < d.misfit)
-        return f"{d.model} lacks {causes}{left}"
+    if d.verdict in ("named", "partly named"):
+        among = " among others" if d.verdict == "partly named" else ""
+        return f"{d.model} lacks{among} {causes}{remainder(d)}"
     place = "" if d.shape is None else f"; it is ordered best along {d.shape.along}"
     known = f"{d.model} lacks {causes}, and more" if causes else f"{d.model} is wrong by {rms(d.misfit, 2)} {unit}"
     return f"{known} that no effect of the catalogue explains{place}"
+
+
+def remainder(d: Diagnosis) -> str:
+    """How much of the misfit the causes leave, as the end of a sentence."""
+    if all(cause.explained_of for cause in d.causes):
+        return ""
+    level = f"{rms(d.remaining, 2)} of {rms(d.misfit, 2)} {d.unit}"
+    return f"; {percent(d.remaining_share)} % of the misfit's energy remains, {level}"
 
 
 def _clause(cause: Cause) -> str:
     """A cause as part of a sentence."""
     others = [twin for twin in cause.twins if twin != cause.effect]
     alternatives = f" (or {', '.join(others)}: these data cannot tell)" if others else ""
-    return f"{cause.effect}{alternatives}, which explains {percent(cause.explained)} %"
+    of = f" of {cause.explained_of}" if cause.explained_of else ""
+    return f"{cause.effect}{alternatives}, which explains {percent(cause.explained)} %{of}"
 
 
 def rejected_document(one: Rejected) -> Json:
@@ -114,11 +131,32 @@ def _cause(cause: Cause) -> Json:
         "heldout_gain": cause.heldout_gain,
         "p_value": cause.p_value,
         "class": cause.twins,
+        "confounded_with": [{"effect": one.effect, "correlation": one.correlation} for one in cause.confounded_with],
     }
+    if cause.explained_of:
+        found["explained_of"] = cause.explained_of
     if cause.separation is not None:
         s = cause.separation
         found["separate_by"] = {"excite": _block(s), "against": s.against, "ratio": s.ratio}
     return found
+
+
+def _event(event: Event) -> Json:
+    return {
+        "record": event.record,
+        "kind": event.kind,
+        "of": "friction" if event.friction else "torque",
+        "from": event.start,
+        "to": event.end,
+        "torque": event.torque,
+        "std": event.std,
+        "p_value": event.p_value,
+    }
+
+
+def _limit(one: DetectionLimit) -> Json:
+    """None where the effect is invisible."""
+    return {one.symbol: one.size, "unit": one.unit} if isfinite(one.size) else None
 
 
 def _block(separation: Separation) -> Json:
@@ -149,6 +187,11 @@ def _verdict(diagnosis: Diagnosis) -> Table:
         (f"noise floor [{unit}]", rms(diagnosis.noise_floor)),
         (f"misfit beyond it [{unit}]", number(diagnosis.misfit, 3)),
         (f"what the causes leave [{unit}]", number(diagnosis.remaining, 3)),
+        *(
+            [("share of its energy that they leave [%]", percent(diagnosis.remaining_share))]
+            if diagnosis.causes
+            else []
+        ),
     )
     return Table(f"Diagnosis of {diagnosis.model}", ("", ""), facts, "\n".join(diagnosis.remarks), VERDICTS)
 
@@ -190,24 +233,57 @@ def _causes(diagnosis: Diagnosis) -> tuple[Table, ...]:
     rows = tuple(
         (
             cause.effect,
-            percent(cause.explained),
+            f"{percent(cause.explained)}{f' of {cause.explained_of}' if cause.explained_of else ''}",
             fixed(cause.heldout_gain),
             number(cause.p_value, 2),
             ", ".join(twin for twin in cause.twins if twin != cause.effect) or "-",
+            ", ".join(f"{one.effect} {fixed(one.correlation)}" for one in cause.confounded_with[:ALIKE]) or "-",
         )
         for cause in diagnosis.causes
     )
-    columns = ("effect", "explains [%]", "held-out gain [% points]", "p", "cannot be told from")
+    columns = ("effect", "explains [%]", "held-out gain [% points]", "p", "cannot be told from", "much like")
     values = tuple(
         (p.name, number(p.value, 4), number(p.std_robust, 2), p.unit, p.remark)
         for cause in diagnosis.causes
         for p in cause.parameters
     )
-    note = "explains: share of the misfit's energy, every frequency weighed by the noise that it has"
+    note = (
+        "explains: share of the misfit's energy beside the causes above, every frequency weighed by the noise that it"
+        " has; all shares and what remains make 100 %\n"
+        "much like: other effects and the correlation of their answers on these motions"
+    )
     return (
         Table("Causes", columns, rows, note),
         Table("Their parameters", ("parameter", "value", "sd", "unit", "remark"), values),
     )
+
+
+def _events(diagnosis: Diagnosis) -> tuple[Table, ...]:
+    """What happened once, a row an event."""
+    rows = tuple(
+        (
+            event.record,
+            f"{event.kind} of {'friction' if event.friction else 'torque'}",
+            number(event.start, 4),
+            number(event.end, 4),
+            number(event.torque, 3),
+            number(event.std, 2),
+            number(event.p_value, 2),
+        )
+        for event in diagnosis.events
+    )
+    columns = ("record", "event", "from [s]", "to [s]", "torque at the motor [Nm]", "sd [Nm]", "p")
+    note = "an event happened once and is no property of the machine: causes are sought without it"
+    return (Table("Events", columns, rows, note),) if rows else ()
+
+
+def _limits(diagnosis: Diagnosis) -> tuple[Table, ...]:
+    """The smallest size of every effect that would have been seen, and below it what is invisible."""
+    rows = tuple((o.effect, o.symbol, number(o.size, 2), o.unit) for o in diagnosis.limits if isfinite(o.size))
+    unseen = [one.effect for one in diagnosis.limits if not isfinite(one.size)]
+    note = "of effects that the model lacks, all its parameters refitted; what is smaller may be there"
+    note += f"\ninvisible in these records: {', '.join(unseen)}" if unseen else ""
+    return (Table("Detection limits", ("effect", "", "would be seen from", "unit"), rows, note),) if rows else ()
 
 
 def _separations(diagnosis: Diagnosis) -> tuple[Table, ...]:

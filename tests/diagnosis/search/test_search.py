@@ -119,6 +119,7 @@ def test_what_causes_explain_adds_up_to_what_they_leave() -> None:
     assert len(d.causes) > 1
     assert growth.data.fitted[0].whitening.output != pytest.approx(growth.first.fitted[0].whitening.output, rel=0.01)
     assert sum(cause.explained for cause in d.causes) == pytest.approx(1 - left / whole, abs=1e-3)
+    assert sum(cause.explained for cause in d.causes) + d.remaining_share == pytest.approx(1.0, abs=1e-12)
 
 
 def test_what_differs_in_one_fitted_record_is_named_with_its_size() -> None:

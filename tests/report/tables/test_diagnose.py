@@ -47,6 +47,15 @@ def test_a_named_cause_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert "separate_by" not in second
     assert second["heldout_gain"] is None
     assert list(second["parameters"]) == ["record_change.day2.arm.inertia.J"]
+    assert first["confounded_with"] == [{"effect": "motor.quadratic_friction", "correlation": 0.92}]
+    assert "explained_of" not in first
+    assert second["explained_of"] == "day2"
+    assert found["remaining_share"] == 0.03
+    assert found["limits"] == {"gear.backlash": None, "motor.cogging": {"A": 0.0075, "unit": "Nm"}}
+    push, step = found["events"]
+    assert (push["record"], push["kind"], push["of"], push["from"], push["to"]) == ("set1", "bump", "torque", 1.7, 2.5)
+    assert (push["torque"], push["std"], push["p_value"]) == (0.3, 0.01, 1e-20)
+    assert (step["kind"], step["of"]) == ("step", "friction")
     assert found["rejected"][0] == {
         "effect": "motor.cogging",
         "explained": 0.05,
@@ -81,13 +90,17 @@ def test_all_that_matters_is_in_the_tables(capsys: pytest.CaptureFixture[str]) -
     assert 'excite: {"kind": "triangle", "amplitude": 5, "period": 2}' in text
     assert "motor.stribeck or motor.presliding? excite:" in text
     assert "worse on held-out records" in text
+    assert "motor.quadratic_friction 0.92" in text
+    assert "bump of torque" in text
+    assert "step of friction" in text
+    assert "invisible in these records: gear.backlash" in text
     assert "the records are short" in text
     assert "-0.2" in text or "0.2" in text
 
 
 def test_clean_is_short(capsys: pytest.CaptureFixture[str]) -> None:
     tables = diagnose.tables(CLEAN)
-    assert [table.title for table in tables] == ["Diagnosis of m3", "Records"]
+    assert [table.title for table in tables] == ["Diagnosis of m3", "Records", "Detection limits"]
     assert "clean" in shown(tables, capsys)
     found = printed(diagnose.document(CLEAN), capsys)
     assert (found["verdict"], found["causes"], found["rejected"]) == ("clean", [], [])
@@ -100,14 +113,20 @@ def test_clean_is_short(capsys: pytest.CaptureFixture[str]) -> None:
         (
             NAMED,
             "m3 lacks motor.stribeck (or motor.presliding: these data cannot tell), which explains 97.0 %, "
-            "and record_change.day2.arm.inertia.J, which explains 2.0 %; 0.011 of 0.13 rad/s remain",
+            "and record_change.day2.arm.inertia.J, which explains 2.0 % of day2; 3.0 % of the misfit's energy remains, "
+            "0.011 of 0.13 rad/s",
+        ),
+        (
+            replace(NAMED, verdict="partly named", causes=NAMED.causes[:1], remaining=0.1, remaining_share=0.6),
+            "m3 lacks among others motor.stribeck (or motor.presliding: these data cannot tell), which explains 97.0 %;"
+            " 60.0 % of the misfit's energy remains, 0.1 of 0.13 rad/s",
         ),
         (
             UNKNOWN,
             "m3 is wrong by 0.13 rad/s that no effect of the catalogue explains; it is ordered best along phi_m",
         ),
     ],
-    ids=["clean", "named", "unknown"],
+    ids=["clean", "named", "partly named", "unknown"],
 )
 def test_the_verdict_in_a_sentence(diagnosis: Diagnosis, sentence: str) -> None:
     assert diagnose.sentence(diagnosis) == sentence

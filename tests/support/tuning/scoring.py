@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.whitening import UNIT_WHITENING
 from robotid.diagnosis.refit.refitted_model import Unknowns
 from robotid.diagnosis.scoring import periods
 from robotid.diagnosis.scoring.catalogue_candidates import term_candidate
+from robotid.diagnosis.scoring.confounding import confounded_with
+from robotid.diagnosis.scoring.limits import least_energy
 from robotid.diagnosis.scoring.periods import Wave, period_peaks
 from robotid.diagnosis.scoring.projection import project
 from robotid.diagnosis.scoring.resonances import Drive, _cross_spectrum, resonance_peaks
@@ -46,6 +49,27 @@ def check_a_column_of_which_a_millionth_is_left_is_not_scored() -> None:
 
     assert energy(1.5e-6) == pytest.approx(1.0)
     assert energy(0.7e-6) == 0.0
+
+
+@sees(SCORING, "confounded")
+def check_answers_are_alike_from_a_correlation_of_seven_tenths() -> None:
+    terms = TERMS["quadratic_friction"], TERMS["asymmetric_coulomb"]
+    both = [term_candidate(Port.MOTOR, term, (0.0,)) for term in terms]
+
+    def alike(correlation: float) -> int:
+        own, other = np.eye(8)[:2]
+        rows = np.stack([own, correlation * own + np.sqrt(1 - correlation**2) * other, own])
+        projected = project([scanned(rows, 0)])
+        best, *others = score(projected, both)
+        return len(confounded_with(best, projected, (best, *others)))
+
+    assert (alike(0.72), alike(0.68)) == (1, 0)
+
+
+@sees(SCORING, "limit_sigma")
+def check_an_effect_would_have_shown_itself_at_three_standard_deviations() -> None:
+    anything = Criteria(significance=0.5, min_improvement_sigma=0.0)
+    assert least_energy(1, 1.0, anything, tries=1, samples=1000) == pytest.approx(9.0)
 
 
 @sees(SCORING, "negligible")

@@ -11,7 +11,7 @@ from robotid.diagnosis.experiment import default_speed_controller
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.state import SearchResult
 from robotid.diagnosis.settings import VERDICT
-from robotid.diagnosis.verdict import _rejected, _word, hardly_explained
+from robotid.diagnosis.verdict import _rejected, _word, hardly_explained, is_partial
 from support.plain_models import plain_model, plain_record
 from support.tuning import sees
 from support.tuning.search import friction, state
@@ -36,6 +36,13 @@ def check_a_misfit_of_twice_the_noise_is_something() -> None:
     found = result(2000.0, friction(1.0))
     assert _word(found, 1.9, 1.0) == "clean"
     assert _word(found, 2.1, 1.0) == "unknown"
+
+
+@sees(VERDICT, "partial_share")
+def check_causes_that_leave_more_than_half_explain_a_part() -> None:
+    for left, partial in ((0.45, False), (0.55, True)):
+        assert is_partial(left, misfit=1.0, remaining=0.1, floor=0.1) is partial
+        assert is_partial(0.0, misfit=1.0, remaining=float(np.sqrt(left)), floor=0.1) is partial
 
 
 @sees(VERDICT, "min_explained")
