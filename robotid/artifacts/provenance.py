@@ -72,11 +72,11 @@ def content_digest(group: h5py.Group) -> str:
     return total.hexdigest()
 
 
-def _parts(node: h5py.Group | h5py.Dataset) -> Iterator[bytes]:
+def _parts(node: h5py.Group | h5py.Dataset) -> Iterator[bytes | memoryview]:
     if isinstance(node, h5py.Group) or node.shape is None:
         return
     if h5py.check_string_dtype(node.dtype):
         yield repr(np.asarray(node.asstr()[()]).tolist()).encode()
     else:
         yield repr((node.shape, node.dtype.str)).encode()
-        yield np.ascontiguousarray(node[()]).tobytes()
+        yield np.ascontiguousarray(node[()]).data

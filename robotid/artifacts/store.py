@@ -103,7 +103,7 @@ def count_entries(path: Path, field: str) -> int:
             raise InputError(f"of another version ({_first_line(error)})", where=str(path), hint=AGAIN) from error
 
 
-def _user_block(body: bytes) -> bytes:
+def _user_block(body: bytes | memoryview) -> bytes:
     text = f"robotid artifact, format {FORMAT}\nsha256 {hashlib.sha256(body).hexdigest()}\n"
     return text.encode().ljust(BLOCK, b"\n")
 
@@ -139,7 +139,7 @@ def _open(path: Path) -> h5py.File:
         raise _foreign(path)
     if int(signature[1]) != FORMAT:
         raise _other_format(path, int(signature[1]))
-    if image[:BLOCK] != _user_block(image[BLOCK:]):
+    if image[:BLOCK] != _user_block(memoryview(image)[BLOCK:]):
         raise InputError("damaged: the file does not match its checksum", where=str(path), hint=AGAIN)
     return h5py.File(path, "r")
 

@@ -53,23 +53,26 @@ def regress(joint: Joint, parameters: Parameters, record: Record, parallel: Para
     """The linear regression of one record. Fixed and shape parameters keep their values."""
     h = record.sampling_time
     motion = parallel.motion(record.phi_m, h)
-    names, own, motor_side = [], [], []
+    names: list[str] = []
+    own: list[Array] = []
+    motor_side: list[Array] = []
     known = np.zeros(len(record))
     for place, factor in moving(joint):
         p = list(parameters.values[place.at])
         known += factor * place.term.torque(_at(motion, record.t, factor), p)
-        here, there = (_columns(place, motion, record.t, c, p) for c in (factor, 1.0))
+        here = _columns(place, motion, record.t, factor, p)
+        there = here if factor == 1.0 else _columns(place, motion, record.t, 1.0, p)
         for k, declared in enumerate(place.term.parameters, start=place.at.start):
             if parameters.free[k] and not declared.is_shape:
                 names.append(joint.names[k])
-                own.append(here[k - place.at.start])
-                motor_side.append(there[k - place.at.start])
-                known -= parameters.values[k] * own[-1]
-    torque = parallel.applied(record.tau_m, h)
-    signals = np.vstack([*own, *motor_side, torque, torque - known, motion.speed])
-    *rows, torque, tau, speed = parallel.apply(signals, h)
+                column, other = (columns[k - place.at.start] for columns in (here, there))
+                own.append(parallel.apply(column, h))  # at once, so that no unfiltered column is kept
+                motor_side.append(own[-1] if other is column else parallel.apply(other, h))
+                known -= parameters.values[k] * column
+    applied = parallel.applied(record.tau_m, h)
+    torque, tau, speed = (parallel.apply(signal, h) for signal in (applied, applied - known, motion.speed))
     kept = np.abs(speed) >= parallel.min_speed
-    columns = np.array(rows).reshape(2, len(names), len(tau))[:, :, kept]
+    columns = np.array([*own, *motor_side]).reshape(2, len(names), len(tau))[:, :, kept]
     return Regression(tuple(names), columns[0], columns[1], torque[kept], tau[kept])
 
 

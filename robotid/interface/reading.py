@@ -144,7 +144,7 @@ def _table(source: Any) -> Table:
     units: dict[str, str] = {}
     text: dict[str, str] = {}
     for key, signal in (_frame_columns(source) if frame else source).items():
-        values, (plain, unit) = np.asarray(signal), without_unit(str(key))
+        values, (plain, unit) = np.array(signal), without_unit(str(key))  # a copy: records share no memory with it
         found = dict(numeric(plain, _seconds(values)))
         columns |= found
         if unit and found:

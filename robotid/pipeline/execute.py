@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -141,7 +141,7 @@ def _run(
         load(run.file(STAGES[name]), STAGES[name].type()).content if name in needed else None for name in stage.inputs
     ]
     if stage.reads_files:
-        contents.append(_measured_tables(run))
+        contents.append(MeasuredTables(run.measured()))
     content = stage(config, *contents, **({"log": log} if stage.logs else {}))
     made = Provenance(
         stage.name,
@@ -181,12 +181,30 @@ def _write_companion(run: Run, stage: Stage, outcome: Outcome) -> None:
         atomic_write(file, text, hint=ELSEWHERE)
 
 
-def _measured_tables(run: Run) -> dict[str, Any]:
-    """The measured files as tables, by record; several files of one record joined."""
-    read, joined = find("robotid.signals.readers:read"), find("robotid.signals.joining:joined")
-    measured = run.measured()
-    tables = {path: read(path) for path in dict.fromkeys(path for files in measured.values() for path in files)}
-    return {record: joined([tables[path] for path in files]) for record, files in measured.items()}
+class MeasuredTables(Mapping[str, Any]):
+    """The measured files of each record as a table, several files of one record joined. files : by record, in the order
+    in which they are asked for.
+
+    A file is read when it is asked for, and forgotten once no later record needs it: long recordings are in memory one
+    at a time. Raises InputError for a file that cannot be read.
+    """
+
+    def __init__(self, files: Mapping[str, Sequence[Path]]) -> None:
+        self._files, self._tables = files, dict[Path, Any]()
+
+    def __getitem__(self, record: str) -> Any:
+        read, joined = find("robotid.signals.readers:read"), find("robotid.signals.joining:joined")
+        paths, names = self._files[record], list(self._files)
+        tables = {path: self._tables.get(path) or read(path) for path in paths}
+        later = {path for name in names[names.index(record) + 1 :] for path in self._files[name]}
+        self._tables = {path: table for path, table in (self._tables | tables).items() if path in later}
+        return joined([tables[path] for path in paths])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._files)
+
+    def __len__(self) -> int:
+        return len(self._files)
 
 
 def _judged(run: Run, stage: Stage, outcome: Outcome, failed: tuple[str, ...]) -> Outcome:

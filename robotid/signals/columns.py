@@ -124,7 +124,9 @@ def convert(table: Table, signal: str, column: Column, *, linear: bool = False) 
     if recorded is not None and recorded.raw:
         si = " or ".join(suitable(signal, linear=linear).values())
         remark = f"{signal} is {scale:g} {si} per {recorded.name} of column {column.name}"
-    return Signal(np.asarray((scale * values + column.offset) * factor), recorded, scale, remark)
+    if (scale, column.offset, factor) != (1.0, 0.0, 1.0):
+        values = np.asarray((scale * values + column.offset) * factor)
+    return Signal(values, recorded, scale, remark)
 
 
 def _unit(table: Table, signal: str, column: Column, *, linear: bool) -> tuple[Unit | None, str]:

@@ -114,8 +114,9 @@ def _measured_record(
     chosen: Selection, table: Table, found: Mapping[str, Signal], rows: Rows, remarks: Sequence[str]
 ) -> tuple[Record, Report]:
     """One record of these rows of a table, and the report on it."""
-    t = found["t"].values[rows] if "t" in found else None
-    signals = {name: signal.values[rows] for name, signal in found.items() if name != "t"}
+    wanted = _as_slice(rows)
+    t = found["t"].values[wanted] if "t" in found else None
+    signals = {name: signal.values[wanted] for name, signal in found.items() if name != "t"}
     flaws = Findings(table, chosen.policy, rows)
     repaired = repair(flaws, signals, t, chosen.sampling_time, {} if chosen.linear else _turns(found))
     record = _record(chosen, repaired.signals, repaired.grid.sampling_time, found)
@@ -124,6 +125,13 @@ def _measured_record(
         found_remarks += _clock_remarks(chosen, repaired.grid, record, derived="dphi_m" not in found)
         found_remarks += _speed_remarks(chosen, record, derived="dphi_m" not in found)
     return record, inspect(record, table.path, repaired, tuple(found_remarks))
+
+
+def _as_slice(rows: Rows) -> slice | Rows:
+    """Rows that follow each other as a slice, which copies nothing."""
+    if len(rows) and (np.diff(rows) == 1).all():
+        return slice(int(rows[0]), int(rows[-1]) + 1)
+    return rows
 
 
 def _clock_remarks(chosen: Selection, grid: Grid, record: Record, *, derived: bool) -> list[str]:

@@ -48,8 +48,10 @@ def repair(
         t, bad = finite(found, "t", t, grid.at)
         keep = distinct(found, t, signals)
         lost = int(len(keep) - keep.sum())
-        found, signals = replace(found, rows=found.rows[keep]), {name: s[keep] for name, s in signals.items()}
-        grid = regular(found, t[keep], sampling_time)
+        if lost:
+            found, signals = replace(found, rows=found.rows[keep]), {name: s[keep] for name, s in signals.items()}
+            t = t[keep]
+        grid = regular(found, t, sampling_time)
     for name, values in signals.items():
         # An angle is unwrapped before anything is interpolated: halfway through a wrap-around it never was.
         unwrapped, count = unwrap(found, name, values, turns.get(name, ()))

@@ -107,10 +107,12 @@ def in_order(found: Findings, t: Array, angle: Array) -> NDArray[np.intp]:
     was set back.
     """
     rows = found.rows
+    count = int(np.sum(np.diff(t[rows]) < 0))
+    if not count or not np.isfinite(t[rows]).all():
+        return rows
     order = np.argsort(t[rows], kind="stable")
-    moved = np.abs(order - np.arange(len(rows)))
-    count, furthest = int(np.sum(np.diff(t[rows]) < 0)), int(moved.max(initial=0))
-    if not count or not np.isfinite(t[rows]).all() or not few(count, furthest, len(rows)):
+    furthest = int(np.abs(order - np.arange(len(rows))).max(initial=0))
+    if not few(count, furthest, len(rows)):
         return rows
     roughness = [float(np.nansum(np.diff(angle[one], 2) ** 2)) for one in (rows[order], rows)]
     if roughness[0] >= roughness[1]:

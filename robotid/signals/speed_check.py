@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from robotid.model.array import Array
@@ -21,20 +23,25 @@ def speed_lag(angle: Array, speed: Array, sampling_time: float) -> float:
     n = len(angle)
     max_lag = min(MAX_LAG, n // 4)
     derived = central_difference(angle, sampling_time)[max_lag : n - max_lag]
-    shifted = [speed[max_lag + lag : n - max_lag + lag] - derived for lag in range(-max_lag, max_lag + 1)]
-    errors = np.array([np.mean(difference**2) for difference in shifted])
+
+    def squares(lag: int) -> Array:
+        """Squared differences at a shift, one shift at a time in memory."""
+        return np.asarray((speed[max_lag + lag : n - max_lag + lag] - derived) ** 2)
+
+    errors = np.array([np.mean(squares(lag)) for lag in range(-max_lag, max_lag + 1)])
     best = int(np.argmin(errors))
     if best in (0, 2 * max_lag):
         return 0.0
     curvature = errors[best - 1] - 2 * errors[best] + errors[best + 1]
     lag = best - max_lag + 0.5 * float((errors[best - 1] - errors[best + 1]) / curvature) if curvature > 0 else 0.0
-    return lag if abs(lag) >= NOTABLE_LAG and _better(shifted, max_lag, lag) else 0.0
+    return lag if abs(lag) >= NOTABLE_LAG and _better(squares, lag) else 0.0
 
 
-def _better(shifted: list[Array], max_lag: int, lag: float) -> bool:
-    """Whether the lag's neighbour on the way from none fits surely better than its mirror image does."""
+def _better(squares: Callable[[int], Array], lag: float) -> bool:
+    """Whether the lag's neighbour on the way from none fits surely better than its mirror image does. squares : of the
+    differences at a shift."""
     step = max(1, round(abs(lag))) * (1 if lag > 0 else -1)
-    gain = shifted[max_lag - step] ** 2 - shifted[max_lag + step] ** 2
+    gain = squares(-step) - squares(step)
     spread = float(np.std(gain)) / np.sqrt(len(gain))
     return bool(np.mean(gain) > SURE * spread)
 

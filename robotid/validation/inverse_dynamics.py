@@ -44,7 +44,7 @@ def torque_error(
     # Between samples the torque is constant: at a sample it is, on average, the mean of what was before and what comes.
     torque = effective_torque(joint, theta, h, record.tau_m)
     applied = (torque + np.concatenate([torque[:1], torque[:-1]])) / 2
-    tau, tau_hat, speed = parallel.apply(np.vstack([applied, needed, motion.speed]), h)
+    tau, tau_hat, speed = (parallel.apply(signal, h) for signal in (applied, needed, motion.speed))
     kept = np.abs(speed) >= parallel.min_speed
     return error_percent(tau[kept], tau_hat[kept]) if kept.any() else None
 

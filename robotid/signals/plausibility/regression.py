@@ -10,6 +10,7 @@ where the inertia that shows is negative, between an antiresonance and a resonan
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -102,13 +103,18 @@ class _Filtered:
         parallel, h = ParallelFilter(cutoff), record.sampling_time
         motion = parallel.motion(record.phi_m, h)
         x = motion.position - motion.position.mean()
-        rows = [motion.acceleration, motion.speed, np.sign(motion.speed), np.ones_like(x), x]
+        rows: list[Callable[[], Array]] = [
+            lambda: motion.acceleration,
+            lambda: motion.speed,
+            lambda: np.sign(motion.speed),
+            lambda: np.ones_like(x),
+            lambda: x,
+        ]
         if turns is not None:
-            rows += [np.sin(turns * motion.position), np.cos(turns * motion.position)]
-        jerk = np.gradient(motion.acceleration, h)
-        filtered = parallel.apply(np.vstack([*rows, record.tau_m, jerk]), h)
-        step = -(-filtered.shape[-1] // REGRESSION.max_samples)
-        *columns, torque, jerk = filtered[:, ::step]
+            rows += [lambda: np.sin(turns * motion.position), lambda: np.cos(turns * motion.position)]
+        rows += [lambda: record.tau_m, lambda: np.gradient(motion.acceleration, h)]
+        # one after the other, so that a long record's signals are not all in memory
+        *columns, torque, jerk = (_thinned(parallel.apply(row(), h)) for row in rows)
         return cls(cutoff, np.array(columns), torque, jerk)
 
     @property
@@ -121,6 +127,11 @@ class _Filtered:
         """The same, corrected for the number of columns."""
         n, p = len(self.torque), len(self.columns)
         return -np.inf if n < REGRESSION.samples_a_column * p else 1.0 - (1.0 - self.share) * n / (n - p)
+
+
+def _thinned(signal: Array) -> Array:
+    """Every k-th sample of a signal (n,), at most REGRESSION.max_samples of them."""
+    return signal[:: -(-len(signal) // REGRESSION.max_samples)].copy()
 
 
 def explained_share(columns: Array, torque: Array) -> float:

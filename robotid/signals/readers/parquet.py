@@ -1,7 +1,11 @@
-"""Apache Parquet files, by pyarrow. Structs become dotted names, lists of equal length matrices."""
+"""Apache Parquet files, by pyarrow. Structs become dotted names, lists of equal length matrices. A column of plain
+numbers is read when it is asked for."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +15,7 @@ from robotid.errors import InputError
 from robotid.model.array import Array
 from robotid.signals.readers.extra import library
 from robotid.signals.readers.room import require_room
-from robotid.signals.readers.table import LARGEST_EXACT, Table, table
+from robotid.signals.readers.table import LARGEST_EXACT, Columns, Deferred, Table, table
 
 SUFFIXES = (".parquet", ".pq")
 
@@ -25,44 +29,88 @@ def read(path: Path) -> Table:
     Raises InputError for a damaged file, and where pyarrow is not installed.
     """
     library("pyarrow.parquet", "parquet", path)
+    columns: dict[str, Array | Deferred] = {}
+    units: dict[str, str] = {}
+    text: dict[str, str] = {}
+    with _readable(path):
+        import pyarrow.parquet as pq
+
+        with pq.ParquetFile(path) as file:
+            facts, schema = file.metadata, file.schema_arrow
+        require_room(path, "it", facts.num_rows * facts.num_columns * BYTES)
+        twice = len(set(schema.names)) < len(schema.names)
+        for field in schema:
+            if _is_number(field.type) and not twice:
+                columns[field.name] = Deferred((facts.num_rows,), partial(_read_numbers, path, field.name))
+                units |= {field.name: _unit(field)} if _unit(field) else {}
+        for part, column in _parts(path, None if twice else [name for name in schema.names if name not in columns]):
+            values, unit = _values(column)
+            if values is not None:
+                columns[part.name] = values
+                units |= {part.name: unit or _unit(part)} if unit or _unit(part) else {}
+            elif isinstance(first := _first(column), str):
+                text[part.name] = first
+        columns = _in_order(columns, schema.names)
+    return table(str(path), Columns(columns), units, text=text)
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    """Whatever fails is a damaged file: the parser fails in ways that nobody has listed."""
     try:
-        content = _flat(path)
-        columns, units, text = _columns(content)
+        yield
     except InputError:
         raise
-    except Exception as error:  # a damaged file makes the parser fail in ways that nobody has listed
+    except Exception as error:
         what = "this is not a readable Parquet file: foreign or damaged"
         raise InputError(what, where=str(path), hint="save it again") from error
-    return table(str(path), columns, units, text=text)
 
 
-def _flat(path: Path) -> Any:
-    """The file's table with structs resolved into their fields."""
+def _read_numbers(path: Path, name: str) -> Array:
+    """One column of plain numbers, (n,)."""
+    import pyarrow.parquet as pq
+
+    with _readable(path), pq.ParquetFile(path) as file:
+        return _numbers(file.read(columns=[name]).column(name))
+
+
+def _parts(path: Path, names: list[str] | None) -> Iterator[tuple[Any, Any]]:
+    """Fields and columns of these names, None: of all, structs resolved into their fields."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
+    if names == []:
+        return
     with pq.ParquetFile(path) as file:
-        facts = file.metadata
-        require_room(path, "it", facts.num_rows * facts.num_columns * BYTES)
-        content = file.read()
+        content = file.read(columns=names)
     while any(pa.types.is_struct(field.type) for field in content.schema):
         content = content.flatten()
-    return content
+    yield from zip(content.schema, content.columns, strict=True)
 
 
-def _columns(content: Any) -> tuple[dict[str, Array], dict[str, str], dict[str, str]]:
-    """Values, units and the first of each text, by name."""
-    columns: dict[str, Array] = {}
-    units: dict[str, str] = {}
-    text: dict[str, str] = {}
-    for field, column in zip(content.schema, content.columns, strict=True):
-        values, unit = _values(column)
-        if values is not None:
-            columns[field.name] = values
-            units |= {field.name: unit or _unit(field)} if unit or _unit(field) else {}
-        elif isinstance(first := next((item for item in column.to_pylist() if item is not None), None), str):
-            text[field.name] = first
-    return columns, units, text
+def _is_number(kind: Any) -> bool:
+    """Whether a type is a plain number, whose unit it does not tell."""
+    import pyarrow as pa
+
+    return bool(pa.types.is_integer(kind) or pa.types.is_floating(kind))
+
+
+def _first(column: Any) -> Any:
+    """The first entry that is not null, None where there is none."""
+    known = column.drop_null()
+    return known[0].as_py() if len(known) else None
+
+
+def _in_order(columns: Mapping[str, Array | Deferred], names: Sequence[str]) -> dict[str, Array | Deferred]:
+    """Columns as their fields stand in the file, the fields of a struct at its place."""
+    rank = {name: k for k, name in enumerate(names)}
+
+    def place(name: str) -> int:
+        while name not in rank and "." in name:
+            name = name.rpartition(".")[0]
+        return rank.get(name, len(rank))
+
+    return {name: columns[name] for name in sorted(columns, key=place)}
 
 
 def _unit(field: Any) -> str:
