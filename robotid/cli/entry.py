@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import sys
+import warnings
+
 from robotid.interrupt import interruptible
 
 
 def main() -> int:
     """Run the process's own command line and return its exit code."""
+    if not sys.warnoptions:
+        # what a library remarks on is no message to whoever types a command; python -W shows it
+        warnings.simplefilter("ignore")
     with interruptible():
         from robotid.cli.app import main
 

@@ -10,7 +10,7 @@ from robotid.diagnosis.experiment import Experiments, with_experiments
 from robotid.diagnosis.results import Diagnosis
 from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.search import search
-from robotid.diagnosis.verdict import explains_nothing, not_explained, verdict
+from robotid.diagnosis.verdict import all_explained, explains_all, explains_nothing, not_explained, verdict
 from robotid.estimate.fitted_model import FittedModel, fitted_model, simulate_record
 from robotid.estimate.result import FitResult
 from robotid.signals.record import Record
@@ -58,6 +58,9 @@ def diagnose(
     fitted = [run for run in simulated if run.record.name in model.records]
     if explains_nothing(model, simulated):
         diagnosis = not_explained(model, simulated)
+        return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
+    if explains_all(model, simulated):
+        diagnosis = all_explained(model, simulated)
         return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
     validation = [part for part in parts if part.name not in model.records]
     found = search(Evidence(model, fitted, validation, options.horizon), criteria, log)

@@ -113,30 +113,66 @@ def explains_nothing(model: FittedModel, simulated: Sequence[Simulated]) -> bool
     return bool(runs) and hardly_explained(measured, left)
 
 
+def explains_all(model: FittedModel, simulated: Sequence[Simulated]) -> bool:
+    """Whether a model simulates every record to within rounding, so that there is nothing to search for: rounding has
+    shapes of its own, which must not pass for causes."""
+    errors = [(run.measured(model.output), run.signal(model.output)) for run in simulated]
+    return all(negligible(measured, measured - signal) for measured, signal in errors)
+
+
+def negligible(measured: Array, left: Array) -> bool:
+    """Whether what is left of a measured output, (n,) each, is rounding."""
+    return root_mean_square(left) <= VERDICT.negligible * float(np.std(measured))
+
+
+def all_explained(model: FittedModel, simulated: Sequence[Simulated]) -> Diagnosis:
+    """The diagnosis of a model that simulates every record to within rounding: clean."""
+    return _without_cause("clean", model, *_unsearched(model, simulated, floor=float("inf")))
+
+
 def not_explained(model: FittedModel, simulated: Sequence[Simulated]) -> Diagnosis:
     """The diagnosis of a model that explains nothing: how much is wrong, and no cause. The noise is not known."""
+    nan = float("nan")
+    misfits, residuals = _unsearched(model, simulated, floor=0.0)
+    misfits = {name: replace(one, noise_floor=nan) for name, one in misfits.items()}
+    diagnosis = _without_cause("not explained", model, misfits, residuals)
+    return replace(diagnosis, noise_floor=nan, remarks=(UNEXPLAINED,))
+
+
+def _unsearched(
+    model: FittedModel, simulated: Sequence[Simulated], *, floor: float
+) -> tuple[dict[str, Misfit], dict[str, Trace]]:
+    """How much is wrong, by record, and the residuals. floor : of the noise, in every record."""
     names = dict.fromkeys(run.record.name for run in simulated)
     runs = {name: joined([run for run in simulated if run.record.name == name]) for name in names}
-    residuals = {name: run.measured(model.output) - run.signal(model.output) for name, run in runs.items()}
-    misfits = {name: _misfit(model, run.record, residuals[name], {}, 0.0) for name, run in runs.items()}
-    wrong = _rms([misfits[name].rmse for name in names if name in model.records])
+    left = {name: run.measured(model.output) - run.signal(model.output) for name, run in runs.items()}
+    floors = dict.fromkeys(names, floor)
+    misfits = {name: _misfit(model, run.record, left[name], floors, 0.0) for name, run in runs.items()}
+    return misfits, {name: trace(run, model) for name, run in runs.items()}
+
+
+def _without_cause(
+    word: Verdict, model: FittedModel, misfits: dict[str, Misfit], residuals: dict[str, Trace]
+) -> Diagnosis:
+    """A diagnosis without a search for causes."""
+    fitted = [one for name, one in misfits.items() if name in model.records]
+    wrong = _rms([one.misfit for one in fitted])
     return Diagnosis(
-        verdict="not explained",
+        verdict=word,
         model=model.name,
         output=model.output,
         unit=model.unit,
-        noise_floor=float("nan"),
+        noise_floor=_rms([one.noise_floor for one in fitted]),
         misfit=wrong,
         remaining=wrong,
-        records={name: replace(m, noise_floor=float("nan")) for name, m in misfits.items()},
+        records=misfits,
         causes=(),
         rejected=(),
         curves=(),
         missing={},
-        residuals={name: trace(run, model) for name, run in runs.items()},
+        residuals=residuals,
         shape=None,
         refitted=dict(zip(model.parameters.names, model.parameters.values.tolist(), strict=True)),
-        remarks=(UNEXPLAINED,),
     )
 
 

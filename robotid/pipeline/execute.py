@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any
 from robotid.artifacts.layout import layout_digest
 from robotid.artifacts.provenance import Provenance
 from robotid.artifacts.store import ELSEWHERE, ArtifactHeader, load, save
-from robotid.errors import InputError, ThresholdError
+from robotid.errors import InputError, NumericsError, ThresholdError
 from robotid.files import atomic_write, touch
 from robotid.interrupt import check
 from robotid.model.units import on_axis
@@ -142,7 +143,8 @@ def _run(
     ]
     if stage.reads_files:
         contents.append(MeasuredTables(run.measured()))
-    content = stage(config, *contents, **({"log": log} if stage.logs else {}))
+    with _arithmetic(run, stage):
+        content = stage(config, *contents, **({"log": log} if stage.logs else {}))
     made = Provenance(
         stage.name,
         run.public_command(stage.name),
@@ -157,6 +159,20 @@ def _run(
     _write_companion(run, stage, outcome)
     save(run.file(stage), content, made, on_axis(linear=config.robot.linear))
     return replace(outcome, seconds=time.perf_counter() - begin), made.failed
+
+
+@contextmanager
+def _arithmetic(run: Run, stage: Stage) -> Iterator[None]:
+    """Raises NumericsError for arithmetic that breaks down: a singular matrix, a division by zero, an overflow."""
+    try:
+        yield
+    except (ArithmeticError, ValueError) as error:
+        from numpy.linalg import LinAlgError
+
+        if not isinstance(error, (ArithmeticError, LinAlgError)):
+            raise
+        hint = f"`{run.command('check')}` examines the records; bounds and guesses are the parameters'"
+        raise NumericsError(f"the arithmetic breaks down: {error}", where=stage.name, hint=hint) from error
 
 
 def _stopping(log: Log | None) -> Log:

@@ -14,6 +14,7 @@ from robotid.signals.record import Record
 from robotid.signals.repair import RepairedSignals
 
 MIN_SAMPLES = 50  # samples of a record
+LARGEST, SMALLEST = 1e12, 1e-15  # [Nm, rad, rad/s] of what a sensor of a machine shows
 MAX_QUANTA = 12  # quanta that the shortest step of a fast motion may be
 
 
@@ -109,7 +110,10 @@ def inspect(
 def _excited(record: Record, source: str, step: float) -> None:
     """Raises NumericsError where the torque is constant or the motor stands."""
     what = ""
-    if np.ptp(record.tau_m) == 0.0:
+    sizes = {name: float(np.abs(getattr(record, name)).max()) for name in ("tau_m", "phi_m", "dphi_m")}
+    if absurd := [name for name, size in sizes.items() if not SMALLEST < size < LARGEST and (size or name != "dphi_m")]:
+        what = f"{absurd[0]} reaches {sizes[absurd[0]]:.3g}, which no sensor of a machine does"
+    elif np.ptp(record.tau_m) == 0.0:
         what = "the torque never changes"
     elif np.ptp(record.phi_m) == 0.0:
         what = "the motor never moves"

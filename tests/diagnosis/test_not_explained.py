@@ -52,7 +52,14 @@ def test_the_share_of_the_variance_that_is_explained(left: float, share: float) 
 
 def test_records_without_noise_are_clean() -> None:
     made = records({}, quiet=True)
-    assert diagnose(fitted(list(made)), made, CRITERIA).verdict == "clean"
+    found = diagnose(fitted(list(made)), made, CRITERIA)
+    assert (found.verdict, found.causes, found.misfit) == ("clean", (), 0.0)
+
+
+def test_records_without_noise_whose_rounding_has_a_shape_are_clean() -> None:
+    made = records({}, quiet=True)
+    rounded = [replace(r, dphi_m=r.dphi_m + 1e-8 * r.phi_m, phi_m=np.round(r.phi_m, 9)) for r in made]
+    assert diagnose(fitted(list(rounded)), rounded, CRITERIA).verdict == "clean"
 
 
 def test_nothing_is_explained_where_nothing_varies() -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
 import pytest
 from support import fake_stages
 from support.fake_stages import CALLS, FAILURES, Sum
@@ -233,6 +234,21 @@ def test_a_stage_that_fails_leaves_what_was_there(config: Path) -> None:
     with pytest.raises(NumericsError):
         made(config, "init_rigid.order=3")
     assert {file: file.read_bytes() for file in (config.parent / "out").iterdir()} == before
+
+
+@pytest.mark.parametrize("error", [np.linalg.LinAlgError("Singular matrix"), ZeroDivisionError(), OverflowError()])
+def test_arithmetic_that_breaks_down_is_no_bug(config: Path, error: Exception) -> None:
+    FAILURES["second"] = error
+    with pytest.raises(NumericsError, match="the arithmetic breaks down") as raised:
+        made(config)
+    assert raised.value.where == "second"
+    assert "robotid check" in raised.value.hint
+
+
+def test_another_error_of_a_stage_stays_a_bug(config: Path) -> None:
+    FAILURES["second"] = ValueError("an operand of another shape")
+    with pytest.raises(ValueError, match="another shape"):
+        made(config)
 
 
 def test_the_keyboard_between_two_stages(config: Path) -> None:

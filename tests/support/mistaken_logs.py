@@ -70,60 +70,103 @@ def right_log(kind: str, *, noise: float = 0.005) -> Log:
 @dataclass(frozen=True)
 class Mistake:
     """One mistake in a log. found : the check that finds it; severity : how; kinds : of the joints on which it can be
-    found."""
+    found; speeds : whether it can be found in a log with a speed, and in one without."""
 
     name: str
     make: Callable[[Log], Log]
     found: str
     severity: str = "fatal"
     kinds: tuple[str, ...] = ("rigid", "flexible")
+    speeds: tuple[bool, ...] = (True, False)
 
 
-def _unrelated(log: Log) -> Array:
-    return np.asarray(np.std(log["tau_m"]) * np.sin(2 * np.pi * 1.7 * log["t"] + np.cumsum(_noise(log, 3)) * 0.05))
+def without_speed(log: Log) -> Log:
+    """The same log, of a drive that records no speed."""
+    return {name: values for name, values in log.items() if name != "dphi_m"}
 
 
-def _thousandfold(log: Log) -> Log:
-    return log | {"tau_m": 1e3 * log["tau_m"]}
+def _unrelated(log: Log, seed: int = 3) -> Array:
+    return np.asarray(np.std(log["tau_m"]) * np.sin(2 * np.pi * 1.7 * log["t"] + np.cumsum(_noise(log, seed)) * 0.05))
 
 
 def _noise(log: Log, seed: int) -> Array:
     return np.random.default_rng(seed).standard_normal(len(log["t"]))
 
 
+def _times(factor: float, *names: str) -> Callable[[Log], Log]:
+    """A mistake that multiplies columns."""
+    return lambda log: log | {name: factor * log[name] for name in names if name in log}
+
+
+def _instead(**others: str) -> Callable[[Log], Log]:
+    """A mistake that takes columns for others."""
+    return lambda log: log | {name: log[other] for name, other in others.items()}
+
+
+def _speed_of(log: Log) -> Array:
+    return np.asarray(np.gradient(log["phi_m"], H))
+
+
+def _in_counts(log: Log) -> Log:
+    return log | {"phi_m": np.rint(log["phi_m"] * 65536 / (2 * np.pi))}
+
+
+def _with_spike(log: Log) -> Log:
+    torque = log["tau_m"].copy()
+    torque[77] = 1e5
+    return log | {"tau_m": torque}
+
+
+MEASURED = (True,)
+ANGLE_ONLY = (False,)
+MOTION = ("phi_m", "dphi_m")
 MISTAKES = (
-    Mistake("torque_sign", lambda log: log | {"tau_m": -log["tau_m"]}, "torque_sign"),
-    Mistake("angle_sign", lambda log: log | {"phi_m": -log["phi_m"], "dphi_m": -log["dphi_m"]}, "torque_sign"),
-    Mistake("speed_sign", lambda log: log | {"dphi_m": -log["dphi_m"]}, "speed_sign"),
-    Mistake("speed_zeros", lambda log: log | {"dphi_m": np.zeros_like(log["t"])}, "speed_empty"),
-    Mistake("speed_unrelated", lambda log: log | {"dphi_m": 8.0 * _unrelated(log)}, "speed_unrelated"),
+    Mistake("torque_sign", _times(-1.0, "tau_m"), "torque_sign"),
+    Mistake("angle_sign", _times(-1.0, *MOTION), "torque_sign"),
+    Mistake("speed_sign", _times(-1.0, "dphi_m"), "speed_sign", speeds=MEASURED),
+    Mistake("speed_zeros", _times(0.0, "dphi_m"), "speed_empty", speeds=MEASURED),
+    Mistake("speed_unrelated", lambda log: log | {"dphi_m": 8.0 * _unrelated(log)}, "speed_unrelated", speeds=MEASURED),
+    Mistake("speed_noise", lambda log: log | {"dphi_m": 8.0 * _noise(log, 9)}, "speed_unrelated", speeds=MEASURED),
+    Mistake("speed_is_angle", _instead(dphi_m="phi_m"), "speed_unrelated", speeds=MEASURED),
+    Mistake("speed_in_degrees", _times(180 / np.pi, "dphi_m"), "speed_scale", speeds=MEASURED),
+    Mistake("angle_in_degrees_beside_a_speed", _times(180 / np.pi, "phi_m"), "speed_scale", speeds=MEASURED),
+    Mistake("angle_in_radians_taken_for_degrees", _times(np.pi / 180, "phi_m"), "speed_scale", speeds=MEASURED),
+    Mistake("time_in_milliseconds_beside_a_speed", _times(1e3, "t"), "speed_scale", speeds=MEASURED),
     Mistake("torque_unrelated", lambda log: log | {"tau_m": _unrelated(log)}, "torque_unrelated"),
+    Mistake("torque_unrelated_too", lambda log: log | {"tau_m": _unrelated(log, 1)}, "torque_unrelated"),
     Mistake("torque_noise", lambda log: log | {"tau_m": 0.5 * _noise(log, 4)}, "torque_unrelated"),
-    Mistake("torque_is_angle", lambda log: log | {"tau_m": log["phi_m"]}, "torque_copy"),
-    Mistake("torque_is_speed", lambda log: log | {"tau_m": 3.0 * log["dphi_m"] + 1.0}, "torque_copy"),
+    Mistake("torque_is_angle", _instead(tau_m="phi_m"), "torque_copy"),
+    Mistake("torque_is_speed", lambda log: log | {"tau_m": 3.0 * log["dphi_m"] + 1.0}, "torque_copy", speeds=MEASURED),
+    Mistake(
+        "torque_is_derived_speed", lambda log: log | {"tau_m": 3.0 * _speed_of(log)}, "torque_copy", speeds=ANGLE_ONLY
+    ),
+    Mistake(
+        "torque_is_a_measured_speed",
+        lambda log: log | {"tau_m": _speed_of(log) + 0.02 * _noise(log, 5)},
+        "torque_follows",
+        speeds=ANGLE_ONLY,
+    ),
+    Mistake("torque_is_time", _instead(tau_m="t"), "torque_copy"),
+    Mistake("torque_with_a_spike", _with_spike, "torque_spikes"),
     Mistake("two_levels", lambda log: log | {"tau_m": np.sign(log["tau_m"])}, "torque_levels", "warning"),
-    Mistake("newton_millimetres", _thousandfold, "inertia_size", kinds=("flexible",)),
+    Mistake("torque_and_angle_exchanged", _instead(tau_m="phi_m", phi_m="tau_m"), "speed_exchanged", speeds=MEASURED),
     Mistake(
-        "newton_millimetres_without_a_gear",
-        _thousandfold,
-        "inertia_size",
-        "warning",
-        kinds=("rigid",),
+        "torque_and_angle_exchanged_without_a_speed",
+        _instead(tau_m="phi_m", phi_m="tau_m"),
+        "torque_unrelated",
+        speeds=ANGLE_ONLY,
     ),
-    Mistake(
-        "angle_of_the_arm",
-        lambda log: log | {"phi_m": RATIO * log["phi_m"], "dphi_m": RATIO * log["dphi_m"]},
-        "inertia_size",
-        kinds=("flexible",),
-    ),
-    Mistake(
-        "degrees",
-        lambda log: (
-            {name: values for name, values in log.items() if name != "dphi_m"} | {"phi_m": np.rad2deg(log["phi_m"])}
-        ),
-        "angle_unit",
-        "warning",
-    ),
+    Mistake("torque_and_speed_exchanged", _instead(tau_m="dphi_m", dphi_m="tau_m"), "speed_exchanged", speeds=MEASURED),
+    Mistake("angle_and_speed_exchanged", _instead(phi_m="dphi_m", dphi_m="phi_m"), "speed_exchanged", speeds=MEASURED),
+    Mistake("newton_millimetres", _times(1e3, "tau_m"), "inertia_size", kinds=("flexible",)),
+    Mistake("newton_millimetres_without_a_gear", _times(1e3, "tau_m"), "inertia_size", "warning", kinds=("rigid",)),
+    Mistake("angle_of_the_arm", _times(RATIO, *MOTION), "inertia_size", kinds=("flexible",)),
+    Mistake("radians_taken_for_degrees", _times(np.pi / 180, *MOTION), "inertia_size", kinds=("flexible",)),
+    Mistake("degrees", _times(180 / np.pi, *MOTION), "angle_unit"),
+    Mistake("counts", _in_counts, "angle_counts", speeds=ANGLE_ONLY),
+    Mistake("counts_beside_a_speed", _in_counts, "speed_scale", speeds=MEASURED),
+    Mistake("time_in_milliseconds", _times(1e3, "t"), "sampling_size", speeds=ANGLE_ONLY),
+    Mistake("time_in_microseconds", _times(1e6, "t"), "sampling_size", speeds=ANGLE_ONLY),
     Mistake(
         "volts",
         lambda log: log | {"tau_m": np.rint(log["tau_m"] / 2 * 4096 / 20) * 20 / 4096},

@@ -23,8 +23,8 @@ class Remark:
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One check. summary : what it asks, one line; unless : checks whose findings, if graver than a note, already
-    explain what this one would report."""
+    """One check. summary : what it asks, one line; unless : checks whose findings, a warning or graver, already explain
+    what this one would report, if that is no graver."""
 
     name: str
     summary: str

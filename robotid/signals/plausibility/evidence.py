@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -60,6 +60,13 @@ class Evidence:
         """The torque against the motion."""
         turns = None if self.axis.linear else self.axis.gear_ratio or 1.0
         return regress_torque(self.record, turns)
+
+    @cached_property
+    def regression_exchanged(self) -> TorqueRegression:
+        """The same with the columns of torque and angle exchanged."""
+        record = self.record
+        other = replace(record, tau_m=record.phi_m, phi_m=record.tau_m)
+        return regress_torque(other, None if self.axis.linear else self.axis.gear_ratio or 1.0)
 
     @property
     def units(self) -> dict[str, str]:

@@ -11,7 +11,7 @@ from robotid.errors import NumericsError
 from robotid.signals.plausibility import checks
 from robotid.signals.plausibility.check import Check
 from robotid.signals.plausibility.evidence import Axis, Evidence
-from robotid.signals.plausibility.finding import Finding, Plausibility
+from robotid.signals.plausibility.finding import Finding, Plausibility, Severity
 from robotid.signals.quality import Recordings
 
 GRAVITY = {"fatal": 0, "warning": 1, "note": 2}
@@ -49,14 +49,17 @@ def check_records(recordings: Recordings, axis: Axis, accepted: Collection[str] 
 
 
 def _found(evidence: Evidence, accepted: Collection[str]) -> Iterator[Finding]:
-    """The findings on one record. A check is not asked where another has found what would explain its finding."""
-    grave: set[str] = set()
+    """The findings on one record, but those that a finding as grave of another check explains."""
+    found: dict[str, Severity] = {}
     for one in CHECKS.values():
-        if grave & set(one.unless):
+        before = {found[name] for name in one.unless if name in found}
+        if "fatal" in before:
             continue
         for finding in one(evidence):
-            if finding.severity != "note":
-                grave.add(one.name)
+            if before and finding.severity != "fatal":
+                continue
+            if finding.severity != "note" and found.get(one.name) != "fatal":
+                found[one.name] = finding.severity
             yield replace(finding, accepted=finding.severity == "fatal" and one.name in accepted)
 
 

@@ -28,9 +28,16 @@ class CheckSettings:
     unexplained: float = 0.03  # share of the torque's variance: less, and the motion does not explain the torque
     chance: float = 1.5  # times what a shifted torque explains: less is chance
     weak: float = 0.5  # share of the torque's variance: less is remarked
+    lone_chance: float = 2.0  # times what a shifted torque explains: less is chance, where no sign of a joint is sure
     copy: float = 1e-10  # share of a column's variance: a difference that is only rounding
+    follows: float = 0.98  # share of the torque's variance that speed or angle alone explains
+    same_numbers: float = 0.02  # deviation of a torque's slope over another column from 1: the same numbers
+    spike: float = 50.0  # times the 99th percentile of the deviations from the neighbours' median
+    spike_peak: float = 5.0  # times the 99th percentile of the torque itself
+    spike_energy: float = 0.5  # share of the torque's energy in spikes: more, and the rest hardly counts
     few_levels: int = 3  # distinct values of a torque that is only switched
     same_speed: float = 0.5  # correlation with the angle's derivative: less, and the speed is another signal
+    surely_same: float = 0.97  # the same: more, and it is the speed of this angle
     scale: float = 1.5  # recorded over derived speed, or its inverse, from which it is no calibration error
     notable_scale: float = 0.03  # deviation of the same from 1
     factor: float = 0.02  # relative deviation at which a known factor is recognised
@@ -39,6 +46,9 @@ class CheckSettings:
     fast: float = 10.0  # rad/s: what has more inertia than that, and no gear, turns more slowly
     max_power: float = 1e5  # W: no robot joint has a drive of 100 kW
     max_motor_speed: float = 2500.0  # rad/s, 24,000 rpm
+    impossible: float = 10.0  # times the largest power or speed, from which there is no doubt
+    slow_sampling: float = 0.1  # s, unusual; ten times that shows nothing of a joint
+    fast_sampling: float = 1e-6  # s, unusual
     max_arm_speed: float = 60.0  # rad/s behind a gear
     min_inertia: float = 1e-8  # kg m2: that of the smallest motors is ten times larger
     jitter: float = 0.01  # RMS deviation of a sampling interval, share of the sampling time

@@ -7,7 +7,20 @@ from math import pi
 
 import numpy as np
 import pytest
-from support.mistaken_logs import FLEXIBLE, MISTAKES, RATIO, RIGID, H, Log, Mistake, N, log_of, right_log, swing
+from support.mistaken_logs import (
+    FLEXIBLE,
+    MISTAKES,
+    RATIO,
+    RIGID,
+    H,
+    Log,
+    Mistake,
+    N,
+    log_of,
+    right_log,
+    swing,
+    without_speed,
+)
 from support.paths import CONFIGS
 
 from robotid.config.load import load
@@ -21,11 +34,12 @@ from robotid.stages.collect import collect
 from robotid.stages.excite import excite
 
 AXES = {"rigid": Axis(), "flexible": Axis(RATIO)}
-CASES = [(kind, mistake) for mistake in MISTAKES for kind in mistake.kinds]
+CASES = [(kind, speed, mistake) for mistake in MISTAKES for kind in mistake.kinds for speed in mistake.speeds]
 
 
 def record(log: Log, name: str = "log") -> Record:
-    return Record.from_arrays(log["tau_m"], log["phi_m"], H, speed=log.get("dphi_m"), name=name)
+    h = float(log["t"][-1] - log["t"][-2])
+    return Record.from_arrays(log["tau_m"], log["phi_m"], h, speed=log.get("dphi_m"), name=name)
 
 
 def findings(*records: Record, axis: Axis | None = None, accepted: tuple[str, ...] = ()) -> Plausibility:
@@ -33,9 +47,12 @@ def findings(*records: Record, axis: Axis | None = None, accepted: tuple[str, ..
     return check_records(Recordings(records, reports), axis or Axis(), accepted)
 
 
-@pytest.mark.parametrize(("kind", "mistake"), CASES, ids=[f"{m.name}-{k}" for k, m in CASES])
-def test_a_mistake_is_found_by_its_check_alone(kind: str, mistake: Mistake) -> None:
-    found = findings(record(mistake.make(right_log(kind))), axis=AXES[kind])
+@pytest.mark.parametrize(
+    ("kind", "speed", "mistake"), CASES, ids=[f"{m.name}-{k}-{'speed' if s else 'angle'}" for k, s, m in CASES]
+)
+def test_a_mistake_is_found_by_its_check_alone(kind: str, speed: bool, mistake: Mistake) -> None:
+    log = right_log(kind)
+    found = findings(record(mistake.make(log if speed else without_speed(log))), axis=AXES[kind])
     assert [(f.name, f.severity) for f in found.findings] == [(mistake.found, mistake.severity)]
     assert bool(found) is (mistake.severity != "fatal")
 

@@ -11,7 +11,7 @@ from robotid.diagnosis.experiment import default_speed_controller
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.state import SearchResult
 from robotid.diagnosis.settings import VERDICT
-from robotid.diagnosis.verdict import _rejected, _word, hardly_explained, is_partial
+from robotid.diagnosis.verdict import _rejected, _word, hardly_explained, is_partial, negligible
 from support.plain_models import plain_model, plain_record
 from support.tuning import sees
 from support.tuning.search import friction, state
@@ -51,6 +51,13 @@ def check_a_fit_below_ten_percent_is_no_model() -> None:
     for fit, nothing in ((10.5, False), (9.5, True)):
         left = (1.0 - fit / 100.0) * (y - y.mean())
         assert hardly_explained({"a": y}, {"a": left}) is nothing
+
+
+@sees(VERDICT, "negligible")
+def check_a_millionth_of_the_output_is_rounding() -> None:
+    y = plain_record().t
+    for share, nothing in ((0.95e-6, True), (1.05e-6, False)):
+        assert negligible(y, share * np.std(y) * np.ones(len(y))) is nothing
 
 
 @sees(VERDICT, "chance")

@@ -8,6 +8,7 @@ import numpy as np
 import scipy
 
 from robotid.model.array import Array
+from robotid.numerals import plain
 from robotid.signals.plausibility.check import Remark, check
 from robotid.signals.plausibility.evidence import Evidence
 from robotid.signals.plausibility.settings import CHECK
@@ -16,7 +17,23 @@ from robotid.signals.record import Record
 COMPARED = 4000  # samples of a record, to which it is thinned before motions are compared
 
 
-@check()
+@check(unless=("speed_scale",))
+def sampling_size(evidence: Evidence) -> Iterator[Remark]:
+    """The sampling time is that of no drive."""
+    h = evidence.record.sampling_time
+    if CHECK.fast_sampling <= h <= CHECK.slow_sampling:
+        return
+    surely = h > CHECK.impossible * CHECK.slow_sampling or h < CHECK.fast_sampling / CHECK.impossible
+    guess = "ms" if h > CHECK.slow_sampling and h < 1e3 * CHECK.slow_sampling else "us" if h > 1.0 else "min"
+    yield Remark(
+        "fatal" if surely else "warning",
+        f"the sampling time is {plain(h)} s",
+        "inertia is wrong by the square of the factor of time, friction and every speed by the factor",
+        f"give the unit of the time column, t: {{name: ..., unit: {guess}}}, or correct sampling_time",
+    )
+
+
+@check(unless=("sampling_size",))
 def clock(evidence: Evidence) -> Iterator[Remark]:
     """The sampling intervals vary, or samples are missing."""
     report, record = evidence.report, evidence.record
@@ -26,9 +43,9 @@ def clock(evidence: Evidence) -> Iterator[Remark]:
         cost = report.jitter_rms * record.sampling_time * acceleration
         yield Remark(
             "warning" if report.jitter_rms > CHECK.much_jitter else "note",
-            f"the sampling intervals vary by {100 * report.jitter_rms:.2g} % RMS and {100 * report.jitter:.2g} % at"
-            " most",
-            f"stamps that are wrong by as much add about {cost:.2g} {unit} of noise to the speed",
+            f"the sampling intervals vary by {plain(100 * report.jitter_rms, 2)} % RMS and"
+            f" {plain(100 * report.jitter, 2)} % at most",
+            f"stamps that are wrong by as much add about {plain(cost, 2)} {unit} of noise to the speed",
             "use the time stamps of the drive rather than those of the receiver, or record with a real-time clock",
         )
     if report.missing > CHECK.missing * report.samples:
@@ -53,8 +70,8 @@ def quantisation(evidence: Evidence) -> Iterator[Remark]:
         unit = evidence.units
         yield Remark(
             "warning",
-            f"a step of the encoder is {report.quantum:.3g} {unit['angle']}: {noise:.2g} {unit['speed']} of noise in"
-            f" the derived speed, {100 * noise / speed:.2g} % of it",
+            f"a step of the encoder is {plain(report.quantum)} {unit['angle']}: {plain(noise, 2)} {unit['speed']} of"
+            f" noise in the derived speed, {plain(100 * noise / speed, 2)} % of it",
             "small effects disappear in the noise of the derived speed",
             "set fit: {output: position}, or record a finer angle or the drive's own speed",
         )
@@ -67,7 +84,7 @@ def saturation(evidence: Evidence) -> Iterator[Remark]:
     if share > CHECK.saturated:
         yield Remark(
             "warning",
-            f"the torque is at its largest or smallest value in {100 * share:.2g} % of the samples",
+            f"the torque is at its largest or smallest value in {plain(100 * share, 2)} % of the samples",
             "a command that the drive cut off is not the torque that acted",
             "add the effect saturation to torque, or record a smaller motion",
         )
@@ -79,7 +96,7 @@ def standstill(evidence: Evidence) -> Iterator[Remark]:
     if evidence.report.still > CHECK.still:
         yield Remark(
             "warning",
-            f"the motor rests in {100 * evidence.report.still:.2g} % of the samples",
+            f"the motor rests in {plain(100 * evidence.report.still, 2)} % of the samples",
             "at rest, dry friction takes any torque, and nothing is learnt",
             "cut the record by start and stop",
         )

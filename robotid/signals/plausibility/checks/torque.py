@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+import scipy
 
 from robotid.model.array import Array
+from robotid.numerals import plain
 from robotid.signals.plausibility.check import Remark, check
 from robotid.signals.plausibility.evidence import Evidence
 from robotid.signals.plausibility.regression import explained_share
 from robotid.signals.plausibility.settings import CHECK
 
 RECORDED = {"phi_m": "the motor angle", "dphi_m": "the motor speed", "phi_a": "the arm angle", "ref": "the reference"}
+CURE = "name the column of the torque under columns: tau_m"
+NOTHING = "the record holds no torque, and whatever is fitted follows from a column that was named twice"
 
 
 @check()
@@ -20,25 +24,28 @@ def torque_copy(evidence: Evidence) -> Iterator[Remark]:
     """The torque is another recorded column, but for scale and offset."""
     record = evidence.record
     acceleration = np.gradient(evidence.derived_speed, record.sampling_time)
+    if _is_copy(record.tau_m, record.t):
+        yield Remark("fatal", "the torque grows as evenly as time does", NOTHING, CURE)
+        return
     for signal, meaning in RECORDED.items():
         values = getattr(record, signal)
         # a pure oscillation makes every torque of an inertia a multiple of the angle
         if values is None or not _is_copy(record.tau_m, values) or _oscillates(values, acceleration):
             continue
-        yield Remark(
-            "fatal",
-            f"the torque is a copy of {meaning} ({signal}), but for scale and offset",
-            "the record holds no torque, and whatever is fitted follows from a column that was named twice",
-            "name the column of the torque under columns: tau_m",
-        )
+        yield Remark("fatal", f"the torque is a copy of {meaning} ({signal}), but for scale and offset", NOTHING, CURE)
         return
 
 
 def _is_copy(torque: Array, other: Array) -> bool:
+    inner = slice(2, -2)  # a derivative is another one at the ends of a record
+    return bool(1.0 - _share_of(other[inner], torque[inner]) <= CHECK.copy)
+
+
+def _share_of(other: Array, torque: Array) -> float:
+    """Share of a torque's variance (n,) that a constant and one other signal (n,) explain."""
     if not np.ptp(other):
-        return False
-    left = 1.0 - explained_share(np.vstack([np.ones_like(other), other - other.mean()]), torque)
-    return bool(left <= CHECK.copy)
+        return 0.0
+    return explained_share(np.vstack([np.ones_like(other), other - other.mean()]), torque)
 
 
 def _oscillates(values: Array, acceleration: Array) -> bool:
@@ -47,35 +54,95 @@ def _oscillates(values: Array, acceleration: Array) -> bool:
     return explained_share(columns, values[inner]) > 0.99
 
 
-@check(unless=("torque_copy",))
+@check(unless=("torque_copy", "speed_exchanged"))
+def torque_spikes(evidence: Evidence) -> Iterator[Remark]:
+    """Single samples of the torque are far off their neighbours."""
+    torque = evidence.record.tau_m
+    off = np.abs(torque - scipy.signal.medfilt(torque, 5))[2:-2]
+    usual, size = np.percentile(off, 99), np.percentile(np.abs(torque), 99)
+    wild = 2 + np.flatnonzero((off > CHECK.spike * usual) & (off > CHECK.spike_peak * size))
+    if not len(wild):
+        return
+    worst = int(wild[np.argmax(np.abs(torque[wild]))])
+    energy = float(np.sum(torque[wild] ** 2) / np.sum(torque**2))
+    many = f"{len(wild)} samples of the torque stand" if len(wild) > 1 else "a sample of the torque stands"
+    peak = f"{plain(float(torque[worst]))} {evidence.units['torque']} at {worst * evidence.record.sampling_time:.4g} s"
+    yield Remark(
+        "fatal" if energy > CHECK.spike_energy else "warning",
+        f"{many} alone: {peak}, where 99 % of all are below {plain(float(size))}",
+        "a fit explains these samples rather than the motion",
+        "cut the record by start and stop, or remove these lines from the file",
+    )
+
+
+@check(unless=("torque_copy", "torque_spikes", "speed_exchanged"))
+def torque_follows(evidence: Evidence) -> Iterator[Remark]:
+    """The torque follows speed or angle alone, and shows no inertia."""
+    record, found = evidence.record, evidence.regression
+    if found.inertia.ratio > CHECK.sure:
+        return
+    inner = slice(2, -2)
+    for values, meaning, unit in (
+        (record.dphi_m, "speed", evidence.units["speed"]),
+        (record.phi_m, "angle", evidence.units["angle"]),
+    ):
+        share = _share_of(values[inner], record.tau_m[inner])
+        if share < CHECK.follows or (meaning == "angle" and found.friction_power.ratio > CHECK.sure):
+            continue
+        slope = float(np.polyfit(values[inner], record.tau_m[inner], 1)[0])
+        same = abs(slope - 1.0) < CHECK.same_numbers
+        yield Remark(
+            "fatal" if same else "warning",
+            f"the torque is {plain(slope)} {evidence.units['torque']} per {unit} of the {meaning}, which explains"
+            f" {plain(100 * share)} % of it, and shows no inertia{': the same numbers' if same else ''}",
+            f"where the column is another recording of the {meaning}, no parameter means anything",
+            CURE,
+        )
+        return
+
+
+@check(unless=("torque_copy", "torque_spikes", "torque_follows", "speed_exchanged"))
 def torque_unrelated(evidence: Evidence) -> Iterator[Remark]:
     """The motion explains the torque no better than one that was shifted in time."""
     found = evidence.regression
     share = found.explained
-    if share < CHECK.weak and share < max(CHECK.unexplained, CHECK.chance * found.by_chance):
+    explained = f"{plain(100 * share, 2)} % of the torque"
+    unsure = max(abs(found.inertia.ratio), abs(found.friction_power.ratio)) < CHECK.sure
+    chance = share < CHECK.weak and share < max(CHECK.unexplained, CHECK.chance * found.by_chance)
+    if chance or (unsure and share < CHECK.lone_chance * found.by_chance):
+        exchanged = evidence.regression_exchanged
+        if exchanged.explained > CHECK.follows and exchanged.inertia.ratio > CHECK.sure:
+            yield Remark(
+                "fatal",
+                f"the motion explains {explained}, and {plain(100 * exchanged.explained)} % where the columns of torque"
+                " and angle are exchanged",
+                "inertia and friction are what chance makes of them",
+                "exchange the columns of tau_m and phi_m",
+            )
+            return
         yield Remark(
             "fatal",
-            f"the motion explains {100 * share:.2g} % of the torque, and {100 * found.by_chance:.2g} % of a torque that"
-            f" is shifted in time{'; the torque is white noise' if found.white else ''}",
+            f"the motion explains {explained}, and {plain(100 * found.by_chance, 2)} % of a torque that is shifted in"
+            f" time{'; the torque is white noise' if found.white else ''}",
             "inertia and friction are what chance makes of them",
             "name the columns of one recording under columns: tau_m and phi_m",
         )
     elif share < CHECK.weak:
         yield Remark(
             "warning",
-            f"the motion explains {100 * share:.2g} % of the torque",
+            f"the motion explains {explained}",
             "the rest is noise or comes from elsewhere, and parameters take part of it",
             "check the columns, and record a motion that takes more torque",
         )
 
 
-@check(unless=("torque_copy",))
+@check(unless=("torque_copy", "speed_exchanged"))
 def torque_levels(evidence: Evidence) -> Iterator[Remark]:
     """The torque takes two or three values only."""
     torque = evidence.record.tau_m
     levels = np.unique(torque[: min(len(torque), 100_000)])
     if len(levels) <= CHECK.few_levels:
-        listed = ", ".join(f"{level:.3g}" for level in levels)
+        listed = ", ".join(f"{plain(level)}" for level in levels)
         yield Remark(
             "warning",
             f"the torque takes {len(levels)} values only: {listed} {evidence.units['torque']}",
@@ -84,7 +151,7 @@ def torque_levels(evidence: Evidence) -> Iterator[Remark]:
         )
 
 
-@check(unless=("torque_copy", "torque_unrelated"))
+@check(unless=("torque_copy", "torque_unrelated", "torque_follows", "speed_exchanged"))
 def torque_sign(evidence: Evidence) -> Iterator[Remark]:
     """The torque takes power from a joint that can only absorb it (passivity), or drives it backwards."""
     found = evidence.regression
@@ -92,9 +159,9 @@ def torque_sign(evidence: Evidence) -> Iterator[Remark]:
     if max(inertia, power) < CHECK.sure and min(inertia, power) < -CHECK.sure:
         parts = []
         if inertia < -CHECK.sure:
-            parts.append(f"an inertia of {found.inertia.value:.3g} {evidence.units['inertia']}{_sure(inertia)}")
+            parts.append(f"an inertia of {plain(found.inertia.value)} {evidence.units['inertia']}{_sure(inertia)}")
         if power < -CHECK.sure:
-            parts.append(f"friction that supplies {-found.friction_power.value:.3g} W{_sure(power)}")
+            parts.append(f"friction that supplies {plain(-found.friction_power.value)} W{_sure(power)}")
         yield Remark(
             "fatal",
             f"torque and motion ask for {' and '.join(parts)}: one of them has the wrong sign",
@@ -106,7 +173,8 @@ def torque_sign(evidence: Evidence) -> Iterator[Remark]:
         much = f"; the angle is {1e3 * late.value:.2g} ms late against it" if late.ratio > CHECK.sure else ""
         yield Remark(
             "warning",
-            f"friction supplies {-found.friction_power.value:.3g} W{_sure(power)}, while the inertia is positive{much}",
+            f"friction supplies {plain(-found.friction_power.value)} W{_sure(power)}, while the inertia is"
+            f" positive{much}",
             "a delay between torque and angle passes for negative friction",
             "record both with one clock, or add the effect sensor_delay to the model",
         )
@@ -114,4 +182,4 @@ def torque_sign(evidence: Evidence) -> Iterator[Remark]:
 
 def _sure(ratio: float) -> str:
     """How sure a sign is, as part of a sentence."""
-    return f" ({abs(ratio):.2g} standard deviations from zero)" if np.isfinite(ratio) else ""
+    return f" ({plain(abs(ratio), 2)} standard deviations from zero)" if np.isfinite(ratio) else ""

@@ -7,6 +7,7 @@ from math import pi
 
 import numpy as np
 
+from robotid.numerals import plain
 from robotid.signals.plausibility.check import Remark, check
 from robotid.signals.plausibility.evidence import Evidence
 from robotid.signals.plausibility.settings import CHECK
@@ -18,11 +19,23 @@ ROUND_COUNTS = tuple(k * 10**p for k in (1, 1.25, 1.5, 2, 2.5, 3.6, 4, 5, 7.2, 8
 )
 """Steps a revolution that encoders have."""
 SAME_COUNTS = 2e-4  # relative deviation from them
+SURE_BITS, SURE_SAME = 10, 1e-5  # of an encoder whose steps are those of a power of two without doubt
 CONVERTER_RANGES = (20.0, 10.0, 5.0)  # V from end to end
 CONVERTER_BITS = (10, 12, 14, 16)
 
 
-@check(unless=("torque_copy", "torque_unrelated", "torque_sign"))
+@check(
+    unless=(
+        "torque_copy",
+        "torque_unrelated",
+        "torque_follows",
+        "torque_sign",
+        "angle_counts",
+        "sampling_size",
+        "speed_exchanged",
+        "speed_scale",
+    )
+)
 def inertia_size(evidence: Evidence) -> Iterator[Remark]:
     """The inertia that torque and motion ask for is one that no motor carries."""
     found, axis = evidence.regression.inertia, evidence.axis
@@ -34,28 +47,45 @@ def inertia_size(evidence: Evidence) -> Iterator[Remark]:
         ratio = abs(axis.gear_ratio)
         yield Remark(
             "fatal",
-            f"the inertia at the motor would be {found.value:.3g} kg m2, behind a gear of 1/{1 / ratio:.4g}",
+            f"the inertia at the motor would be {plain(found.value)} kg m2, behind a gear of 1/{1 / ratio:.4g}",
             "every parameter is wrong by the same factor as the torque or the angle",
-            f"torque in Nmm: tau_m: {{name: ..., unit: mNm}} ({found.value / 1e3:.2g} kg m2); angle of the arm instead "
-            f"of the motor: phi_m: {{name: ..., scale: {1 / axis.gear_ratio:.6g}}} ({found.value * ratio:.2g} kg m2)",
+            f"torque in Nmm: tau_m: {{name: ..., unit: mNm}} ({plain(found.value / 1e3, 2)} kg m2); angle of the arm"
+            f" instead of the motor: phi_m: {{name: ..., scale: {1 / axis.gear_ratio:.6g}}}"
+            f" ({plain(found.value * ratio, 2)} kg m2)",
         )
     elif found.value > CHECK.max_motor_inertia and fastest_turn(evidence) > CHECK.fast:
         yield Remark(
             "warning",
-            f"an inertia of {found.value:.3g} kg m2 would turn at up to {fastest_turn(evidence):.3g} rad/s",
+            f"an inertia of {plain(found.value)} kg m2 would turn at up to {plain(fastest_turn(evidence))} rad/s",
             "every parameter is wrong by the same factor as the torque or the angle",
             "give the units of tau_m and phi_m, such as tau_m: {name: ..., unit: mNm}",
         )
     elif found.value < CHECK.min_inertia:
         yield Remark(
             "warning",
-            f"the inertia would be {found.value:.3g} kg m2, less than that of the smallest motors",
+            f"the inertia would be {plain(found.value)} kg m2, less than that of the smallest motors",
             "every parameter is wrong by the same factor as the torque or the angle",
             "give the units of tau_m and phi_m, such as tau_m: {name: ..., unit: kNm} or phi_m: {name: ..., unit: deg}",
         )
 
 
-@check()
+@check(unless=("speed_scale",))
+def angle_counts(evidence: Evidence) -> Iterator[Remark]:
+    """The angle is in whole numbers, as the counts of an encoder are."""
+    angle, axis = evidence.record.phi_m, evidence.axis
+    if not np.array_equal(angle, np.rint(angle)) or np.ptp(angle) < MIN_COUNTS:
+        return
+    unit = evidence.units["angle"]
+    yield Remark(
+        "fatal",
+        f"the angle is in whole numbers, over {plain(float(np.ptp(angle)), 6)} of them: counts rather than {unit}",
+        "every angle, speed and inertia is wrong by the counts of a revolution",
+        f"phi_m: {{name: ..., unit: counts, scale: ...}}, with the {unit} per count"
+        f"{'' if axis.linear else ', 2 pi over the counts of a revolution'}",
+    )
+
+
+@check(unless=("angle_counts", "speed_scale"))
 def angle_unit(evidence: Evidence) -> Iterator[Remark]:
     """The steps of the encoder fit a revolution of 360 rather than one of 2 pi."""
     step = evidence.report.quantum
@@ -65,13 +95,19 @@ def angle_unit(evidence: Evidence) -> Iterator[Remark]:
         # in gear_ratio times a revolution, round counts say nothing
         if _round(counts) and not _round(2 * pi / step) and counts > 2 * pi / step / 60:
             yield Remark(
-                "warning",
+                "fatal" if unit == "deg" and _sure_counts(counts) else "warning",
                 f"the encoder has {round(counts)} steps to {'360' if unit == 'deg' else 1}, and"
                 f" {2 * pi / step:.6g} to 2 pi: the angle seems to be in {unit}",
                 f"every angle and speed is wrong by a factor of {57.3 if unit == 'deg' else 6.28}",
                 f"phi_m: {{name: ..., unit: {unit}}}",
             )
             return
+
+
+def _sure_counts(counts: float) -> bool:
+    """Whether no chance makes such counts: a power of two, met within few parts in a million."""
+    bits = round(np.log2(counts))
+    return bool(bits >= SURE_BITS and abs(counts / 2.0**bits - 1.0) < SURE_SAME)
 
 
 def _round(counts: float) -> bool:
@@ -84,7 +120,7 @@ def fastest_turn(evidence: Evidence) -> float:
     return float(np.abs(angle[width:] - angle[:-width]).max()) / (width * evidence.record.sampling_time)
 
 
-@check()
+@check(unless=("angle_counts", "angle_unit", "speed_scale"))
 def speed_size(evidence: Evidence) -> Iterator[Remark]:
     """The motor or the arm would turn faster than machines do."""
     axis = evidence.axis
@@ -93,16 +129,27 @@ def speed_size(evidence: Evidence) -> Iterator[Remark]:
     fastest = fastest_turn(evidence)
     ratio = abs(axis.gear_ratio) if axis.gear_ratio is not None else 0.0
     if fastest > CHECK.max_motor_speed or ratio * fastest > CHECK.max_arm_speed:
-        behind = f", and the arm at {ratio * fastest:.3g} rad/s" if ratio else ""
+        behind = f", and the arm at {plain(ratio * fastest)} rad/s" if ratio else ""
+        surely = max(fastest / CHECK.max_motor_speed, ratio * fastest / CHECK.max_arm_speed) > CHECK.impossible
         yield Remark(
-            "warning",
-            f"the motor would turn at {fastest:.3g} rad/s ({fastest * 30 / pi:.3g} rpm){behind}",
+            "fatal" if surely else "warning",
+            f"the motor would turn at {plain(fastest)} rad/s ({plain(fastest * 30 / pi)} rpm){behind}",
             "an angle in degrees makes every speed 57 times too large, and inertia and viscous friction too small",
-            "give the unit of the angle, phi_m: {name: ..., unit: deg}, or that of time",
+            "give the unit of the angle, phi_m: {name: ..., unit: deg}, or that of time, t: {name: ..., unit: ms}",
         )
 
 
-@check(unless=("torque_copy", "torque_unrelated"))
+@check(
+    unless=(
+        "torque_copy",
+        "torque_unrelated",
+        "angle_counts",
+        "angle_unit",
+        "speed_size",
+        "speed_exchanged",
+        "speed_scale",
+    )
+)
 def power_size(evidence: Evidence) -> Iterator[Remark]:
     """The drive would be stronger than those of any robot."""
     record = evidence.record
@@ -110,14 +157,14 @@ def power_size(evidence: Evidence) -> Iterator[Remark]:
     most = float(np.percentile(power, 95))
     if most > CHECK.max_power:
         yield Remark(
-            "warning",
-            f"torque times speed reaches {most / 1e3:.3g} kW",
+            "fatal" if most > CHECK.impossible * CHECK.max_power else "warning",
+            f"torque times speed reaches {plain(most / 1e3)} kW",
             "torque or angle are in another unit than they are taken to be",
             "give the units, such as tau_m: {name: ..., unit: mNm} and phi_m: {name: ..., unit: deg}",
         )
 
 
-@check(unless=("torque_copy", "torque_levels"))
+@check(unless=("torque_copy", "torque_levels", "torque_follows", "speed_exchanged"))
 def torque_volts(evidence: Evidence) -> Iterator[Remark]:
     """The torque has the steps of a converter of so many bits over so many volts."""
     torque = evidence.record.tau_m
