@@ -9,6 +9,7 @@ import numpy as np
 from robotid.model.array import Array
 from robotid.model.channel import Channel
 from robotid.model.parameters import Parameter
+from robotid.model.physical import Physical
 from robotid.model.port import Signal
 
 
@@ -24,7 +25,15 @@ class EncoderRipple(Channel):
         # Not zero both: there the fit could not see n.
         Parameter("A", "rad", "amplitude of the sine", guess=1e-3, bounds=(-1.0, 1.0), null=0.0),
         Parameter("B", "rad", "amplitude of the cosine", guess=1e-3, bounds=(-1.0, 1.0), null=0.0),
-        Parameter("n", "1", "periods a turn", guess=1.0, bounds=(1e-3, 1e4), grid=(1.0, 2.0, 3.0, 4.0, 6.0, 8.0)),
+        Parameter(
+            "n",
+            "1",
+            "periods a turn",
+            guess=1.0,
+            bounds=(1e-3, 1e4),
+            grid=(1.0, 2.0, 3.0, 4.0, 6.0, 8.0),
+            physical=Physical("the motion covers too few periods", periods=3.0),
+        ),
     )
     formula = "phi + A sin(n phi) + B cos(n phi)"
     source = "Hanselman 1990, IEEE Trans. Industrial Electronics 37(6) (imbalance and harmonics of resolvers)"

@@ -9,6 +9,7 @@ from math import inf
 import numpy as np
 
 from robotid.model.array import Array, Mask
+from robotid.model.physical import Physical
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +20,7 @@ class Parameter:
     *shape* parameter: unidentifiable while the effect is absent, so the missing effect is scored over the grid.
     turns : it counts periods of an angle, so that records of many turns ask for points between those of any grid.
     rings : it is the frequency of a resonance [rad/s], which little damping makes narrower than the gaps of any grid.
+    physical : where it makes sense; a fit that ends elsewhere imitates another effect.
     """
 
     symbol: str
@@ -30,6 +32,7 @@ class Parameter:
     grid: tuple[float, ...] = ()
     turns: bool = False
     rings: bool = False
+    physical: Physical | None = None
 
     @property
     def is_shape(self) -> bool:

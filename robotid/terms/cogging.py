@@ -8,6 +8,7 @@ import numpy as np
 
 from robotid.model.array import Array
 from robotid.model.parameters import Parameter
+from robotid.model.physical import Physical
 from robotid.model.port import Port
 from robotid.model.term import Motion, Partials, Term
 
@@ -33,6 +34,7 @@ class Cogging(Term):
             bounds=(0.1, 1e4),
             grid=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 18.0, 20.0, 24.0, 30.0, 36.0, 48.0, 60.0, 72.0),
             turns=True,
+            physical=Physical("the motion covers too few periods", periods=3.0),
         ),
     )
     formula = "A sin(n x) + B cos(n x)"

@@ -8,6 +8,7 @@ import numpy as np
 
 from robotid.model.array import Array
 from robotid.model.parameters import Parameter
+from robotid.model.physical import Physical
 from robotid.model.port import Port
 from robotid.model.term import Motion, Partials, Term
 
@@ -24,7 +25,13 @@ class Hysteresis(Term):
         # Not zero: there the fit could not see xs.
         Parameter("kh", "Nm", "torque at which it slips", guess=10.0, bounds=(-1e9, 1e9), null=0.0),
         Parameter(
-            "xs", "rad", "twist to slip", guess=1e-4, bounds=(1e-7, 1.0), grid=(1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3)
+            "xs",
+            "rad",
+            "twist to slip",
+            guess=1e-4,
+            bounds=(1e-7, 1.0),
+            grid=(1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3),
+            physical=Physical("the gear never twists so far", within_travel=True),
         ),
     )
     formula = "kh z, dz/dt = (v - |v| |z| z) / xs"

@@ -8,6 +8,7 @@ import numpy as np
 
 from robotid.model.array import Array
 from robotid.model.parameters import Parameter
+from robotid.model.physical import Physical
 from robotid.model.port import Port
 from robotid.model.term import Motion, MotionTransform, Partials
 
@@ -30,6 +31,7 @@ class Presliding(MotionTransform):
             guess=100.0,
             bounds=(0.01, 1e5),
             grid=(3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0),
+            physical=Physical("the bristles would hardly slip", bends=3.0),
         ),
         # No negative damping; zero is Dahl's law, and as good as any to search for bristles with.
         Parameter("s1", "s", "damping of the bristles per stiffness", guess=1e-3, bounds=(0.0, 10.0), grid=(0.0,)),

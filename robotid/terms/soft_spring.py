@@ -8,6 +8,7 @@ import numpy as np
 
 from robotid.model.array import Array
 from robotid.model.parameters import Parameter
+from robotid.model.physical import Physical
 from robotid.model.port import Port
 from robotid.model.term import Motion, MotionTransform, Partials
 
@@ -30,6 +31,7 @@ class SoftSpring(MotionTransform):
             guess=1e-4,
             bounds=(1e-7, 1.0),
             grid=(1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3),
+            physical=Physical("the gear never twists so far", within_travel=True),
         ),
     )
     formula = "springs see x - s clip(x, -xs, xs)"

@@ -8,6 +8,7 @@ import numpy as np
 
 from robotid.model.array import Array
 from robotid.model.parameters import Parameter
+from robotid.model.physical import Physical
 from robotid.model.port import Port
 from robotid.model.term import Motion, Partials, Term
 
@@ -24,7 +25,13 @@ class Stribeck(Term):
         # Not zero: there the fit could not see vs.
         Parameter("dFs", "Nm", "break-away above Coulomb friction", guess=0.1, bounds=(0.0, 1e6), null=0.0),
         Parameter(
-            "vs", "rad/s", "Stribeck speed", guess=1.0, bounds=(1e-4, 1e3), grid=(0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
+            "vs",
+            "rad/s",
+            "Stribeck speed",
+            guess=1.0,
+            bounds=(1e-4, 1e3),
+            grid=(0.03, 0.1, 0.3, 1.0, 3.0, 10.0),
+            physical=Physical("the motion never reaches it", within_speed=True),
         ),
     )
     formula = "dFs exp(-(v/vs)^2) sgn(v)"

@@ -8,6 +8,7 @@ import numpy as np
 
 from robotid.model.array import Array
 from robotid.model.parameters import Parameter
+from robotid.model.physical import Physical
 from robotid.model.port import Port
 from robotid.model.term import Motion, Partials, Reading, Term
 
@@ -23,7 +24,15 @@ class ThermalFriction(Term):
     parameters = (
         # Not zero: there the fit could not see T.
         Parameter("c", "1", "share of friction that fades", guess=0.1, bounds=(-0.9, 9.0), null=0.0),
-        Parameter("T", "s", "time constant", guess=10.0, bounds=(1e-2, 1e5), grid=(1.0, 3.0, 10.0, 30.0, 100.0, 300.0)),
+        Parameter(
+            "T",
+            "s",
+            "time constant",
+            guess=10.0,
+            bounds=(1e-2, 1e5),
+            grid=(1.0, 3.0, 10.0, 30.0, 100.0, 300.0),
+            physical=Physical("nothing warms up so fast", least=10.0, of_duration=0.2),
+        ),
     )
     formula = "c exp(-t/T) (Fc sgn(v) + Fv v + ...)"
     source = (

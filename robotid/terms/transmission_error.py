@@ -8,6 +8,7 @@ import numpy as np
 
 from robotid.model.array import Array
 from robotid.model.parameters import Parameter
+from robotid.model.physical import Physical
 from robotid.model.port import Port
 from robotid.model.term import Motion, MotionTransform, Partials
 
@@ -33,6 +34,7 @@ class TransmissionError(MotionTransform):
             bounds=(1e-3, 1e4),
             grid=(0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0),
             turns=True,
+            physical=Physical("the motion covers too few periods", periods=3.0),
         ),
     )
     formula = "springs see x + A sin(n phi_m) + B cos(n phi_m), and dampers its rate"

@@ -2,7 +2,8 @@
 
 Order of reading: `state` (what the search knows at a time, and what it finds), `data` (the first state: the records and
 the noise behind the model), `refits` (the candidates that score best, refitted in full), `acceptance` (the tests that a
-cause must stand, one function each), `unexplained` (the curve that no effect explains, and causes that only imitate
-it), `record_changes` (what differs on validation records), `search` (the whole algorithm). `settings` holds the tuning
-constants. A further test of a cause is one more entry of `acceptance.OBJECTIONS`.
+cause must stand, one function each; `physical_sense` has those of its parameters), `unexplained` (the curve that no
+effect explains, and causes that only imitate it), `record_changes` (what differs on validation records), `search` (the
+whole algorithm). `settings` holds the tuning constants. A further test of a cause is one more entry of
+`acceptance.OBJECTIONS`.
 """

@@ -14,6 +14,7 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel, reduced
 from robotid.diagnosis.scoring.confounding import confounded_with
 from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.score_test import Score
+from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
 from robotid.diagnosis.search.refits import CandidateRefit, refit_hopeful
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import AcceptedCause, Log, RejectedCause, SearchState, share_removed
@@ -29,6 +30,12 @@ class Step:
     before: RefittedModel
     after: RefittedModel
     data: EvaluationData
+
+    @property
+    def added(self) -> tuple[str, ...]:
+        """The effects that the step adds."""
+        old = self.before.structure.effects
+        return tuple(effect for effect in self.after.structure.effects if effect not in old)
 
     @property
     def share(self) -> float:
@@ -77,7 +84,13 @@ def improves_too_little(step: Step, criteria: Criteria) -> str | None:
 
 Objection = Callable[[Step, Criteria], str | None]
 
-OBJECTIONS: tuple[Objection, ...] = (does_not_carry_over, explains_too_little, improves_too_little)
+OBJECTIONS: tuple[Objection, ...] = (
+    does_not_carry_over,
+    explains_too_little,
+    improves_too_little,
+    is_not_physical,
+    is_uncertain,
+)
 """The tests of a cause, in the order in which they are asked. Each says in words why a cause is none, or None."""
 
 

@@ -26,6 +26,8 @@ class AcceptanceSettings:
     """What counts as the same, as worth nothing, and as unknown."""
 
     unchanged_share: float = 0.02  # of the residual's energy: a refit that changes less leaves the columns as they are
+    physical_sigma: float = 2.0  # standard deviations outside its physical range at which a parameter makes no sense
+    amplitude_sigma: float = 3.0  # standard deviations from nothing: an effect that is less is not certain to be there
     same_share: float = 0.02  # of the energy explained: causes closer than that are not distinguished
     same_energy: float = 12.0  # noise variances, inflated: as far apart as chance sets two equal models (p = 5e-4)
     max_same_share: float = 0.1  # of the energy explained: causes further apart are distinguished, whatever the noise

@@ -44,6 +44,7 @@ def document(effect: Description) -> Json:
                 "bounds": p.bounds,
                 "null": p.null,
                 "grid": p.grid,
+                "physical": None if p.physical is None else p.physical.text,
             }
             for p in effect.parameters
         },
@@ -61,4 +62,5 @@ def _legend(effect: Description) -> str:
     motion = "x, v, a: position, speed and acceleration of the port; s = sgn(v); z: the effect's own states"
     shape = "tried at: a shape, unidentifiable while the effect is absent, is scored over these values"
     parts = [motion] * (effect.kind == "term") + [shape] * any(p.is_shape for p in effect.parameters)
+    parts += [f"{p.symbol} of a cause: {p.physical.text}" for p in effect.parameters if p.physical is not None]
     return "\n".join(parts)

@@ -64,8 +64,8 @@ EFFECTS: dict[str, Effect] = {
     "motor.quadratic_friction": Effect(friction.quadratic_friction, 2e-4, ("Fq",)),
     "motor.power_friction": Effect(friction.power_friction, 0.08, ("Fp",), {"alpha": (0.3, 0.7)}),
     "motor.load_friction": Effect(friction.load_friction, 0.017, ("mu",)),
-    "motor.position_friction": Effect(friction.position_friction, 0.06, ("A", "B"), {"n": (0.3, 6.0)}),
-    "motor.thermal_friction": Effect(friction.thermal_friction, 0.05, ("c",), {"T": (1.5, 6.0)}),
+    "motor.position_friction": Effect(friction.position_friction, 0.06, ("A", "B"), {"n": (0.6, 6.0)}),
+    "motor.thermal_friction": Effect(friction.thermal_friction, 0.05, ("c",), {"T": (12.0, 40.0)}),
     "motor.presliding": Effect(
         friction.presliding,
         0.03,

@@ -27,6 +27,7 @@ from robotid.diagnosis.search.acceptance import (
     indistinguishable_energy,
 )
 from robotid.diagnosis.search.data import _is_unchanged
+from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
 from robotid.diagnosis.search.refits import hopeful, is_complete, keeps_promise, other_points, refit_hopeful, rivals
 from robotid.diagnosis.search.settings import ACCEPTANCE, CHANGES, CHOICE
 from robotid.diagnosis.search.state import AcceptedCause, SearchResult, SearchState
@@ -37,6 +38,7 @@ from robotid.model.parameters import Parameters
 from robotid.model.port import Port
 from robotid.terms import TERMS
 from support.plain_models import plain_data, plain_model, plain_segment
+from support.sensed_step import step_to
 from support.tuning import sees
 
 ANYTHING = Criteria(significance=2.0, min_improvement_sigma=0.0, max_refits=1, skip=("record_change",))
@@ -298,3 +300,17 @@ def check_a_change_is_fitted_in_six_iterations() -> None:
         patch.setattr(record_changes, "solve", solve)
         record_changes._run(plain_model(1000.0), Segment(plain_segment(1.0).record, UNIT_WHITENING), None, None)
     assert 5 <= asked[0].max_iterations <= 8  # of one parameter, where the model is right but for it
+
+
+@sees(ACCEPTANCE, "physical_sigma")
+def check_what_may_be_physical_within_two_deviations_is() -> None:
+    for value, sense in ((8.1, True), (7.9, False)):
+        step = step_to("motor.thermal_friction", {"c": 0.5, "T": value}, {"T": 1.0})
+        assert (is_not_physical(step, ANYTHING) is None) is sense
+
+
+@sees(ACCEPTANCE, "amplitude_sigma")
+def check_three_deviations_from_nothing_are_certain() -> None:
+    for size, certain in ((3.1, True), (2.9, False)):
+        step = step_to("motor.asymmetric_coulomb", {"dFc": size}, {"dFc": 1.0})
+        assert (is_uncertain(step, ANYTHING) is None) is certain

@@ -1,0 +1,104 @@
+"""Whether the parameters of a refitted cause make physical sense, and differ from nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robotid.catalogue import EFFECTS
+from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.refit.refitted_model import RefittedModel
+from robotid.diagnosis.scoring.measured_motion import with_angle
+from robotid.diagnosis.search.settings import ACCEPTANCE
+from robotid.model.array import Array
+from robotid.model.parameters import Parameter
+from robotid.model.physical import PortRange
+from robotid.model.units import on_axis
+from robotid.simulation.friction.mode import friction_mode
+from robotid.simulation.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from robotid.diagnosis.search.acceptance import Step
+
+
+def is_not_physical(step: Step, criteria: Criteria) -> str | None:
+    """A cause's parameters must make sense on these records, within what is known of them."""
+    model = step.after
+    for effect in step.added:
+        for name, declared in declarations(effect):
+            if declared.physical is None:
+                continue
+            low, high = declared.physical.range(port_range(model, effect))
+            value, spread = model.parameters[name], ACCEPTANCE.physical_sigma * deviation(model, name)
+            if value + spread < low or value - spread > high:
+                unit = on_axis(linear=model.structure.linear)(declared.unit)
+                size = f"{value:.3g}" if unit == "1" else f"{value:.3g} {unit}"
+                return f"makes no sense: {declared.symbol} = {size}, and {declared.physical.why}"
+    return None
+
+
+def is_uncertain(step: Step, criteria: Criteria) -> str | None:
+    """A cause's size must differ from nothing: all its amplitudes together, as a sine and a cosine have a size."""
+    model = step.after
+    for effect in step.added:
+        sizes = [(name, p) for name, p in declarations(effect) if p.null is not None]
+        if sizes and amplitude_sigmas(model, sizes) < ACCEPTANCE.amplitude_sigma:
+            symbol = sizes[0][1].symbol
+            value, std = model.parameters[sizes[0][0]], deviation(model, sizes[0][0])
+            return f"is not certain to be there: {symbol} = {value:.2g}, known to {std:.2g}"
+    return None
+
+
+def declarations(effect: str) -> Iterator[tuple[str, Parameter]]:
+    """The parameters of an effect by dotted name, as they are declared; none of a change of a record."""
+    known = EFFECTS.get(effect.rpartition(".")[2])
+    for p in known.parameters if known is not None else ():
+        yield f"{effect}.{p.symbol}", p
+
+
+def deviation(model: RefittedModel, name: str) -> float:
+    """Standard deviation of a parameter, zero where it was not fitted."""
+    at = [i for i, k in enumerate(model.columns) if model.parameters.names[k] == name]
+    return float(np.sqrt(max(0.0, model.covariance[at[0], at[0]]))) if at else 0.0
+
+
+def amplitude_sigmas(model: RefittedModel, sizes: list[tuple[str, Parameter]]) -> float:
+    """How many standard deviations amplitudes are away from where their effect vanishes; infinite where none was
+    fitted."""
+    names = [model.parameters.names[k] for k in model.columns]
+    fitted = [(names.index(name), model.parameters[name] - (p.null or 0.0)) for name, p in sizes if name in names]
+    if not fitted:
+        return float("inf")
+    at, apart = [i for i, _ in fitted], np.array([value for _, value in fitted])
+    covariance = model.covariance[np.ix_(at, at)]
+    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    standard = apart / scale
+    distance = float(standard @ np.linalg.pinv(covariance / np.outer(scale, scale)) @ standard)
+    return float(np.sqrt(max(0.0, distance)))
+
+
+def port_range(model: RefittedModel, effect: str) -> PortRange:
+    """What the fitted records offer an effect of the model at its place."""
+    durations: dict[str, float] = {}
+    speeds, ways = [0.0], [0.0]
+    for one in model.fitted:
+        durations[one.record.name] = durations.get(one.record.name, 0.0) + one.record.duration
+        x, v = _motion(with_angle(one.trajectory), effect)
+        speeds.append(float(np.abs(v).max()))
+        ways.append(float(np.ptp(x)))
+    return PortRange(max(durations.values(), default=0.0), max(speeds), max(ways))
+
+
+def _motion(motion: Trajectory, effect: str) -> tuple[Array, Array]:
+    """Position and speed that an effect follows, (n,) each: of the port that it watches, of its own, or of the motor
+    where it is a channel."""
+    joint, x = motion.joint, motion.x
+    for k, place in enumerate(joint.placed):
+        if f"{place.port}.{place.term.name}" == effect:
+            s = friction_mode(motion.step_inputs(slice(0, x.shape[1])), x).s
+            m = joint.motions(x, None, s, motion.t, motion.theta)[k]
+            watches = getattr(place.term, "watches", None) is not None
+            return (np.asarray(m.xw), np.asarray(m.vw)) if watches else (m.x, m.v)
+    return motion.phi_m, x[joint.motor_speed]
