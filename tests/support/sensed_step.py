@@ -13,8 +13,8 @@ from support.plain_models import AXIS, plain_data, plain_model
 
 
 def step_to(effect: str, values: Mapping[str, float], deviations: Mapping[str, float]) -> Step:
-    """values, deviations : of the effect's parameters, by symbol; all others are known to 1e-3. The axis is at rest, for
-    ten seconds."""
+    """values, deviations : of the effect's parameters, by symbol; all others are known to 1e-3. The axis is at rest,
+    for ten seconds."""
     joint = assemble(AXIS.extended(effect))
     parameters = joint.parameters().with_values({f"{effect}.{key}": value for key, value in values.items()})
     known = {f"{effect}.{key}": value for key, value in deviations.items()}
