@@ -50,7 +50,7 @@ class FittedModel:
 
 def fitted_model(fit: FitResult, *, estimate_states: bool = True) -> FittedModel:
     """The model that a fit made, its parameters free as they were."""
-    joint = assemble(fit.structure, angle=fit.output == "position")
+    joint = assemble(fit.structure, angle=fit.keeps_angle or fit.output == "position")
     estimates = fit.parameters
     parameters = replace(
         joint.parameters(),
@@ -90,7 +90,7 @@ class Simulated:
 
     def measured(self, quantity: Quantity) -> Array:
         """Measured position or speed, (n,)."""
-        return measured_output(self.record, quantity)
+        return np.concatenate([measured_output(piece, quantity) for piece in self.pieces])
 
     def signal(self, quantity: Quantity) -> Array:
         """Simulated position or speed as its sensor would show it, (n,)."""

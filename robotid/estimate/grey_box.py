@@ -73,6 +73,8 @@ def fit_model(
         [options.weights.get(piece.name, options.weights.get(piece.experiment, 1.0)) for piece in pieces]
     )
     problem = OutputError(joint, parameters, tuple(pieces), options.output, factors, options.estimate_states)
+    if options.output == "position":
+        options = replace(options, other_starts=(*options.other_starts, *_by_speed(problem, options)))
     solution = _best_of(problem, options, log)
     problem, solution = _reweigh(problem, solution, factors, options, log)
     return _result(name, problem, solution, time.perf_counter() - begin)
@@ -97,6 +99,16 @@ def _best_of(problem: OutputError, options: FitOptions, log: Callable[[Iteration
         better = min(best, found, key=lambda solution: solution.evaluation.cost)
         best = replace(better, end=found.end) if found.end is End.INTERRUPTED else better
     return best
+
+
+def _by_speed(problem: OutputError, options: FitOptions) -> tuple[Parameters, ...]:
+    """Parameters that suit the speed: an angle drifts, and its cost has hollows where the speed's has none. None where
+    that leads nowhere."""
+    try:
+        found = _solve(replace(problem, output="speed"), replace(problem, output="speed").start(), options, None)
+    except NumericsError:
+        return ()
+    return (problem.parameters.with_values(problem.theta(found.evaluation.unknowns)),)
 
 
 def _solve(
@@ -184,6 +196,7 @@ def _result(name: str, problem: OutputError, solution: Solution, seconds: float)
         iterations=len(solution.cost) - 1,
         end=solution.end,
         seconds=seconds,
+        keeps_angle=problem.joint.keeps_angle,
     )
 
 

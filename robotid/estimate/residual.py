@@ -15,11 +15,11 @@ from robotid.model.array import Array, Index
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.port import Signal
-from robotid.signals.record import Quantity, Record
+from robotid.signals.record import OPERATORS, Quantity, Record, SpeedOrigin
 from robotid.simulation.first_guess import initial_state
 from robotid.simulation.sensitivities import sensitivities
 from robotid.simulation.sensors import sensor_columns, sensor_signals
-from robotid.simulation.simulate import simulate
+from robotid.simulation.simulate import integrated, simulate
 from robotid.simulation.trajectory import Trajectory
 
 FARTHEST_PREDICTION = 1.0  # root mean square of a predicted change, of the state's own
@@ -174,7 +174,7 @@ class OutputError:
         trajectory = at.trajectories[k]
         nx, width = self.joint.nx, len(self.columns) + len(self.free_states)
         small = nx * width * len(self.records[k]) <= MAX_PREDICTION
-        seen = output_rows(self.joint, self.output)
+        seen = output_rows(self.joint, self.output, trajectory.speed_origin)
         rows = range(nx) if small else seen
         inner = sensitivities(trajectory, self.records[k], self.columns, rows, self.free_states)
         outer = output_columns(trajectory, self.output, self.columns, inner[list(seen)] if small else inner)
@@ -217,13 +217,14 @@ def measured_output(record: Record, output: Quantity) -> Array:
 def observed(trajectory: Trajectory, output: Quantity) -> Array:
     """The simulated output as its sensor shows it, after the channels on it, (n,)."""
     t = trajectory
-    phi_m, dphi_m = sensor_signals(t.joint, t.theta, t.sampling_time, t.phi_m, t.dphi_m)
+    phi_m, dphi_m = sensor_signals(t.joint, t.theta, t.sampling_time, t.phi_m, t.dphi_m, t.speed_origin)
     return phi_m if output == "position" else dphi_m
 
 
-def output_rows(joint: Joint, output: Quantity) -> tuple[int, ...]:
-    """The states that the output shows: the angle, or the speed after the angle where that distorts it."""
-    if output == "position":
+def output_rows(joint: Joint, output: Quantity, speed_origin: SpeedOrigin = "sensor") -> tuple[int, ...]:
+    """The states that the output shows: the angle, also where the speed is derived from it; else the speed, after the
+    angle where that distorts it."""
+    if output == "position" or (speed_origin in OPERATORS and joint.keeps_angle):
         return (joint.motor_angle,)
     distorted = any(signal is Signal.ANGLE for signal, _ in joint.channels)
     return (joint.motor_angle, joint.motor_speed) if distorted else (joint.motor_speed,)
@@ -232,8 +233,12 @@ def output_rows(joint: Joint, output: Quantity) -> tuple[int, ...]:
 def output_columns(trajectory: Trajectory, output: Quantity, columns: Sequence[int], inner: Array) -> Array:
     """Derivatives of the observed output, (m, n), theta's columns first. inner : those of the states that it shows,
     (rows, m, n) in the order of `output_rows`."""
-    still, with_angle = np.zeros_like(inner[0]), output == "position" or len(inner) > 1
-    found = sensor_columns(
-        trajectory, columns, inner[0] if with_angle else still, inner[-1] if output == "speed" else still
-    )
-    return found[output == "speed"]
+    still, derived = np.zeros_like(inner[0]), trajectory.speed_origin in OPERATORS
+    if output == "position":
+        to_phi, to_dphi = inner[0], still
+    elif derived:
+        kept = trajectory.joint.keeps_angle
+        to_phi, to_dphi = inner[0] if kept else integrated(inner[0], trajectory.sampling_time), still
+    else:
+        to_phi, to_dphi = inner[0] if len(inner) > 1 else still, inner[-1]
+    return sensor_columns(trajectory, columns, to_phi, to_dphi)[output == "speed"]

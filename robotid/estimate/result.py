@@ -48,6 +48,7 @@ class FitResult(Displayed):
     name to (nx,) in the joint's state order. noise_std : per record, in the unit of the output. cost : (iterations +
     1,). fit_percent : per record of the fit, eq. (15). remarks : what makes the
     fit doubtful. horizon : of the pieces that the fit itself took because an open simulation is unstable.
+    keeps_angle : the motor's angle is a state of its joint.
     """
 
     name: str
@@ -66,6 +67,7 @@ class FitResult(Displayed):
     seconds: float = field(metadata={"unit": "s"})
     remarks: tuple[str, ...] = field(default=(), kw_only=True)
     horizon: float | None = field(default=None, kw_only=True, metadata={"unit": "s"})
+    keeps_angle: bool = field(default=False, kw_only=True)
 
     @property
     def converged(self) -> bool:

@@ -51,7 +51,7 @@ class ExtensionTask:
         converge."""
         old = fitted_model(self.before, estimate_states=self.options.estimate_states)
         structure = reduce(Structure.extended, effects, self.before.structure)
-        joint = assemble(structure, angle=self.before.output == "position")
+        joint = assemble(structure, angle=self.before.keeps_angle)
         used = [r for r in self.records if r.name in self.before.records]
         self.log(f"fitting with {', '.join(effects)}" if effects else "fitting")
         first, *others = (carried(old.parameters, structure, values) for values in self.starts)

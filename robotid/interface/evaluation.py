@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robotid.catalogue import assemble
 from robotid.config.suggest import suggest
 from robotid.display import Displayed
 from robotid.errors import ConfigError
 from robotid.estimate.fitted_model import FittedModel, Simulated, simulate_record
+from robotid.estimate.residual import measured_output
 from robotid.estimate.result import Fits
+from robotid.estimate.sensing import joint_for
 from robotid.interface.dataset import Dataset, as_dataset
 from robotid.interface.identification import Fit, with_more
 from robotid.interface.model import Model
@@ -54,7 +56,9 @@ class Simulation(Displayed):
     @property
     def measured(self) -> Array:
         """The measured output, (n,)."""
-        return self.record.phi_m if self.output == "position" else self.record.dphi_m
+        edges = np.cumsum([0, *(len(t.u) for t in self.trajectories)]).tolist()
+        pieces = [self.record.piece(a, b) for a, b in pairwise(edges)]
+        return np.concatenate([measured_output(piece, self.output) for piece in pieces])
 
     @property
     def residual(self) -> Array:
@@ -96,7 +100,7 @@ def simulate(
     ((2000,), True)
     """
     one = record if isinstance(record, Record) else _only(record)
-    ready = _with_values(model, parameters or {})
+    ready = _with_values(model, one, parameters or {})
     run: Simulated = simulate_record(ready, one, horizon)
     return Simulation(one, ready.output, ready.unit, run.trajectories, run.signal(ready.output))
 
@@ -124,7 +128,7 @@ def validate(
     ['day2', 'log']
     """
     data = with_more(fit, as_dataset(records))
-    joint = assemble(fit.structure, angle=fit.output == "position")
+    joint = joint_for(fit.structure, fit.output, data)
     fits = Fits({fit.name: fit}, fit.name)
     initial = FittedModel(initial_name(fits), joint, fit.initial, fit.output, (), {}, estimate_states=False)
     start = fit.options.start
@@ -141,12 +145,12 @@ def _only(records: Dataset) -> Record:
     return data[0]
 
 
-def _with_values(model: Model | Fit, values: Mapping[str, float]) -> FittedModel:
-    """A model ready to be simulated. Raises ConfigError for values that are missing or unknown."""
+def _with_values(model: Model | Fit, record: Record, values: Mapping[str, float]) -> FittedModel:
+    """A model ready to be simulated on a record. Raises ConfigError for values that are missing or unknown."""
     if isinstance(model, Fit):
         ready, missing = model.fitted_model, list[str]()
     else:
-        joint, known = assemble(model.structure), model.knowledge
+        joint, known = joint_for(model.structure, "speed", (record,)), model.knowledge
         parameters = joint.parameters().with_known(known)
         ready = FittedModel(model.name, joint, parameters, "speed", (), {})
         given = {*values, *(name for name, one in known.items() if one.guess is not None), *model.structure.changes}

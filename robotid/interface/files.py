@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -324,14 +324,14 @@ def _assembled(folder: Path, config: Config, contents: Mapping[str, Any]) -> dic
 
 
 def _fit(result: FitResult, config: Config, data: Dataset, rigid: RigidResult | None, flex: FlexResult | None) -> Fit:
-    joint = assemble(result.structure, angle=result.output == "position")
+    joint = assemble(result.structure, angle=result.keeps_angle)
     guesses = (rigid.guesses if rigid else {}) | (flex.guesses if flex else {})
     initial = starting_parameters(joint, config.robot.known(), guesses, config.fit.fix)
     return Fit(
         **fields_of(result, FitResult),
         model=model_of(config),
         dataset=data,
-        options=options_of(config),
+        options=replace(options_of(config), output=result.output),
         initial=initial,
         rigid=rigid,
         flex=flex,

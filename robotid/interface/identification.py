@@ -18,6 +18,7 @@ from robotid.estimate.identify import StartOptions, initialise_flexible, initial
 from robotid.estimate.result import Estimate, FitResult
 from robotid.estimate.rigid import RigidResult
 from robotid.estimate.scrutiny import fit_and_scrutinise
+from robotid.estimate.sensing import default_output, joint_for
 from robotid.interface.dataset import Dataset, as_dataset
 from robotid.interface.hints import in_python_terms
 from robotid.interface.model import Model
@@ -33,7 +34,8 @@ NAME = "m1"
 class Options:
     """How a model is fitted.
 
-    output : what is compared, "speed" or "position". horizon [s] : length of the pieces of a record that are simulated
+    output : what is compared, "speed" or "position", None for the angle where no record has a measured speed and the
+    speed where one has. horizon [s] : length of the pieces of a record that are simulated
     from first states of their own, None for whole records. max_iterations and tolerance, relative to the cost : where
     the fit ends. weights : by record, a factor on the weight that its noise gives it. estimate_states : whether first
     states are estimated or taken as measured. multistart : further starts, drawn about the first.
@@ -43,7 +45,7 @@ class Options:
     frequency responses are read, and window [s], the length of a segment, None for those of the excitation.
     """
 
-    output: Quantity = "speed"
+    output: Quantity | None = None
     horizon: float | None = None
     max_iterations: int = 50
     tolerance: float = 1e-6
@@ -57,7 +59,7 @@ class Options:
     window: float | None = None
 
     def __post_init__(self) -> None:
-        if self.output not in ("speed", "position"):
+        if self.output not in ("speed", "position", None):
             raise ConfigError(f'the output cannot be "{self.output}"', where="Options", hint="speed or position")
         for name in ("horizon", "cutoff", "window"):
             value = getattr(self, name)
@@ -70,7 +72,7 @@ class Options:
     def fit(self) -> FitOptions:
         """Those of the fit."""
         return FitOptions(
-            output=self.output,
+            output=self.output or "speed",
             max_iterations=self.max_iterations,
             tolerance=self.tolerance,
             weights=self.weights,
@@ -165,7 +167,9 @@ def fit(
     for name in options.weights:
         if name not in data.names:
             raise ConfigError(f'there is no record "{name}"', where="Options, weights", hint=suggest(name, data.names))
-    joint = assemble(model.structure, angle=options.output == "position")
+    output = options.output or default_output(used)
+    options = replace(options, output=output)
+    joint = joint_for(model.structure, output, used)
     with in_python_terms():
         start = initialise(model, joint, used, options)
         result = fit_and_scrutinise(NAME, joint, start.parameters, used.records, options.fit)
@@ -217,7 +221,7 @@ def extended_fit(before: Fit, result: FitResult, dataset: Dataset) -> Fit:
     """A fit of an extended model with what the fit before it was made from."""
     added = [e for e in result.structure.effects if e not in before.structure.effects]
     model = before.model.with_effects(*added)
-    start = assemble(result.structure, angle=result.output == "position").parameters()
+    start = assemble(result.structure, angle=result.keeps_angle).parameters()
     values = np.array([before.values.get(n, float(v)) for n, v in zip(start.names, start.values, strict=True)])
     initial = replace(start, values=values)
     return Fit(**fields_of(result, FitResult), model=model, dataset=dataset, options=before.options, initial=initial)

@@ -90,6 +90,12 @@ def central_difference(signal: Array, sampling_time: float) -> Array:
     return np.asarray(np.gradient(signal, sampling_time, axis=-1, edge_order=2))
 
 
+def backward_difference(signal: Array, sampling_time: float) -> Array:
+    """What has changed since the last sample, over the sampling time, along the last axis; the first as the second."""
+    inner = np.diff(signal, axis=-1) / sampling_time
+    return np.concatenate([inner[..., :1], inner], axis=-1)
+
+
 def second_difference(signal: Array, sampling_time: float) -> Array:
     """Second derivative by second differences, at both ends that of the neighbour. signal (n,) -> (n,).
 

@@ -13,14 +13,13 @@ from robotid.errors import ConfigError, InputError, NumericsError
 from robotid.model.array import Array, Mask
 from robotid.signals.clocks import on_one_clock
 from robotid.signals.columns import ALIASES, NEEDED, Column, Signal, convert, find, missing, remark_on
-from robotid.signals.differentiate import central_difference
 from robotid.signals.quality import MIN_SAMPLES, Report, inspect
 from robotid.signals.readers.table import Table
-from robotid.signals.record import Quantity, Record, Role, Use
+from robotid.signals.record import OPERATORS, Quantity, Record, Role, SpeedOrigin, Use
 from robotid.signals.repair import repair
 from robotid.signals.resampling import speed_error
 from robotid.signals.sampling import NOTABLE_JITTER, ROUNDED, Findings, Grid, Policy, in_order, uninterrupted
-from robotid.signals.speed_check import speed_lag, speed_scale
+from robotid.signals.speed_check import speed_lag, speed_origin, speed_scale
 
 ANGLES = ("phi_m", "phi_a", "ref")
 NOTABLE = 0.03  # deviation of the recorded over the derived speed from 1 that is remarked
@@ -229,7 +228,10 @@ def _record(chosen: Selection, signals: dict[str, Array], h: float, found: Mappi
         for name, values in signals.items()
     }
     angle = cut["phi_m"]
-    speed = cut["dphi_m"] if "dphi_m" in cut else _derived(angle, h)
+    origin: SpeedOrigin = "central difference"
+    if "dphi_m" in cut:
+        origin = "sensor" if late else speed_origin(angle, cut["dphi_m"], h)
+    speed = cut["dphi_m"] if origin == "sensor" else _derived(angle, h, origin)
     ref = cut.get("ref")
     return Record(
         name=chosen.name,
@@ -243,11 +245,12 @@ def _record(chosen: Selection, signals: dict[str, Array], h: float, found: Mappi
         ref=ref,
         ref_kind=None if ref is None else _kind(found["ref"], ref, angle, speed),
         disturbance=cut.get("disturbance"),
+        speed_origin=origin,
     )
 
 
-def _derived(angle: Array, h: float) -> Array:
-    return central_difference(angle, h) if len(angle) > 2 else np.zeros_like(angle)
+def _derived(angle: Array, h: float, origin: SpeedOrigin) -> Array:
+    return OPERATORS[origin](angle, h) if len(angle) > 2 else np.zeros_like(angle)
 
 
 def _speed_remarks(chosen: Selection, record: Record, *, derived: bool) -> list[str]:
@@ -255,6 +258,8 @@ def _speed_remarks(chosen: Selection, record: Record, *, derived: bool) -> list[
     if derived:
         return ["dphi_m is derived from phi_m by central differences"]
     angle, speed, h = record.phi_m, record.dphi_m, record.sampling_time
+    if record.speed_is_derived:
+        return [f"dphi_m is the {record.speed_origin} of phi_m, and simulated alike"]
     remarks = [f"dphi_m is advanced by speed_delay: {chosen.speed_delay}"] if chosen.speed_delay else []
     scale = speed_scale(angle, speed, h)
     if scale is not None and abs(scale - 1) > NOTABLE:

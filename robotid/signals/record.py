@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Literal
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike
 from robotid.display import Displayed
 from robotid.errors import ConfigError, InputError
 from robotid.model.array import Array
-from robotid.signals.differentiate import central_difference
+from robotid.signals.differentiate import backward_difference, central_difference
 
 SHORTEST_PIECE = 20  # samples
 SIGNALS = ("tau_m", "phi_m", "dphi_m", "phi_a", "ref", "disturbance")
@@ -21,6 +22,14 @@ SIGNALS = ("tau_m", "phi_m", "dphi_m", "phi_a", "ref", "disturbance")
 Role = Literal["estimate", "validate"]
 Use = Literal["rigid", "flex", "both"]
 Quantity = Literal["speed", "position"]
+SpeedOrigin = Literal["sensor", "central difference", "backward difference"]
+"""Where the speed of a record comes from: a sensor of its own, or the angle by one of two operators."""
+
+OPERATORS: dict[SpeedOrigin, Callable[[Array, float], Array]] = {
+    "central difference": central_difference,
+    "backward difference": backward_difference,
+}
+"""From an angle (..., n) and the sampling time to the speed as it is derived, (..., n)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -31,6 +40,8 @@ class Record(Displayed):
     period [s] is set where the excitation repeats; band [Hz] where it fills a known band. begin [s] : time of the first
     sample, other than zero for a piece of an experiment. disturbance : the part of tau_m that the controller did not
     command, such as test pulses. experiment : name of the recording, of which gaps have left several records.
+    speed_origin : whether dphi_m was measured, or derived from phi_m, and by which operator; a simulated speed passes
+    the same one.
     """
 
     name: str
@@ -48,6 +59,7 @@ class Record(Displayed):
     begin: float = field(default=0.0, metadata={"unit": "s"})
     disturbance: Array | None = field(default=None, metadata={"unit": "Nm"})
     experiment: str = ""
+    speed_origin: SpeedOrigin = "sensor"
 
     @classmethod
     def from_arrays(
@@ -83,8 +95,10 @@ class Record(Displayed):
         if lengths["angle"] < SHORTEST_PIECE:
             what = f"a record of {lengths['angle']} samples is too short, the least is {SHORTEST_PIECE}"
             raise InputError(what, where=name, hint="record longer")
+        origin: SpeedOrigin = "central difference" if speed is None else "sensor"
         derived = central_difference(signals["angle"], sampling_time) if speed is None else signals["speed"]
-        return cls(name, role, "both", float(sampling_time), signals["torque"], signals["angle"], derived)
+        sampled = signals["torque"], signals["angle"], derived
+        return cls(name, role, "both", float(sampling_time), *sampled, speed_origin=origin)
 
     def __len__(self) -> int:
         return len(self.tau_m)
@@ -95,13 +109,21 @@ class Record(Displayed):
         return self.begin + np.arange(len(self), dtype=np.float64) * self.sampling_time
 
     @property
+    def speed_is_derived(self) -> bool:
+        """Whether the speed comes from the angle, and holds nothing that the angle does not."""
+        return self.speed_origin in OPERATORS
+
+    @property
     def duration(self) -> float:
         """Length of the record [s]."""
         return len(self) * self.sampling_time
 
     def piece(self, first: int, last: int) -> Record:
-        """Samples first .. last - 1 as a record of the same name, no longer periodic."""
+        """Samples first .. last - 1 as a record of the same name, no longer periodic; a speed that comes from the angle
+        is derived anew."""
         cut = {name: signal[first:last] for name in SIGNALS if (signal := getattr(self, name)) is not None}
+        if self.speed_is_derived and len(cut["phi_m"]) > 2:
+            cut["dphi_m"] = OPERATORS[self.speed_origin](cut["phi_m"], self.sampling_time)
         return replace(self, period=None, begin=self.begin + first * self.sampling_time, **cut)
 
     def pieces(self, length: float | None) -> tuple[Record, ...]:

@@ -1,4 +1,4 @@
-"""Whether a recorded speed is the derivative of the recorded angle: its delay and its scale."""
+"""Whether a recorded speed is the derivative of the recorded angle: how it was derived, its delay and its scale."""
 
 from __future__ import annotations
 
@@ -8,11 +8,26 @@ import numpy as np
 
 from robotid.model.array import Array
 from robotid.signals.differentiate import central_difference
+from robotid.signals.record import OPERATORS, SpeedOrigin
 
+SAME = 1e-6  # of the largest speed: a difference that the digits of a file make
+MIN_SAMPLES = 20  # from which a speed that equals the derivative everywhere does not by chance
 MAX_LAG = 20  # samples of delay that are looked for
 NOTABLE_LAG = 0.3  # samples
 SURE = 4.0  # standard errors by which a delay must fit better than none
 CORRELATED = 0.9
+
+
+def speed_origin(angle: Array, speed: Array, sampling_time: float) -> SpeedOrigin:
+    """The operator by which a recorded speed was derived from the recorded angle, "sensor" where it is none of those
+    that are known. (n,), (n,)."""
+    if len(angle) < MIN_SAMPLES:
+        return "sensor"
+    for origin, operator in OPERATORS.items():
+        off = np.abs(speed - operator(angle, sampling_time))[1:-1]
+        if float(off.max()) <= SAME * float(np.abs(speed).max()):
+            return origin
+    return "sensor"
 
 
 def speed_lag(angle: Array, speed: Array, sampling_time: float) -> float:

@@ -60,10 +60,7 @@ def trajectory_of(
     """The trajectory of a record that states x (nx, n) make. u (n,) : the effective torque."""
     joint, theta = problem.joint, problem.theta
     dphi = x[joint.motor_speed]
-    if joint.keeps_angle:
-        phi = x[joint.motor_angle]
-    else:
-        phi = record.phi_m[0] + np.concatenate([[0.0], np.cumsum(record.sampling_time / 2 * (dphi[1:] + dphi[:-1]))])
+    phi = x[joint.motor_angle] if joint.keeps_angle else record.phi_m[0] + integrated(dphi, record.sampling_time)
     return Trajectory(
         joint,
         theta,
@@ -75,7 +72,14 @@ def trajectory_of(
         twist=x[0] if joint.masses > 1 else None,
         fallback_windows=fallback_windows,
         begin=record.begin,
+        speed_origin=record.speed_origin,
     )
+
+
+def integrated(speed: Array, sampling_time: float) -> Array:
+    """The angle that a speed travels from zero, by trapezoids. (..., n) -> (..., n)."""
+    step = sampling_time / 2 * (speed[..., 1:] + speed[..., :-1])
+    return np.concatenate([np.zeros_like(speed[..., :1]), np.cumsum(step, axis=-1)], axis=-1)
 
 
 def _integrate(problem: Problem, x0: Array) -> tuple[Array, tuple[tuple[int, int], ...]]:

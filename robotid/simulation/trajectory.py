@@ -9,6 +9,7 @@ import numpy as np
 from robotid.model.array import Array, blocks
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
+from robotid.signals.record import SpeedOrigin
 from robotid.simulation.friction.crossing import linearise_steps
 from robotid.simulation.friction.mode import friction_mode
 from robotid.simulation.friction.step import StepInputs, Steps
@@ -23,7 +24,7 @@ class Trajectory:
 
     x : (nx, n) states; phi_m, dphi_m : (n,) [rad, rad/s]; twist : (n,) of the gear [rad], None for a rigid joint;
     u : (n,) effective torque; fallback_windows : samples (first, stop) that LSODA had to integrate; begin [s] : of the
-    record.
+    record; speed_origin : how the record has its speed.
     """
 
     joint: Joint
@@ -36,6 +37,7 @@ class Trajectory:
     twist: Array | None
     fallback_windows: tuple[tuple[int, int], ...] = ()
     begin: float = 0.0
+    speed_origin: SpeedOrigin = "sensor"
 
     @property
     def t(self) -> Array:

@@ -35,6 +35,6 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
     diagnosis = diagnose_model(model, recordings.records, criteria, options, say)
     say("measuring the gains")
     task = extension_task(
-        diagnosis, fit, recordings.records, fit_options(settings, fit.horizon), horizon=horizon, log=say
+        diagnosis, fit, recordings.records, fit_options(settings, fit.output, fit.horizon), horizon=horizon, log=say
     )
     return with_gains(diagnosis, task)

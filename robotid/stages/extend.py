@@ -25,7 +25,7 @@ def extend(
             log(Progress(text))
 
     fit = fits.models[diagnosis.model]
-    options = fit_options(settings, fit.horizon)
+    options = fit_options(settings, fit.output, fit.horizon)
     task = extension_task(diagnosis, fit, recordings.records, options, horizon=options.horizon, log=say)
     effects = settings.extend.effects
     return extend_model(task, effects_to_add(diagnosis, fit) if effects is None else effects)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from robotid.catalogue import assemble
 from robotid.config.schema import Config
 from robotid.estimate.flexible import FlexResult
 from robotid.estimate.grey_box import FitOptions
@@ -12,10 +11,12 @@ from robotid.estimate.identify import starting_parameters
 from robotid.estimate.result import End, FitResult, Fits
 from robotid.estimate.rigid import RigidResult
 from robotid.estimate.scrutiny import fit_and_scrutinise
+from robotid.estimate.sensing import default_output, joint_for
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.progress import Log, Step
 from robotid.signals.quality import Recordings
+from robotid.signals.record import Quantity
 
 
 def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: FlexResult, log: Log | None = None) -> Fits:
@@ -23,12 +24,14 @@ def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: Flex
 
     Raises NumericsError where a model does not converge from this start.
     """
-    joint = assemble(settings.structure(), angle=settings.fit.output == "position")
-    parameters = start(settings, joint, rigid, flex)
-    options = replace(fit_options(settings), interruptible=True)
     models: dict[str, FitResult] = {}
     assert settings.fit.models is not None
     assert settings.fit.best is not None
+    used = recordings.of(dict.fromkeys(name for members in settings.fit.models.values() for name in members))
+    output = settings.fit.output or default_output(used)
+    joint = joint_for(settings.structure(), output, used)
+    parameters = start(settings, joint, rigid, flex)
+    options = replace(fit_options(settings, output), interruptible=True)
     names = tuple(settings.fit.models)
     for name, members in settings.fit.models.items():
         line = None if log is None else (lambda iteration, name=name: log(Step(name, names, iteration)))
@@ -44,11 +47,12 @@ def start(settings: Config, joint: Joint, rigid: RigidResult, flex: FlexResult) 
     return starting_parameters(joint, settings.robot.known(), rigid.guesses | flex.guesses, settings.fit.fix)
 
 
-def fit_options(settings: Config, horizon: float | None = None) -> FitOptions:
-    """How the fit section asks to fit. horizon [s] : of a fit that chose its pieces, where the section has none."""
+def fit_options(settings: Config, output: Quantity, horizon: float | None = None) -> FitOptions:
+    """How the fit section asks to fit. output : what is compared; horizon [s] : of a fit that chose its pieces, where
+    the section has none."""
     section = settings.fit
     return FitOptions(
-        output=section.output,
+        output=output,
         max_iterations=section.max_iterations,
         tolerance=section.tolerance,
         weights=section.weights,

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from robotid.catalogue import assemble
 from robotid.config.schema import Config
 from robotid.estimate.fitted_model import FittedModel, fitted_model
 from robotid.estimate.flexible import FlexResult
 from robotid.estimate.result import Fits
 from robotid.estimate.rigid import RigidResult
+from robotid.estimate.sensing import joint_for
 from robotid.progress import Log
 from robotid.signals.quality import Recordings
 from robotid.stages.fit import start
@@ -31,7 +31,7 @@ def validate(
     Only the best model's parameters are perturbed. A model that diverges on a record is without that record, and says
     so. The best model's fit below a threshold is a sentence in `failed`, not an error: the artifact is saved first.
     """
-    initial, options = _initial(settings, rigid, flex, fits), _options(settings, fits)
+    initial, options = _initial(settings, recordings, rigid, flex, fits), _options(settings, fits)
     free = settings.fit.initial_states == "free"
     fitted = {name: fitted_model(fit, estimate_states=free) for name, fit in fits.models.items()}
     found = validate_models({initial.name: initial} | fitted, fits, recordings.records, flex.frfs, options, log)
@@ -50,11 +50,12 @@ def _options(settings: Config, fits: Fits) -> ValidationOptions:
     )
 
 
-def _initial(settings: Config, rigid: RigidResult, flex: FlexResult, fits: Fits) -> FittedModel:
+def _initial(settings: Config, recordings: Recordings, rigid: RigidResult, flex: FlexResult, fits: Fits) -> FittedModel:
     """Where the fits started, first states as measured."""
-    joint = assemble(settings.structure(), angle=settings.fit.output == "position")
+    output = fits.models[fits.best].output
+    joint = joint_for(settings.structure(), output, recordings.records)
     parameters = start(settings, joint, rigid, flex)
-    return FittedModel(initial_name(fits), joint, parameters, settings.fit.output, (), {}, estimate_states=False)
+    return FittedModel(initial_name(fits), joint, parameters, output, (), {}, estimate_states=False)
 
 
 def _failed(settings: Config, recordings: Recordings, best: str, model: ModelValidation) -> Iterator[str]:

@@ -115,7 +115,7 @@ def validate_record(model: FittedModel, simulated: Simulated, options: Validatio
     record, remarks = simulated.record, list[str]()
     position, speed = simulated.signal("position"), simulated.signal("speed")
     measured, output = simulated.measured(model.output), position if model.output == "position" else speed
-    errors = {"position": rmse(record.phi_m, position), "speed": rmse(record.dphi_m, speed)}
+    errors = {"position": rmse(record.phi_m, position), "speed": rmse(simulated.measured("speed"), speed)}
     theta = model.joint.in_record(model.theta, record.name)
     closed_loop = None
     try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from robotid.signals.differentiate import central_difference
 from robotid.signals.record import Record
 
 
@@ -12,3 +13,15 @@ def test_without_a_length_the_whole_record_is_one_piece() -> None:
     (whole,) = short.pieces(None)
     assert len(whole) == 8
     assert whole.period is None
+
+
+def test_the_derived_speed_of_a_piece_is_derived_from_the_piece() -> None:
+    angle = np.sin(0.3 * np.arange(100))
+    whole = Record.from_arrays(angle, angle, 0.1)
+    assert whole.speed_origin == "central difference"
+    piece = whole.piece(20, 60)
+    np.testing.assert_array_equal(piece.dphi_m, central_difference(angle[20:60], 0.1))
+    assert piece.dphi_m[0] != whole.dphi_m[20]
+    measured = Record.from_arrays(angle, angle, 0.1, speed=whole.dphi_m)
+    assert measured.speed_origin == "sensor"
+    np.testing.assert_array_equal(measured.piece(20, 60).dphi_m, whole.dphi_m[20:60])

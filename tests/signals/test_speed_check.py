@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from robotid.model.array import Array
-from robotid.signals.speed_check import speed_lag, speed_scale
+from robotid.signals.differentiate import backward_difference, central_difference
+from robotid.signals.speed_check import speed_lag, speed_origin, speed_scale
 
 H = 1e-3
 QUANTUM = 2 * np.pi / 65536
@@ -53,3 +54,21 @@ def test_no_scale_where_the_two_do_not_go_together() -> None:
     angle, _ = motion()
     assert speed_scale(angle, np.random.default_rng(3).normal(size=len(angle)), H) is None
     assert speed_scale(angle, np.zeros(len(angle)), H) is None
+
+
+def test_a_speed_that_was_derived_is_known_by_its_operator() -> None:
+    angle, speed = motion()
+    assert speed_origin(angle, central_difference(angle, H), H) == "central difference"
+    backward = np.concatenate([[0.7], np.diff(angle) / H])  # what was before the first sample is not recorded
+    assert speed_origin(angle, backward, H) == "backward difference"
+    assert speed_origin(angle, np.round(backward, 4), H) == "sensor"  # other digits than those of the angle
+    assert speed_origin(angle, speed, H) == "sensor"
+    assert speed_origin(angle[:10], central_difference(angle[:10], H), H) == "sensor"
+
+
+def test_operators_are_linear_and_of_the_shape_they_are_given() -> None:
+    angles = np.stack([motion()[0], np.arange(6000) * H])
+    for operator in (central_difference, backward_difference):
+        assert operator(angles, H).shape == angles.shape
+        assert operator(angles, H)[1] == pytest.approx(np.ones(6000))
+        assert operator(angles, H)[0] == pytest.approx(operator(angles[0], H))

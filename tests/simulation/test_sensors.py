@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
@@ -9,9 +11,11 @@ from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
 from robotid.catalogue import assemble
 from robotid.channels import CHANNELS
 from robotid.model.array import Array
+from robotid.model.delay import delayed
 from robotid.model.joint import Joint
 from robotid.model.structure import Structure
-from robotid.signals.record import Record
+from robotid.signals.differentiate import central_difference
+from robotid.signals.record import OPERATORS, Record, SpeedOrigin
 from robotid.signals.reference import Reference
 from robotid.simulation.closed_loop.controller import Controller
 from robotid.simulation.closed_loop.virtual_robot import VirtualRobot
@@ -40,19 +44,21 @@ def values(joint: Joint) -> Array:
 def signals(trajectory: Trajectory) -> Array:
     """Angle and speed as the sensors show them, (2, n)."""
     t = trajectory
-    return np.array(sensor_signals(t.joint, t.theta, t.sampling_time, t.phi_m, t.dphi_m))
+    return np.array(sensor_signals(t.joint, t.theta, t.sampling_time, t.phi_m, t.dphi_m, t.speed_origin))
 
 
+@pytest.mark.parametrize("origin", ["sensor", *OPERATORS])
 @on_sensors
-def test_derivatives_are_those_of_differences(effect: str) -> None:
+def test_derivatives_are_those_of_differences(effect: str, origin: SpeedOrigin) -> None:
+    record = replace(RECORD, speed_origin=origin)
     joint = assemble(STRUCTURE.extended(effect), angle=True)
     theta, columns = values(joint), range(len(joint.names))
-    trajectory = simulate(joint, theta, RECORD)
+    trajectory = simulate(joint, theta, record)
     rows = (joint.motor_angle, joint.motor_speed)
-    found = np.array(sensor_columns(trajectory, columns, *sensitivities(trajectory, RECORD, columns, rows)))
+    found = np.array(sensor_columns(trajectory, columns, *sensitivities(trajectory, record, columns, rows)))
     for k in columns:
         step = 1e-5 * theta[k] * (np.arange(len(theta)) == k)
-        ahead, behind = (signals(simulate(joint, theta + s * step, RECORD, guess=trajectory.x)) for s in (1, -1))
+        ahead, behind = (signals(simulate(joint, theta + s * step, record, guess=trajectory.x)) for s in (1, -1))
         expected = (ahead - behind) / (2 * step[k])
         for row in (0, 1):
             assert found[row, k] == pytest.approx(expected[row], abs=2e-5 * np.abs(expected[row]).max() + 1e-9)
@@ -110,3 +116,12 @@ def test_the_virtual_robot_shows_and_sees_what_its_sensors_show(effect: str) -> 
     error = reference.ref - dphi
     integral = np.concatenate([[0.0], np.cumsum(error)[:-1]]) * SAMPLING_TIME
     assert torque == pytest.approx(controller.kp * error + controller.ki * integral, abs=1e-6)
+
+
+def test_a_derived_speed_is_simulated_by_the_same_operator() -> None:
+    joint = assemble(STRUCTURE.extended("angle.encoder_ripple").extended("speed.sensor_delay"))
+    trajectory = simulate(joint, values(joint), replace(RECORD, speed_origin="central difference"))
+    angle, speed = signals(trajectory)
+    derived, late = central_difference(angle, SAMPLING_TIME), values(joint)[joint.names.index("speed.sensor_delay.Td")]
+    assert speed == pytest.approx(delayed(derived, late / SAMPLING_TIME)[0])
+    assert np.abs(speed - trajectory.dphi_m).max() > 1e-3

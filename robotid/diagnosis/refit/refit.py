@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robotid.catalogue import assemble
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refitted_model import UNKNOWN, RefittedModel, Trajectories, Unknowns, segment_fit
@@ -15,6 +14,7 @@ from robotid.diagnosis.refit.settings import REFIT
 from robotid.errors import NumericsError
 from robotid.estimate.least_squares import SolveOptions, solve
 from robotid.estimate.residual import Evaluation, OutputError
+from robotid.estimate.sensing import joint_for
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
@@ -62,7 +62,8 @@ def refit(
     near : trajectories of the same segments by a model nearby. Raises NumericsError where the model cannot be
     simulated, or its energy is not below what the options ask for.
     """
-    joint = model if isinstance(model, Joint) else assemble(model, angle=data.output == "position")
+    records = [segment.record for segment in data.fitted]
+    joint = model if isinstance(model, Joint) else joint_for(model, data.output, records)
     problem, at = _best_start(joint, starts, data, near.fitted, options)
     effort = solve_effort(data.samples, 2.0 * at.cost, options)
     solution = solve(problem, at.unknowns, effort, initial=at)

@@ -59,5 +59,6 @@ class SensorChannelCandidate(ChannelCandidate):
         at = len(joint.names) - len(joint.changes)
         theta = np.insert(motion.theta, at, self.values)
         columns = [at + k for k in self.scored]
-        still = np.zeros((len(output_rows(extended, output)), len(columns), len(motion.u)))
+        rows = output_rows(extended, output, motion.speed_origin)
+        still = np.zeros((len(rows), len(columns), len(motion.u)))
         return output_columns(replace(motion, joint=extended, theta=theta), output, columns, still)

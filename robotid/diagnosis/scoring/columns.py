@@ -49,7 +49,7 @@ def columns(
         trajectory,
         record,
         unknowns.parameters,
-        output_rows(trajectory.joint, output),
+        output_rows(trajectory.joint, output, trajectory.speed_origin),
         unknowns.first_states,
         np.concatenate([*driving, own], axis=1),
     )

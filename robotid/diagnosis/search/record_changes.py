@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robotid.catalogue import assemble
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, carried, segment_fit
@@ -17,6 +16,7 @@ from robotid.diagnosis.search.settings import CHANGES
 from robotid.errors import NumericsError
 from robotid.estimate.least_squares import SolveOptions, solve
 from robotid.estimate.residual import Evaluation, OutputError
+from robotid.estimate.sensing import joint_for
 from robotid.model.units import on_axis
 
 
@@ -121,7 +121,7 @@ def _run(
     parameters = carried(model.parameters, structure, start)
     sought = [value is None and candidate is not None and name == candidate.name for name in parameters.names]
     problem = OutputError(
-        assemble(structure, angle=model.output == "position"),
+        joint_for(structure, model.output, (segment.record,)),
         replace(parameters, free=np.array(sought)),
         (segment.record,),
         model.output,

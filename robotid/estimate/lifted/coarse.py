@@ -8,7 +8,7 @@ import numpy as np
 
 from robotid.estimate.residual import OutputError
 from robotid.model.array import Array
-from robotid.signals.record import Record
+from robotid.signals.record import OPERATORS, Record
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,12 +62,13 @@ def _coarse(record: Record, factor: int) -> Record:
     intervals = (len(record) - 1) // factor
     torque = record.tau_m[: intervals * factor].reshape(intervals, factor).mean(axis=1)
     nodes = slice(0, intervals * factor + 1, factor)
+    angle, speed, h = record.phi_m[nodes], record.dphi_m[nodes], record.sampling_time * factor
     return replace(
         record,
-        sampling_time=record.sampling_time * factor,
+        sampling_time=h,
         tau_m=np.append(torque, record.tau_m[intervals * factor]),
-        phi_m=record.phi_m[nodes],
-        dphi_m=record.dphi_m[nodes],
+        phi_m=angle,
+        dphi_m=OPERATORS[record.speed_origin](angle, h) if record.speed_is_derived else speed,
         phi_a=None,
         ref=None,
         period=None,

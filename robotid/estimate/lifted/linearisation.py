@@ -100,7 +100,8 @@ class _Segment:
 
 def _shown(problem: OutputError, k: int, segment: _Segment, changes: Array) -> Linearisation:
     """What the changes of a record's nodes do to its output."""
-    record, shown = segment.record, list(output_rows(problem.joint, problem.output))
+    record = segment.record
+    shown = list(output_rows(problem.joint, problem.output, record.speed_origin))
     nodes = Problem(problem.joint, segment.theta, segment.u[:-1], record.sampling_time, segment.x, begin=record.begin)
     trajectory = trajectory_of(nodes, segment.u, record, segment.x)
     inner = np.stack([np.concatenate([changes[1:, :, row], changes[:1, :, row]]) for row in shown])
