@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import struct
 import time
 import zipfile
@@ -94,6 +95,54 @@ def test_a_packed_variable_of_matlab_that_declares_too_much(tmp_path: Path) -> N
     (tmp_path / "log.mat").write_bytes(plain + struct.pack("<2I", 15, len(zeros)) + zeros)
     with pytest.raises(InputError, match=r"it declares 2\.15 GB in a file of"):
         read(tmp_path / "log.mat")
+
+
+def test_a_packed_variable_of_matlab_that_holds_more_than_it_declares(tmp_path: Path) -> None:
+    savemat(tmp_path / "log.mat", {"torque": TORQUE}, do_compression=True)
+    assert np.array_equal(read(tmp_path / "log.mat").pick("torque"), TORQUE)
+    plain = (tmp_path / "log.mat").read_bytes()
+    zeros = zlib.compress(struct.pack("<2I", 14, 1000) + bytes(10_000_000))
+    (tmp_path / "log.mat").write_bytes(plain + struct.pack("<2I", 15, len(zeros)) + zeros)
+    with pytest.raises(InputError, match="a variable holds more than it declares"):
+        read(tmp_path / "log.mat")
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_a_matrix_of_matlab_4_that_declares_too_much(order: str, tmp_path: Path) -> None:
+    savemat(tmp_path / "log.mat", {"torque": TORQUE, "angle": np.cumsum(TORQUE)}, format="4")
+    assert np.array_equal(read(tmp_path / "log.mat").pick("torque"), TORQUE)
+    header = struct.pack(f"{order}5I", 0 if order == "<" else 1000, 2**20, 2**10, 0, 2) + b"a\0"
+    (tmp_path / "log.mat").write_bytes(header + TORQUE.tobytes())
+    with pytest.raises(InputError, match=r"it declares 8\.59 GB in a file of 822 bytes"):
+        read(tmp_path / "log.mat")
+
+
+def test_chunks_of_mcap_that_unpack_to_too_much(tmp_path: Path) -> None:
+    writing = pytest.importorskip("mcap.writer", reason="needs the extra mcap")
+    for suffix, padding in (("small", 100), ("large", 70_000_000)):
+        with (tmp_path / f"{suffix}.mcap").open("wb") as file:
+            writer = writing.Writer(file, compression=writing.CompressionType.ZSTD)
+            writer.start()
+            schema = writer.register_schema("drive", "jsonschema", b"{}")
+            channel = writer.register_channel("drive", "json", schema)
+            for k, torque in enumerate(TORQUE[:3]):
+                text = json.dumps({"torque": torque}).encode() + b" " * padding
+                writer.add_message(channel, log_time=k, publish_time=k, data=text)
+            writer.finish()
+    assert len(read(tmp_path / "small.mcap").pick("drive.torque")) == 3
+    with pytest.raises(InputError, match=r"it declares 70 MB in a file of [\d.]+ kB: that is no recording"):
+        read(tmp_path / "large.mcap")
+
+
+def test_a_group_of_mdf_that_declares_too_much(tmp_path: Path) -> None:
+    asammdf = pytest.importorskip("asammdf", reason="needs the extra mdf")
+    path = tmp_path / "log.mf4"
+    with asammdf.MDF() as file:
+        t = np.arange(2**23) * 1e-3
+        file.append([asammdf.Signal(np.zeros(len(t)), t, name="torque")])
+        file.save(path, compression=2)
+    with pytest.raises(InputError, match=r"declares 134 MB in a file of [\d.]+ kB: that is no recording"):
+        read(path)
 
 
 def test_values_in_other_files_are_refused(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import struct
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import h5py
 import numpy as np
@@ -27,6 +27,8 @@ MAX_DEPTH = 32  # of structs and cells in each other
 MAX_NODES = 20_000  # groups and datasets of a file of version 7.3
 HEADER = 128  # [bytes] before the first variable of version 5
 ORDERS = {b"IM": "<", b"MI": ">"}  # of bytes, as the end of that header tells
+PRECISIONS = (8, 4, 4, 2, 2, 1)  # [bytes] of a number of version 4
+BLOCK = 2**20  # [bytes] that are unpacked at once to be counted
 COMPRESSED = 15  # how version 5 marks a variable that is packed
 
 
@@ -59,18 +61,59 @@ def _classic(path: Path) -> Iterator[tuple[str, Array]]:
 
 
 def _declared_size(path: Path) -> int:
-    """What the packed variables of a file of version 5 take [bytes] once they are unpacked, as their tags declare."""
-    total, end = 0, path.stat().st_size
+    """What the variables of a file take [bytes] once they are unpacked: as their headers declare in version 4, and in
+    version 5 as the tags of packed variables do. Raises InputError where a packed variable holds more than its tag
+    declares, for the parser believes what is in it."""
     with path.open("rb") as file:
         order = ORDERS.get(file.read(HEADER)[-2:])
-        while order and file.tell() + 8 <= end:
+        if order is None:
+            return _declared_by_version_4(path, file)
+        total, end = 0, path.stat().st_size
+        while file.tell() + 8 <= end:
             kind, size = struct.unpack(f"{order}2I", file.read(8))
             following = file.tell() + size
             if kind == COMPRESSED:
-                tag = zlib.decompressobj().decompress(file.read(min(size, 1024)), 8)
-                size = struct.unpack(f"{order}2I", tag)[1]
-                total += size
+                declared = struct.unpack(f"{order}2I", zlib.decompressobj().decompress(file.read(min(size, 1024)), 8))[
+                    1
+                ]
+                file.seek(following - size)
+                require_room(path, "it", total + declared)
+                if not _holds(file, size, declared + 8):
+                    raise InputError("a variable holds more than it declares", where=str(path), hint="save it again")
+                total += declared
             file.seek(following)
+    return total
+
+
+def _holds(file: BinaryIO, size: int, declared: int) -> bool:
+    """Whether so many packed bytes of a file unpack to no more than is declared; nothing of it is kept."""
+    unpacking, unpacked, left = zlib.decompressobj(), 0, size
+    while not unpacking.eof:
+        packed = unpacking.unconsumed_tail or file.read(min(left, BLOCK))
+        if not packed:
+            break
+        left -= 0 if unpacking.unconsumed_tail else len(packed)
+        unpacked += len(unpacking.decompress(packed, BLOCK))
+        if unpacked > declared:
+            return False
+    return True
+
+
+def _declared_by_version_4(path: Path, file: BinaryIO) -> int:
+    """Bytes of all matrices of a file of version 4, 0 where it is none. A header is five numbers: MOPT (order of bytes,
+    0, precision, kind), rows, columns, whether there is an imaginary part, and the length of the name."""
+    total, end = 0, path.stat().st_size
+    file.seek(0)
+    while file.tell() + 20 <= end:
+        header = file.read(20)
+        order = "<" if struct.unpack("<I", header[:4])[0] < 5000 else ">"
+        kind, rows, columns, imaginary, name = struct.unpack(f"{order}5I", header)
+        precision = kind // 10 % 10
+        if kind >= 5000 or precision >= len(PRECISIONS) or name > end:
+            return 0
+        size = PRECISIONS[precision] * rows * columns * (1 + bool(imaginary))
+        total += size
+        file.seek(file.tell() + name + size)
     return total
 
 

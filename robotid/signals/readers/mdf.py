@@ -21,6 +21,7 @@ import numpy as np
 from robotid.errors import InputError
 from robotid.model.array import Array
 from robotid.signals.readers.extra import library
+from robotid.signals.readers.room import require_room
 from robotid.signals.readers.table import Table, numeric, table
 
 SUFFIXES = (".mf4", ".mdf")
@@ -40,7 +41,8 @@ class _Channel:
 def read(path: Path) -> Table:
     """Every numeric channel, with its unit. Samples that the file marks as invalid are nan.
 
-    Raises InputError for a damaged file, and where asammdf is not installed.
+    Raises InputError for a damaged file, for one that declares more than there is room for, and where asammdf is not
+    installed.
     """
     asammdf = library("asammdf", "mdf", path)
     channels = _channels(asammdf, path)
@@ -60,11 +62,21 @@ def _channels(asammdf: Any, path: Path) -> list[_Channel] | None:
         try:
             # by its path it would be opened for writing
             with path.open("rb") as opened, asammdf.MDF(opened) as file:
+                for i, title in enumerate(_titles(file)):
+                    require_room(path, title, _declared_size(file.groups[i].channel_group))
                 return [channel for i, title in enumerate(_titles(file)) for channel in _group(file, i, title)]
+        except InputError:
+            raise
         except Exception:  # the parser fails in ways that nobody has listed
             pass
         gc.collect()
     return None
+
+
+def _declared_size(group: Any) -> int:
+    """Bytes of all records of a group, as its header declares."""
+    marks = getattr(group, "invalidation_bytes_nr", 0) or 0
+    return int(group.cycles_nr) * (int(group.samples_byte_nr) + int(marks))
 
 
 def _titles(file: Any) -> list[str]:
