@@ -36,9 +36,17 @@ class RobotidError(Exception):
         super().__init__(what, where, hint)
         self.what, self.where, self.hint = what, where, hint
 
+    def __reduce__(self) -> tuple[object, ...]:
+        return _rebuilt, (type(self), self.what, self.where, self.hint)
+
     def __str__(self) -> str:
         line = f"{self.where}: {self.what}" if self.where else self.what
         return printable(f"{line}; {self.hint}" if self.hint else line)
+
+
+def _rebuilt(kind: type[RobotidError], what: str, where: str, hint: str) -> RobotidError:
+    """An error as another process raised it."""
+    return kind(what, where=where, hint=hint)
 
 
 class ConfigError(RobotidError):

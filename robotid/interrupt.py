@@ -11,8 +11,10 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from types import FrameType
 
@@ -23,6 +25,10 @@ SHOW_CURSOR = b"\x1b[?25h"  # what a live display hides
 
 class Interrupted(BaseException):
     """The process was asked to stop. No Exception, so that no handler of errors takes it for one."""
+
+
+class OutOfTime(BaseException):
+    """The time that was allowed has passed. No Exception, for the same reason."""
 
 
 @dataclass(slots=True)
@@ -38,11 +44,51 @@ _requests: _Requests | None = None
 """None where nothing is interruptible. A signal handler has no other way to reach the code that it interrupts."""
 
 
+_until: ContextVar[float | None] = ContextVar("robotid.until", default=None)
+_question: ContextVar[Callable[[], None] | None] = ContextVar("robotid.question", default=None)
+
+
 def check() -> None:
-    """A safe point. Raises Interrupted where a signal has asked to stop since the last one."""
+    """A safe point. Raises Interrupted where a signal has asked to stop since the last one, OutOfTime where a deadline
+    has passed, and what a question of `asking` raises."""
+    check_signals()
+    question, at = _question.get(), _until.get()
+    if question is not None:
+        question()
+    if at is not None and time.monotonic() > at:
+        raise OutOfTime
+
+
+def check_signals() -> None:
+    """A safe point for signals alone. Raises Interrupted."""
     if _requests is not None and _requests.pending:
         _requests.pending = False
         raise Interrupted
+
+
+@contextmanager
+def deadline(at: float | None) -> Iterator[None]:
+    """Let `check` raise OutOfTime once the clock of `time.monotonic` is past a time [s]; None: never."""
+    token = _until.set(at)
+    try:
+        yield
+    finally:
+        _until.reset(token)
+
+
+def until() -> float | None:
+    """The deadline in force, None without one."""
+    return _until.get()
+
+
+@contextmanager
+def asking(question: Callable[[], None]) -> Iterator[None]:
+    """Let `check` ask a question besides, which raises where the work is to stop."""
+    token = _question.set(question)
+    try:
+        yield
+    finally:
+        _question.reset(token)
 
 
 @contextmanager

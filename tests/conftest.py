@@ -1,4 +1,4 @@
-"""What every test runs under: one thread of linear algebra, a cache of its own, the same examples every time."""
+"""What every test runs under: one thread, one process, a cache of its own, the same examples every time."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from hypothesis import settings
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job would ignore it
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ["MPLBACKEND"] = "Agg"
+os.environ.setdefault("ROBOTID_JOBS", "1")  # tests run in processes of their own; those of processes ask for them
 
 TESTS = Path(__file__).parent
 # Folders whose files take longest come first: what begins last decides how long two workers wait for each other.

@@ -18,6 +18,7 @@ from robotid.cli.stages import add_stages
 from robotid.cli.streams import standard_streams
 from robotid.errors import INTERRUPTED, InputError, RobotidError
 from robotid.interrupt import Interrupted, check, interruptible
+from robotid.parallel import ONE_THREAD
 
 app = typer.Typer(
     name="robotid",
@@ -32,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command line (by default the process's own) and return its exit code."""
     arguments = sys.argv[1:] if arguments is None else arguments
     # many small matrices: threads cost far more than they bring, and the library reads this before numpy is imported
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ.update(ONE_THREAD)
     with standard_streams() as results:
         code = _run(arguments)
         results.flush()

@@ -22,7 +22,15 @@ Accept = Annotated[
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No talk on stderr but errors.")]
 Force = Annotated[bool, typer.Option("--force", help="Run even what is up to date.")]
 Jobs = Annotated[
-    int | None, typer.Option("--jobs", "-j", min=1, metavar="N", help="Threads of linear algebra; by default one.")
+    int | None,
+    typer.Option(
+        "--jobs",
+        "-j",
+        min=1,
+        metavar="N",
+        envvar="ROBOTID_JOBS",
+        help="Processes; by default one a core. Results do not depend on it.",
+    ),
 ]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Say what would run, and why, and stop.")]
 Debug = Annotated[bool, typer.Option("--debug", help="A traceback with every error.")]

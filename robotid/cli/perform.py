@@ -15,6 +15,7 @@ from robotid.cli.progress import watching
 from robotid.config.load import load
 from robotid.errors import INTERRUPTED, ThresholdError
 from robotid.numerals import fixed
+from robotid.parallel import working
 from robotid.pipeline.check import check_collected, precedes_a_fit, require_meaningful
 from robotid.pipeline.execute import AFTER_ANOTHER, FRESH, Outcome, execute, execute_all, reader
 from robotid.pipeline.lock import locked
@@ -32,7 +33,7 @@ STATES = {"made": "green", "fresh": "dim", "yes": "yellow", "no": "dim"}
 @dataclass(frozen=True, slots=True)
 class StageOptions:
     """How stages are run and shown. figures, form : folder and format of the report's figures. accept : findings of the
-    check that do not stop a run."""
+    check that do not stop a run. jobs : processes, None for one a core."""
 
     as_json: bool = False
     quiet: bool = False
@@ -41,6 +42,7 @@ class StageOptions:
     figures: Path | None = None
     form: str = "pdf"
     accept: tuple[str, ...] = ()
+    jobs: int | None = None
 
 
 def open_run(config: Path, out: Path | None, overrides: Sequence[str]) -> Run:
@@ -62,7 +64,7 @@ def _perform(stage: str | None, run: Run, options: StageOptions) -> None:
     done: list[Outcome] = []
     checked: list[Plausibility] = []
     failure = None
-    with watching(quiet=options.quiet or options.dry_run) as log:
+    with watching(quiet=options.quiet or options.dry_run) as log, working(options.jobs):
         try:
             for outcome in _outcomes(stage, run, options, log, checked.append):
                 done.append(outcome)

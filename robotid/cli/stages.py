@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
@@ -80,17 +79,9 @@ def _perform(
     stage: str | None, config: Path, out: Path | None, overrides: list[str] | None, jobs: int | None, **options: Any
 ) -> None:
     """A stage, or all of them. options : as of `robotid.cli.perform.StageOptions`."""
-    limit_threads(jobs)
     from robotid.cli.perform import StageOptions, open_run, perform
 
     try:
-        perform(stage, open_run(config, out, overrides or []), StageOptions(**options))
+        perform(stage, open_run(config, out, overrides or []), StageOptions(jobs=jobs, **options))
     except KeyboardInterrupt:
         raise Interrupted from None
-
-
-def limit_threads(jobs: int | None) -> None:
-    """Let linear algebra use so many threads. It reads this when numpy is imported, so it comes before."""
-    if jobs is not None:
-        for library in ("OPENBLAS", "OMP", "MKL", "VECLIB_MAXIMUM"):
-            os.environ[f"{library}_NUM_THREADS"] = str(jobs)

@@ -106,7 +106,8 @@ class DiagnoseSettings(Section):
     """How to search for what a model lacks. model : which one, absent: fit.best. significance : level of significance
     of the whole search. min_improvement_sigma : least misfit that a cause must remove on validation records, in
     standard deviations of the noise. max_causes : most causes that are named. max_refits : most effects that are
-    refitted in a round. skip : effects out of the question. samples : longer records are sampled in pieces."""
+    refitted in a round. skip : effects out of the question. samples : longer records are sampled in pieces. budget
+    [s] : time after which the best answer so far is given, with what was not examined; absent: all that it takes."""
 
     former_keys: ClassVar[Mapping[str, str]] = {
         "level": "significance",
@@ -122,6 +123,7 @@ class DiagnoseSettings(Section):
     max_refits: Count = 5
     skip: tuple[str, ...] = ()
     samples: Annotated[int, Field(ge=1000)] = 100_000
+    budget: Positive | None = None
 
 
 class ExtendSettings(Section):

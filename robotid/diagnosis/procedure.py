@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from robotid.diagnosis.criteria import Criteria
@@ -10,13 +11,17 @@ from robotid.diagnosis.experiment import Experiments, with_experiments
 from robotid.diagnosis.results import Diagnosis
 from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.search import search
+from robotid.diagnosis.search.state import SearchResult
 from robotid.diagnosis.verdict import all_explained, explains_all, explains_nothing, not_explained, verdict
-from robotid.estimate.fitted_model import FittedModel, fitted_model, simulate_record
+from robotid.estimate.fitted_model import FittedModel, Simulated, fitted_model, simulate_record
 from robotid.estimate.result import FitResult
+from robotid.interrupt import deadline
+from robotid.parallel import each, expect
 from robotid.signals.record import Record
 from robotid.signals.stretches import stretches
 
 Log = Callable[[str], None]
+REFITS = 4  # that a diagnosis makes at least, to tell whether processes are worth their start
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,12 +30,15 @@ class DiagnosisOptions:
 
     horizon [s] : length of the pieces of a record that are simulated afresh, None for whole records. max_samples :
     longer records are sampled in stretches of so many samples in all. experiments : what could be driven to tell causes
-    apart that these records do not; None, and no experiment is proposed.
+    apart that these records do not; None, and no experiment is proposed. budget [s] : for the search, None for all the
+    time that it takes; the remarks of the diagnosis state what was not examined in it. The noise, the place of the
+    misfit and the verdict are found in any case.
     """
 
     horizon: float | None = None
     max_samples: int = 100_000
     experiments: Experiments | None = None
+    budget: float | None = None
 
 
 def diagnose(
@@ -48,13 +56,16 @@ def diagnose(
 
     Raises NumericsError where the model cannot be simulated.
     """
+    begin = time.monotonic()
     model = fit if isinstance(fit, FittedModel) else fitted_model(fit)
     criteria, options = criteria or Criteria(), options or DiagnosisOptions()
     remarks = tuple(_shortened(r, options.max_samples) for r in records if len(r) > options.max_samples)
     for remark in remarks:
         log(remark)
     parts = [part for r in records for part in stretches(r, options.max_samples)]
-    simulated = [simulate_record(model, part, options.horizon) for part in parts]
+    samples = sum(map(len, parts))
+    expect(REFITS * samples)
+    simulated = each(_simulated, (model, options.horizon), parts, samples=samples // len(parts))
     fitted = [run for run in simulated if run.record.name in model.records]
     if explains_nothing(model, simulated):
         diagnosis = not_explained(model, simulated)
@@ -63,11 +74,27 @@ def diagnose(
         diagnosis = all_explained(model, simulated)
         return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
     validation = [part for part in parts if part.name not in model.records]
-    found = search(Evidence(model, fitted, validation, options.horizon), criteria, log)
+    with deadline(None if options.budget is None else begin + options.budget):
+        found = search(Evidence(model, fitted, validation, options.horizon), criteria, log)
     log("measuring where the misfit sits")
     diagnosis = verdict(model, simulated, found, criteria)
-    diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
-    return diagnosis if options.experiments is None else with_experiments(diagnosis, found, options.experiments)
+    diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *remarks, *_unexamined(found, options.budget)))
+    return (
+        diagnosis
+        if options.experiments is None or found.late
+        else with_experiments(diagnosis, found, options.experiments)
+    )
+
+
+def _simulated(shared: tuple[FittedModel, float | None], part: Record) -> Simulated:
+    model, horizon = shared
+    return simulate_record(model, part, horizon)
+
+
+def _unexamined(found: SearchResult, budget: float | None) -> Iterator[str]:
+    """What no time was left for, in a sentence."""
+    if found.late and budget is not None:
+        yield f"the budget of {budget:g} s is spent; not examined: {', '.join(found.unexamined)}"
 
 
 def _shortened(record: Record, samples: int) -> str:

@@ -27,6 +27,7 @@ from robotid.signals.trace import Trace, downsampled
 
 K = TypeVar("K")
 UNEXPLAINED = "the model does not simulate the records that it was fitted to: `robotid check` examines them"
+NOT_EXAMINED = "not examined: the time was up"
 SHAPELESS = "the misfit is far above the noise, yet no curve along one variable explains much of it"
 
 
@@ -88,7 +89,7 @@ def _word(found: SearchResult, misfit: float, floor: float) -> Verdict:
     shape."""
     if found.causes or (found.changes and found.curve is None):
         return "named"
-    return "clean" if found.curve is None and misfit <= VERDICT.clear_misfit * floor else "unknown"
+    return "clean" if found.curve is None and not found.late and misfit <= VERDICT.clear_misfit * floor else "unknown"
 
 
 def is_partial(share: float, misfit: float, remaining: float, floor: float) -> bool:
@@ -101,7 +102,7 @@ def is_partial(share: float, misfit: float, remaining: float, floor: float) -> b
 def _remarks(word: Verdict, found: SearchResult) -> tuple[str, ...]:
     if word == "not explained":
         return (UNEXPLAINED,)
-    return (SHAPELESS,) if word == "unknown" and found.curve is None else ()
+    return (SHAPELESS,) if word == "unknown" and found.curve is None and not found.late else ()
 
 
 def explains_nothing(model: FittedModel, simulated: Sequence[Simulated]) -> bool:
@@ -278,7 +279,8 @@ def _rejected(found: SearchResult, word: Verdict) -> Iterator[Rejected]:
     for score in first.best_of_each[: VERDICT.max_rejected]:
         if score.candidate.name not in reported:
             share = float(np.clip(score.energy / whole, 0.0, 1.0))
-            yield Rejected(score.candidate.name, share, float("nan"), _why(share, found, word))
+            why = NOT_EXAMINED if score.candidate.name in found.unexamined else _why(share, found, word)
+            yield Rejected(score.candidate.name, share, float("nan"), why)
 
 
 def _why(share: float, found: SearchResult, word: Verdict) -> str:

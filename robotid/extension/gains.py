@@ -12,8 +12,11 @@ from itertools import pairwise
 
 from robotid.diagnosis.results import Diagnosis
 from robotid.estimate.result import FitResult
-from robotid.extension.task import ExtensionTask, effects_to_add, gain, others_than
+from robotid.extension.task import ExtensionTask, effects_to_add, fits_with, gain, others_than, tried_with
+from robotid.interrupt import OutOfTime
 from robotid.model.structure import belongs
+
+GAINS_OF_SEARCH = "the gains and parameters of the causes are those of the search: no time was left to fit them"
 
 
 def gains(task: ExtensionTask, effects: Sequence[str]) -> tuple[list[float], FitResult | None]:
@@ -26,23 +29,23 @@ def gains(task: ExtensionTask, effects: Sequence[str]) -> tuple[list[float], Fit
     if not effects or not task.validation:
         return [float("nan")] * len(effects), None
 
-    def reached(fit: FitResult | None) -> float:
-        return task.validation_fit({} if fit is None else task.scores(fit))
-
-    fits = [task.before, *(task.fit_with(effects[: k + 1]) for k in range(len(effects)))]
-    levels = [reached(fit) for fit in fits]
+    fitted = fits_with(task, [effects[:k] for k in range(len(effects) + 1)])
+    levels = [task.validation_fit(one.scores) for one in fitted]
     found = [gain(after, before) for before, after in pairwise(levels)]
-    for k, value in enumerate(found[:-1]):
-        if value <= 0.0:
-            found[k] = gain(levels[-1], reached(task.try_fit_with(others_than(effects, effects[k]))))
-    return found, fits[-1]
+    idle = [k for k, value in enumerate(found[:-1]) if value <= 0.0]
+    for k, one in zip(idle, tried_with(task, [others_than(effects, effects[k]) for k in idle]), strict=True):
+        found[k] = gain(levels[-1], task.validation_fit({} if one is None else one.scores))
+    return found, fitted[-1].fit
 
 
 def with_gains(diagnosis: Diagnosis, task: ExtensionTask) -> Diagnosis:
     """The diagnosis with the gains and parameters that its causes have in fits as the pipeline makes them, those that
-    an extension will find."""
+    an extension will find. Where a deadline is past, those of the search stay, and a remark tells so."""
     effects = effects_to_add(diagnosis, task.before)
-    found, last = gains(task, effects)
+    try:
+        found, last = gains(task, effects)
+    except OutOfTime:
+        return replace(diagnosis, remarks=(*diagnosis.remarks, GAINS_OF_SEARCH))
     if last is None:
         return diagnosis
     gained = dict(zip(effects, found, strict=True))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from robotid.diagnosis.results import Rejected
 from robotid.estimate.result import FitResult
 from robotid.extension.results import Extension, Score
-from robotid.extension.task import ExtensionTask, gain, others_than
+from robotid.extension.task import ExtensionTask, ScoredFit, fits_with, gain, others_than, tries_with
 from robotid.model.units import unit_of
 from robotid.signals.record import Record
 
@@ -23,26 +24,19 @@ def extend(task: ExtensionTask, effects: Sequence[str]) -> Extension:
     Effects without which it converges and does at least as well on the validation records are dropped. Raises
     NumericsError where the extended model does not converge.
     """
-    before = task.before
-    task.log("measuring the model as it is")
-    scores_before = task.scores(before)
-    kept, dropped = list(effects), list[Rejected]()
-    after = task.fit_with(kept)
-    scores = task.scores(after)
-    for effect in effects:
-        if effect not in kept or not task.validation:
-            continue
-        others = others_than(kept, effect)
-        task.log(f"trying without {effect}")
-        leaner = task.try_fit_with(others)
+    before, kept, dropped = task.before, list(effects), list[Rejected]()
+    base, whole = fits_with(task, [(), kept])
+    tried = [effect for effect in effects if task.validation]
+    while tried:
+        leaner = next_leaner(task, whole, base, kept, tried)
         if leaner is None:
-            continue
-        lean_scores = task.scores(leaner) if others else scores_before
-        whole, lean = task.validation_fit(scores), task.validation_fit(lean_scores)
-        if whole <= lean:
-            why = OTHERS_DO if others else DOES_NOT_CARRY_OVER
-            dropped.append(Rejected(effect, 0.0, gain(whole, lean), why))
-            kept, after, scores = others, leaner, lean_scores
+            break
+        effect = leaner.without
+        why = OTHERS_DO if leaner.kept else DOES_NOT_CARRY_OVER
+        dropped.append(Rejected(effect, 0.0, gain(task.validation_fit(whole.scores), leaner.level), why))
+        tried = [one for one in tried[tried.index(effect) + 1 :] if one in leaner.kept]
+        kept, whole = leaner.kept, leaner.scored
+    after, scores, scores_before = whole.fit, whole.scores, base.scores
     return Extension(
         model=before.name,
         output=before.output,
@@ -57,6 +51,32 @@ def extend(task: ExtensionTask, effects: Sequence[str]) -> Extension:
         fit=after,
         dropped=tuple(dropped),
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Leaner:
+    """A model without an effect and what rests on it. level : its mean fit on the validation records [%]."""
+
+    without: str
+    kept: list[str]
+    scored: ScoredFit
+    level: float
+
+
+def next_leaner(
+    task: ExtensionTask, whole: ScoredFit, base: ScoredFit, kept: Sequence[str], tried: Sequence[str]
+) -> Leaner | None:
+    """The model without the first of the tried effects that does at least as well on the validation records; None where
+    each is worth keeping."""
+    choices = [others_than(kept, effect) for effect in tried]
+    level = task.validation_fit(whole.scores)
+    with tries_with(task, choices) as found:
+        for k, effect in enumerate(tried):
+            task.log(f"trying without {effect}")
+            lean = found[k] if choices[k] else base
+            if lean is not None and level <= task.validation_fit(lean.scores):
+                return Leaner(effect, choices[k], lean, task.validation_fit(lean.scores))
+    return None
 
 
 def information_criterion(fit: FitResult, scores: Mapping[str, Score], records: Sequence[Record]) -> float:

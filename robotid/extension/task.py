@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from functools import reduce
 
@@ -13,11 +14,12 @@ from robotid.diagnosis.refit.refitted_model import carried
 from robotid.diagnosis.results import Diagnosis
 from robotid.diagnosis.verdict import root_mean_square, trace
 from robotid.errors import NumericsError
-from robotid.estimate.fitted_model import fitted_model, simulate_record
+from robotid.estimate.fitted_model import FittedModel, fitted_model, simulate_record
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.result import FitResult
 from robotid.extension.results import Score
 from robotid.model.structure import RECORD_CHANGE, Structure, changed, rests_on
+from robotid.parallel import ahead, each
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
 
@@ -53,40 +55,96 @@ class ExtensionTask:
         structure = reduce(Structure.extended, effects, self.before.structure)
         joint = assemble(structure, angle=self.before.keeps_angle)
         used = [r for r in self.records if r.name in self.before.records]
-        self.log(f"fitting with {', '.join(effects)}" if effects else "fitting")
         first, *others = (carried(old.parameters, structure, values) for values in self.starts)
         options = replace(self.options, other_starts=tuple(others))
         return fit_model(self.before.name, joint, first, used, options)
 
-    def try_fit_with(self, effects: Sequence[str]) -> FitResult | None:
-        """The same, or the model as it was without further effects; None where it does not converge."""
-        try:
-            return self.fit_with(effects) if effects else self.before
-        except NumericsError:
-            return None
-
     def scores(self, fit: FitResult) -> dict[str, Score]:
         """A fit on every record on which it can be simulated, by record name."""
-        model = fitted_model(fit, estimate_states=self.options.estimate_states)
-        found = {}
-        for record in self.records:
-            try:
-                run = simulate_record(model, record, self.horizon)
-            except NumericsError:
-                continue
-            measured, simulated = run.measured(model.output), run.signal(model.output)
-            found[record.name] = Score(
-                record.role,
-                record.name in model.records,
-                fit_percent(measured, simulated),
-                root_mean_square(measured - simulated),
-                trace(run, model),
-            )
-        return found
+        shared = (fitted_model(fit, estimate_states=self.options.estimate_states), self.horizon)
+        found = each(_score, shared, self.records, samples=self.samples // max(1, len(self.records)))
+        return {r.name: score for r, score in zip(self.records, found, strict=True) if score is not None}
+
+    @property
+    def samples(self) -> int:
+        """Of all records."""
+        return sum(map(len, self.records))
 
     def validation_fit(self, scores: Mapping[str, Score]) -> float:
         """Mean fit on the validation records [%], minus infinity where one of them cannot be simulated."""
         return float(np.mean([scores[name].fit_percent if name in scores else -np.inf for name in self.validation]))
+
+
+def _score(shared: tuple[FittedModel, float | None], record: Record) -> Score | None:
+    """A model on a record, None where it cannot be simulated."""
+    model, horizon = shared
+    try:
+        run = simulate_record(model, record, horizon)
+    except NumericsError:
+        return None
+    measured, simulated = run.measured(model.output), run.signal(model.output)
+    return Score(
+        record.role,
+        record.name in model.records,
+        fit_percent(measured, simulated),
+        root_mean_square(measured - simulated),
+        trace(run, model),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScoredFit:
+    """A fit and what it scores on every record, as of `ExtensionTask.scores`."""
+
+    fit: FitResult
+    scores: dict[str, Score]
+
+
+def fits_with(task: ExtensionTask, choices: Sequence[Sequence[str]]) -> list[ScoredFit]:
+    """The model with each choice of further effects, fitted and scored; without any, as it was. Raises NumericsError
+    where one does not converge."""
+    for effects in choices:
+        task.log(_announced(effects))
+    found = each(_fitted, _silenced(task), [tuple(effects) for effects in choices], samples=task.samples)
+    return [one if effects else replace(one, fit=task.before) for effects, one in zip(choices, found, strict=True)]
+
+
+def tried_with(task: ExtensionTask, choices: Sequence[Sequence[str]]) -> list[ScoredFit | None]:
+    """The same, None for those that do not converge."""
+    with tries_with(task, choices) as found:
+        return list(found)
+
+
+def tries_with(
+    task: ExtensionTask, choices: Sequence[Sequence[str]]
+) -> AbstractContextManager[Sequence[ScoredFit | None]]:
+    """The same, each when it is asked for."""
+    return ahead(_tried, _silenced(task), [tuple(effects) for effects in choices], samples=task.samples)
+
+
+def _announced(effects: Sequence[str]) -> str:
+    return f"fitting with {', '.join(effects)}" if effects else "measuring the model as it is"
+
+
+def _silenced(task: ExtensionTask) -> ExtensionTask:
+    """A task for another process, where nobody listens."""
+    return replace(task, log=_nobody)
+
+
+def _nobody(_: str) -> None:
+    pass
+
+
+def _fitted(task: ExtensionTask, effects: Sequence[str]) -> ScoredFit:
+    fit = task.fit_with(effects) if effects else task.before
+    return ScoredFit(fit, task.scores(fit))
+
+
+def _tried(task: ExtensionTask, effects: Sequence[str]) -> ScoredFit | None:
+    try:
+        return _fitted(task, effects)
+    except NumericsError:
+        return None
 
 
 def extension_task(

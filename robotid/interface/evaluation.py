@@ -22,6 +22,7 @@ from robotid.interface.model import Model
 from robotid.model.array import Array
 from robotid.model.units import on_axis
 from robotid.numerals import fixed, number
+from robotid.parallel import computing
 from robotid.report.display import Columns, View, shows
 from robotid.report.figures import draw_traces
 from robotid.report.tables.table import Table
@@ -101,7 +102,8 @@ def simulate(
     """
     one = record if isinstance(record, Record) else _only(record)
     ready = _with_values(model, one, parameters or {})
-    run: Simulated = simulate_record(ready, one, horizon)
+    with computing():
+        run: Simulated = simulate_record(ready, one, horizon)
     return Simulation(one, ready.output, ready.unit, run.trajectories, run.signal(ready.output))
 
 
@@ -111,12 +113,13 @@ def validate(
     *,
     horizon: float | None = None,
     perturbation: float | None = PERTURBATION,
+    jobs: int | None = 1,
 ) -> Validation:
     """Validate a fitted model, and the one from which the fit started, m0.
 
     records : further ones that the fit has not seen, besides those of the fit and those that it kept. horizon [s] :
     length of the pieces that are simulated afresh, None for whole records. perturbation [%] : by which each parameter
-    is changed in turn, None for not at all.
+    is changed in turn, None for not at all. jobs : processes, None for one a core.
 
     Raises ConfigError for two records of one name.
 
@@ -134,7 +137,9 @@ def validate(
     start = fit.options.start
     options = ValidationOptions(perturbation, horizon, None, start.cutoff, start.order, start.min_speed)
     frfs = fit.flex.frfs if fit.flex is not None else ()
-    return validate_models({initial.name: initial, fit.name: fit.fitted_model}, fits, data.records, frfs, options)
+    models = {initial.name: initial, fit.name: fit.fitted_model}
+    with computing(jobs):
+        return validate_models(models, fits, data.records, frfs, options)
 
 
 def _only(records: Dataset) -> Record:

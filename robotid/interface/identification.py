@@ -24,6 +24,7 @@ from robotid.interface.hints import in_python_terms
 from robotid.interface.model import Model
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
+from robotid.parallel import computing
 from robotid.signals.record import Quantity, Record
 
 NAME = "m1"
@@ -170,7 +171,7 @@ def fit(
     output = options.output or default_output(used)
     options = replace(options, output=output)
     joint = joint_for(model.structure, output, used)
-    with in_python_terms():
+    with in_python_terms(), computing():
         start = initialise(model, joint, used, options)
         result = fit_and_scrutinise(NAME, joint, start.parameters, used.records, options.fit)
     return Fit(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
@@ -13,6 +14,8 @@ from robotid.extension import Extension, ExtensionTask, effects_to_add, extensio
 from robotid.extension import extend as extend_model
 from robotid.interface.dataset import Dataset, as_dataset
 from robotid.interface.identification import Fit, extended_fit, fields_of, with_more
+from robotid.interrupt import deadline
+from robotid.parallel import computing
 from robotid.signals.record import Record
 from robotid.stages.experiments import references
 
@@ -53,6 +56,8 @@ def diagnose(
     *,
     held_out: Record | Iterable[Record] = (),
     criteria: Criteria | None = None,
+    budget: float | None = None,
+    jobs: int | None = 1,
     log: Log | None = None,
 ) -> DiagnosedFit:
     """Find what a fitted model gets wrong, and the effect that it lacks, as `robotid diagnose` does.
@@ -60,7 +65,9 @@ def diagnose(
     Causes are fitted on the records of the fit, and what they gain is measured on records that it has not seen.
 
     held_out, records : such records, besides those of role "validate" that the fit was given; without any, no gain can
-    be measured. criteria : what is asked of a cause. log : is called with what is being done, such as `print`.
+    be measured. criteria : what is asked of a cause. budget [s] : after which the best answer so far is given, None for
+    all the time it takes; the remarks then state what was not examined. jobs : processes, None for one a core; the
+    result does not depend on it. log : is called with what is being done, such as `print`.
 
     Raises ConfigError for two records of one name, NumericsError where the model cannot be simulated.
 
@@ -72,19 +79,29 @@ def diagnose(
     ('clean', [])
     """
     data = with_more(fit, as_dataset(held_out) + as_dataset(records))
-    options = DiagnosisOptions(horizon=fit.options.horizon, experiments=Experiments(references, None))
-    found = diagnose_model(fit.fitted_model, data.records, criteria or Criteria(), options, log or _silent)
-    task = _task(fit, found, data, log)
-    return DiagnosedFit(**fields_of(with_gains(found, task), Diagnosis), fit=fit, dataset=data)
+    experiments = Experiments(references, None)
+    options = DiagnosisOptions(horizon=fit.options.horizon, experiments=experiments, budget=budget)
+    at = None if budget is None else time.monotonic() + budget
+    with computing(jobs):
+        found = diagnose_model(fit.fitted_model, data.records, criteria or Criteria(), options, log or _silent)
+        with deadline(at):
+            gained = with_gains(found, _task(fit, found, data, log))
+    return DiagnosedFit(**fields_of(gained, Diagnosis), fit=fit, dataset=data)
 
 
 def extend(
-    fit: Fit, found: DiagnosedFit, *, effects: Sequence[str] | None = None, log: Log | None = None
+    fit: Fit,
+    found: DiagnosedFit,
+    *,
+    effects: Sequence[str] | None = None,
+    jobs: int | None = 1,
+    log: Log | None = None,
 ) -> ExtendedFit:
     """Extend a fitted model by the causes of its diagnosis, fit it anew, and measure the gain on every record.
 
     effects : by dotted name, such as "motor.stribeck", instead of the causes that were found. An effect without which
-    the records held out are simulated as well is dropped again. log : is called with what is being done.
+    the records held out are simulated as well is dropped again. jobs : processes, None for one a core. log : is called
+    with what is being done.
 
     Raises ConfigError for a diagnosis of another fit or an effect that the model cannot have, NumericsError where the
     extended model does not converge.
@@ -109,7 +126,8 @@ def extend(
     task = extension_task(
         found, fit, found.dataset.records, fit.options.fit, horizon=fit.options.horizon, log=log or _silent
     )
-    result = extend_model(task, wanted)
+    with computing(jobs):
+        result = extend_model(task, wanted)
     after = extended_fit(fit, result.fit, found.dataset)
     return ExtendedFit(**(fields_of(result, Extension) | {"fit": after}), origin=fit)
 

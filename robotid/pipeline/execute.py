@@ -17,6 +17,7 @@ from robotid.errors import InputError, NumericsError, ThresholdError
 from robotid.files import atomic_write, touch
 from robotid.interrupt import check
 from robotid.model.units import on_axis
+from robotid.parallel import one_thread
 from robotid.pipeline.freshness import StageStatus, State, judge
 from robotid.pipeline.run import Run
 from robotid.pipeline.stage import Stage, find
@@ -143,7 +144,7 @@ def _run(
     ]
     if stage.reads_files:
         contents.append(MeasuredTables(run.measured()))
-    with _arithmetic(run, stage):
+    with _arithmetic(run, stage), one_thread():
         content = stage(config, *contents, **({"log": log} if stage.logs else {}))
     made = Provenance(
         stage.name,

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import time
+
 from robotid.config.schema import Config
 from robotid.diagnosis import Criteria, Diagnosis, DiagnosisOptions
 from robotid.diagnosis import diagnose as diagnose_model
 from robotid.estimate.fitted_model import fitted_model
 from robotid.estimate.result import Fits
 from robotid.extension import extension_task, with_gains
+from robotid.interrupt import deadline
 from robotid.progress import Log, Progress
 from robotid.signals.quality import Recordings
 from robotid.stages.experiments import experiments
@@ -19,7 +22,7 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
 
     Raises NumericsError where the model cannot be simulated.
     """
-    section = settings.diagnose
+    begin, section = time.monotonic(), settings.diagnose
     fit = fits.models[section.model or fits.best]
     model = fitted_model(fit, estimate_states=settings.fit.initial_states == "free")
 
@@ -31,10 +34,11 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
         section.significance, section.min_improvement_sigma, section.max_refits, section.max_causes, section.skip
     )
     horizon = settings.fit.horizon or fit.horizon
-    options = DiagnosisOptions(horizon, section.samples, experiments(settings))
+    options = DiagnosisOptions(horizon, section.samples, experiments(settings), section.budget)
     diagnosis = diagnose_model(model, recordings.records, criteria, options, say)
     say("measuring the gains")
     task = extension_task(
         diagnosis, fit, recordings.records, fit_options(settings, fit.output, fit.horizon), horizon=horizon, log=say
     )
-    return with_gains(diagnosis, task)
+    with deadline(None if section.budget is None else begin + section.budget):
+        return with_gains(diagnosis, task)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -99,9 +100,19 @@ print(os.environ["OPENBLAS_NUM_THREADS"])
 """
 
 
-def test_threads_are_limited() -> None:
-    done = subprocess.run([sys.executable, "-c", THREADS], capture_output=True, text=True, check=True)
-    assert done.stdout == "3\n"
+def test_linear_algebra_uses_one_thread_whatever_is_asked_for() -> None:
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "4"}
+    done = subprocess.run([sys.executable, "-c", THREADS], capture_output=True, text=True, check=True, env=environment)
+    assert done.stdout == "1\n"
+
+
+@pytest.mark.parametrize(("variable", "what"), [("2", "no such file"), ("none", "--jobs"), ("0", "--jobs")])
+def test_the_environment_tells_how_many_processes(
+    variable: str, what: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("ROBOTID_JOBS", variable)
+    assert main(["fit", "absent.yaml"]) == 2
+    assert what in capsys.readouterr().err
 
 
 def test_completion_is_there(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
+from robotid.parallel import each
 from robotid.signals.record import Record
 from robotid.simulation.first_guess import measured_guess
 from robotid.simulation.trajectory import Trajectory
@@ -161,12 +162,17 @@ def _validate(
     problem: OutputError, parameters: Parameters, data: EvaluationData, near: Sequence[Trajectory]
 ) -> list[Trajectory]:
     """The validation segments with the parameters fixed, each from the first states that suit it best."""
-    alone = replace(problem, parameters=parameters.all_fixed, weights=np.ones(1))
+    alone = replace(problem, parameters=parameters.all_fixed, records=(), weights=np.ones(1), whiten=())
+    known = [near[k : k + 1] for k in range(len(data.validation))]
+    items = list(zip(data.validation, known, strict=True))
+    samples = data.validation_samples // max(1, len(items))
+    return each(_validated, alone, items, samples=samples)
+
+
+def _validated(alone: OutputError, item: tuple[Segment, Sequence[Trajectory]]) -> Trajectory:
+    """One validation segment. alone : the problem without records."""
+    segment, near = item
+    one = replace(alone, records=(segment.record,), whiten=(segment.whitening,))
     effort = SolveOptions(REFIT.max_validation_iterations, REFIT.validation_tolerance, max_small_steps=1)
-    found = []
-    for k, segment in enumerate(data.validation):
-        one = replace(alone, records=(segment.record,), whiten=(segment.whitening,))
-        at = _begin(one, near[k : k + 1])
-        end = solve(one, at.unknowns, effort, initial=at).evaluation
-        found.append(end.trajectories[0])
-    return found
+    at = _begin(one, near)
+    return solve(one, at.unknowns, effort, initial=at).evaluation.trajectories[0]

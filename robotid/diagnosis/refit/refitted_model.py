@@ -15,7 +15,7 @@ from robotid.estimate.residual import measured_output, observed
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
-from robotid.model.structure import Structure
+from robotid.model.structure import Structure, belongs
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Quantity
 from robotid.simulation.trajectory import Trajectory
@@ -137,6 +137,20 @@ class RefittedModel:
         scale = np.maximum(np.linalg.norm(self.factor, axis=0), 1e-300)
         inverse = np.linalg.pinv(self.factor / scale, rcond=REFIT.unidentifiable) / scale[:, None]
         return np.asarray(inverse @ inverse.T * max(1.0, self.energy / self.samples))
+
+    def energy_of(self, effect: str) -> float:
+        """Energy that the model would lose to first order without an effect, all other unknowns refitted: the Wald
+        statistic of its parameters that have a null, in variances of the noise."""
+        away = {
+            i: self.parameters.values[k] - null
+            for i, k in enumerate(self.columns)
+            if belongs(self.parameters.names[k], effect) and (null := self.joint.declared[k].null) is not None
+        }
+        own, distance = list(away), np.array(list(away.values()))
+        if not own:
+            return 0.0
+        covariance = self.covariance[np.ix_(own, own)] / max(1.0, self.energy / self.samples)
+        return float(distance @ np.linalg.pinv(covariance, hermitian=True) @ distance)
 
 
 def extended(model: RefittedModel, effect: str, values: Mapping[str, float]) -> tuple[Structure, Parameters]:

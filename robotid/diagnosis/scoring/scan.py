@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import repeat
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from robotid.diagnosis.scoring.columns import columns
 from robotid.diagnosis.scoring.settings import SCORING
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array
+from robotid.parallel import each
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,5 +87,15 @@ def scans(
     forces: Sequence[Array] | None = None,
 ) -> tuple[Scan, ...]:
     """All columns of every segment. forces : (nv, m, n) each; the rest as of `scan`."""
-    each: Iterator[Array | None] = repeat(None) if forces is None else iter(forces)
-    return tuple(scan(one, unknowns, candidates, force) for one, force in zip(segments, each, strict=False))
+    each_force: Sequence[Array | None] = [None] * len(segments) if forces is None else forces
+    items = list(zip(segments, each_force, strict=False))
+    samples = sum(len(one.residual) for one, _ in items) // max(1, len(items))
+    found = each(_signals, (unknowns, tuple(candidates)), items, samples=samples)
+    return tuple(Scan(one, one.whitening, unknowns, signals) for (one, _), signals in zip(items, found, strict=True))
+
+
+def _signals(shared: tuple[Unknowns, tuple[EffectCandidate, ...]], item: tuple[SegmentFit, Array | None]) -> Array:
+    """All columns of a segment."""
+    unknowns, candidates = shared
+    segment, forces = item
+    return scan(segment, unknowns, candidates, forces).signals

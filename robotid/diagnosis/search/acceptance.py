@@ -17,7 +17,14 @@ from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
 from robotid.diagnosis.search.refits import CandidateRefit, refit_hopeful
 from robotid.diagnosis.search.settings import ACCEPTANCE
-from robotid.diagnosis.search.state import AcceptedCause, Log, RejectedCause, SearchState, share_removed
+from robotid.diagnosis.search.state import (
+    AcceptedCause,
+    Log,
+    RejectedCause,
+    SearchState,
+    misfit_energy,
+    share_removed,
+)
 from robotid.errors import NumericsError
 from robotid.model.structure import rests_on
 
@@ -118,7 +125,7 @@ def accept_pair(state: SearchState, refits: Sequence[CandidateRefit], criteria: 
     alone = as_cause(state, refits)
     log(f"looking for a second cause beside {alone.effect}")
     beside = state.with_model(alone.after, criteria).scored(criteria)
-    pairs = refit_hopeful(beside, criteria, log)
+    pairs = refit_hopeful(beside, criteria, log).refits
     for k, one in enumerate(pairs):
         if objection(Step(state.first, state.model, one.model, state.data), criteria) is None:
             return state.with_cause(alone).with_cause(as_cause(beside, pairs[k:]))
@@ -169,12 +176,13 @@ def collinear(best: Score, seen: Round) -> list[str]:
 def drop_worthless(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
     """The state without the earlier causes that the last has made worthless. One that gains only beside others has the
     gain that it has there."""
-    if len(state.causes) > 1:
-        log("trying without the earlier causes")
     last = state.causes[-1]
     for one in state.causes[:-1]:
-        if any(rests_on(other.effect, one.effect) for other in state.causes):
+        if any(rests_on(other.effect, one.effect) for other in state.causes) or stands_firm(
+            one, lost_without(one, state)
+        ):
             continue
+        log(f"trying without {one.effect}")
         lean = _without(state.model, one.effect, state.data)
         if lean is None:
             continue
@@ -187,6 +195,17 @@ def drop_worthless(state: SearchState, criteria: Criteria, log: Log) -> SearchSt
             gained = replace(one, gain=step.gain)
             state = replace(state, causes=tuple(gained if c is one else c for c in state.causes))
     return state
+
+
+def stands_firm(one: AcceptedCause, lost: float) -> bool:
+    """Whether no refit without a cause is needed: its gain is known, and the share of the misfit that is lost without
+    it to first order is far more than one that has lost its worth may lose."""
+    return not one.gain <= 0.0 and not has_lost_its_worth(lost / ACCEPTANCE.firm_factor, one.explained)
+
+
+def lost_without(one: AcceptedCause, state: SearchState) -> float:
+    """Share of the first model's misfit that is lost without a cause, to first order."""
+    return state.model.energy_of(one.effect) / max(misfit_energy(state.first, state.data), 1e-9)
 
 
 def has_lost_its_worth(lost: float, explained: float) -> bool:

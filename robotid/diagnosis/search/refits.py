@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,8 +19,10 @@ from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.settings import CHOICE
 from robotid.diagnosis.search.state import Log, SearchState
 from robotid.errors import NumericsError
+from robotid.interrupt import OutOfTime, until
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
+from robotid.parallel import ahead
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,7 +38,16 @@ class CandidateRefit:
         return self.score.candidate.name
 
 
-def refit_hopeful(state: SearchState, criteria: Criteria, log: Log) -> list[CandidateRefit]:
+@dataclass(frozen=True, slots=True, eq=False)
+class RefitRound:
+    """The candidates of a round that were refitted, the best first. unexamined : names of those for which no time was
+    left."""
+
+    refits: tuple[CandidateRefit, ...] = ()
+    unexamined: tuple[str, ...] = ()
+
+
+def refit_hopeful(state: SearchState, criteria: Criteria, log: Log) -> RefitRound:
     """The candidates of the last round that score best, refitted, the best first.
 
     Where none of them can be refitted, other points of their grids and the candidates that follow.
@@ -49,13 +61,15 @@ def refit_hopeful(state: SearchState, criteria: Criteria, log: Log) -> list[Cand
         again = [s for s in significant if s.candidate.name in failed]
         best = hopeful(new)[: criteria.max_refits]
         chosen = [*again, *best, *_elsewhere(best, state)]
-        refits = list(_refits(chosen, state, log))
-        if refits:
-            return in_order(refits, state.data, criteria)
+        found = _refits(chosen, state, log)
+        if found.refits:
+            return RefitRound(tuple(in_order(found.refits, state.data, criteria)), found.unexamined)
+        if found.unexamined:
+            return found
         tried = {s.candidate for s in chosen}
         failed |= {candidate.name for candidate in tried}
         points = [s for s in points if s.candidate not in tried]
-    return []
+    return RefitRound()
 
 
 def hopeful(scores: Sequence[Score]) -> list[Score]:
@@ -85,20 +99,34 @@ def _apart(one: Candidate, other: Candidate) -> bool:
     return not np.allclose(one.values, other.values, rtol=CHOICE.neighbour_distance, atol=0.0)
 
 
-def _refits(chosen: Sequence[Score], state: SearchState, log: Log) -> Iterator[CandidateRefit]:
-    """Refits in the order of the scores; once one explains nearly all, only what scores nearly as well is tried."""
-    reached, explained = False, 0.0
-    for one in chosen:
-        if reached and not rivals(one, chosen[0]):
-            continue
-        log(f"refitting with {one.candidate.name}")
-        try:
-            after = _refitted(state, one, explained)
-        except NumericsError:
-            continue
-        explained = max(explained, state.model.energy - after.energy)
-        reached = is_complete(explained, state.misfit)
-        yield CandidateRefit(one, after)
+def _refits(chosen: Sequence[Score], state: SearchState, log: Log) -> RefitRound:
+    """Refits in the order of the scores; once one explains nearly all, only what scores nearly as well is tried.
+
+    Several processes refit ahead of that decision, which drops what it does not ask for.
+    """
+    attempts = [_attempt(one, state) for one in chosen]
+    found, explained = list[CandidateRefit](), 0.0
+    with ahead(_refit_directly, (state.model, state.data), attempts, samples=state.data.samples) as direct:
+        for k, one in enumerate(chosen):
+            if found and is_complete(explained, state.misfit) and not rivals(one, chosen[0]):
+                continue
+            log(_announced(state, one, f"{k + 1} of {len(chosen)}"))
+            try:
+                after = _kept(direct[k], attempts[k], state, explained)
+            except OutOfTime:
+                unexamined = dict.fromkeys(other.candidate.name for other in chosen[k:])
+                return RefitRound(tuple(found), tuple(unexamined))
+            if after is not None:
+                found.append(CandidateRefit(one, after))
+                explained = max(explained, state.model.energy - after.energy)
+    return RefitRound(tuple(found))
+
+
+def _announced(state: SearchState, one: Score, count: str) -> str:
+    """What is being done, and how much time is left of a budget."""
+    text = f"round {len(state.rounds)}: refitting with {one.candidate.name}, {count}"
+    at = until()
+    return text if at is None else f"{text}, {max(0.0, at - time.monotonic()):.0f} s left"
 
 
 def rivals(one: Score, best: Score) -> bool:
@@ -127,32 +155,62 @@ def information_criterion(model: RefittedModel) -> float:
     return model.samples * float(np.log(model.energy)) + len(model.columns) * float(np.log(model.samples))
 
 
-def _refitted(state: SearchState, one: Score, explained: float) -> RefittedModel:
-    """The model with a candidate, from where its score promises the end; from part of the way where that is too far,
-    and from short pieces where it breaks a large promise.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Attempt:
+    """A candidate's refit: the extended structure and where it may start, the boldest start first. promised : energy
+    that the score promises to remove."""
 
-    explained : energy that others explain. Raises NumericsError where it explains nothing.
-    """
-    now, data = state.model, state.data
+    structure: Structure
+    starts: tuple[Parameters, ...]
+    promised: float
+
+
+def _attempt(one: Score, state: SearchState) -> _Attempt:
+    """From where the score promises the end, and from part of the way."""
     starts = [_start(state.round.model, one, way) for way in CHOICE.start_ways]
-    structure, parameters = starts[0][0], [start for _, start in starts]
-    options = RefitOptions(start_below=CHOICE.good_start * now.energy, reject_above=now.energy)
-    large = one.energy > max(explained, CHOICE.doubtful_share * state.misfit)
-    after: RefittedModel | None = None
+    return _Attempt(starts[0][0], tuple(start for _, start in starts), one.energy)
+
+
+Around = tuple[RefittedModel, EvaluationData]
+"""What the refits of a round share: the model that lacks something, and the records."""
+
+
+def _options(now: RefittedModel) -> RefitOptions:
+    return RefitOptions(start_below=CHOICE.good_start * now.energy, reject_above=now.energy)
+
+
+def _refit_directly(around: Around, one: _Attempt) -> RefittedModel | None:
+    """The model refitted with a candidate, from where its score promises the end; from part of the way where that is
+    too far. None where it explains nothing."""
+    now, data = around
     try:
-        after = refit(structure, parameters, data, now.trajectories, options)
-        if not large or keeps_promise(one.energy, now, after):
-            return after
+        return refit(one.structure, one.starts, data, now.trajectories, _options(now))
     except NumericsError:
-        if not large:
-            raise
+        return None
+
+
+def _refit_by_pieces(around: Around, one: _Attempt) -> RefittedModel | None:
+    """The same from short pieces."""
+    now, data = around
     try:
-        again = refit_from_pieces(structure, parameters, data, options)
+        return refit_from_pieces(one.structure, one.starts, data, _options(now))
     except NumericsError:
-        if after is None:
-            raise
+        return None
+
+
+def _kept(after: RefittedModel | None, one: _Attempt, state: SearchState, explained: float) -> RefittedModel | None:
+    """A direct refit, or one from short pieces where it breaks a large promise and that is better.
+
+    explained : energy that others explain.
+    """
+    large = one.promised > max(explained, CHOICE.doubtful_share * state.misfit)
+    if not large or (after is not None and keeps_promise(one.promised, state.model, after)):
         return after
-    return again if after is None or again.energy < after.energy else after
+    with ahead(_refit_by_pieces, (state.model, state.data), [one], samples=state.data.samples) as found:
+        again = found[0]
+    if after is None or again is None:
+        return again if after is None else after
+    return again if again.energy < after.energy else after
 
 
 def keeps_promise(promised: float, before: RefittedModel, after: RefittedModel) -> bool:

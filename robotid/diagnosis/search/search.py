@@ -6,6 +6,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
 from robotid.diagnosis.search.acceptance import accept_best, accept_pair, drop_worthless
 from robotid.diagnosis.search.data import Evidence, first_state, renew_noise
 from robotid.diagnosis.search.record_changes import find_record_changes
@@ -13,7 +14,13 @@ from robotid.diagnosis.search.refits import refit_hopeful
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import AcceptedCause, Log, SearchResult, SearchState, share_removed
 from robotid.diagnosis.search.unexplained import better_curve, with_unexplained, without_imitations
+from robotid.interrupt import OutOfTime, check, deadline
 from robotid.model.structure import RECORD_CHANGE
+
+FURTHER = "further causes"
+UNEXPLAINED = "what no effect explains"
+CHANGES = "what differs on the records held out"
+BLUNT = "errors of the torque"
 
 
 def search(evidence: Evidence, criteria: Criteria, log: Log) -> SearchResult:
@@ -23,59 +30,89 @@ def search(evidence: Evidence, criteria: Criteria, log: Log) -> SearchResult:
     Raises NumericsError where the model cannot be simulated.
     """
     log("measuring the noise")
-    start = first_state(evidence, criteria)
+    with deadline(None):  # without the noise there is no answer at all
+        start = first_state(evidence, criteria)
     result = find_causes(start, criteria, log)
-    if result.causes or start.data.noise_reached:
+    if result.causes or result.late or start.data.noise_reached:
         return result
     log("allowing for errors of the torque")
-    blunt = find_causes(first_state(evidence, criteria, torque_errors=True), criteria, log)
+    try:
+        blunt_start = first_state(evidence, criteria, torque_errors=True)
+    except OutOfTime:
+        return replace(result, late=True, unexamined=(*result.unexamined, BLUNT))
+    blunt = find_causes(blunt_start, criteria, log)
     return blunt if blunt.causes or result.curve is None else result
 
 
 def find_causes(start: SearchState, criteria: Criteria, log: Log) -> SearchResult:
-    """Extend a model cause by cause until nothing passes, and examine what is left."""
-    state, imitated = start, None
-    while len(state.causes) < criteria.max_causes and len(state.rounds) < 2 * criteria.max_causes:
-        log(f"scoring the catalogue for cause {len(state.causes) + 1}")
-        state = state.scored(criteria)
-        extended = add_cause(state, criteria, log)
-        if len(extended.causes) == len(state.causes):
-            state = extended
-            break
-        state = drop_worthless(extended, criteria, log)
-        state = renew_noise(state.with_model(state.model, criteria))
-        if len(state.causes) == ACCEPTANCE.trusted_causes:
-            imitated = better_curve(state)
-            if imitated is not None:
+    """Extend a model cause by cause until nothing passes, and examine what is left. Where time runs out, what was found
+    by then."""
+    state, imitated, late = start, None, False
+    try:
+        while len(state.causes) < criteria.max_causes and len(state.rounds) < 2 * criteria.max_causes:
+            log(f"scoring the catalogue for cause {len(state.causes) + 1}")
+            if state.rounds:  # the first round is part of every answer
+                check()
+            state = state.scored(criteria)
+            before, state = state, add_cause(state, criteria, log)
+            if len(state.causes) == len(before.causes) or state.unexamined:
                 break
-    log("looking for what no effect explains")
-    if state.causes and len(state.causes) != ACCEPTANCE.trusted_causes:
-        imitated = better_curve(state)
+            state = drop_worthless(state, criteria, log)
+            state = renew_noise(state.with_model(state.model, criteria))
+            if len(state.causes) == ACCEPTANCE.trusted_causes:
+                imitated = better_curve(state)
+                if imitated is not None:
+                    break
+        log("looking for what no effect explains")
+        if state.causes and len(state.causes) != ACCEPTANCE.trusted_causes:
+            imitated = better_curve(state)
+    except OutOfTime:
+        late = True
     result = as_result(state)
-    if imitated is None:
-        result = with_unexplained(result, criteria)
-    else:
-        result = without_imitations(result, imitated, start.data)
+    return _late(result) if late or state.unexamined else _completed(result, start, imitated, criteria, log)
+
+
+def _late(result: SearchResult) -> SearchResult:
+    """The result of a search that ran out of time among the causes."""
+    return replace(result, late=True, unexamined=(*result.unexamined, FURTHER, UNEXPLAINED, CHANGES))
+
+
+def _completed(
+    result: SearchResult, start: SearchState, imitated: FittedCurve | None, criteria: Criteria, log: Log
+) -> SearchResult:
+    """The result with what its causes leave, and with what differs on validation records; late where time runs out."""
+    try:
+        if imitated is None:
+            result = with_unexplained(result, criteria)
+        else:
+            result = without_imitations(result, imitated, start.data)
+    except OutOfTime:
+        return replace(result, late=True, unexamined=(UNEXPLAINED, CHANGES))
     if RECORD_CHANGE in criteria.skip:
         return result
     log("comparing the records held out")
-    return replace(result, changes=find_record_changes(result.last, result.data))
+    try:
+        return replace(result, changes=find_record_changes(result.last, result.data))
+    except OutOfTime:
+        return replace(result, late=True, unexamined=(CHANGES,))
 
 
 def add_cause(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
     """The state with the best cause of the last round, or with two that carry over only beside each other; where none
     stands its tests, with those that were rejected."""
-    refits = refit_hopeful(state, criteria, log)
-    extended = accept_best(state, refits, criteria)
-    if len(extended.causes) > len(state.causes):
+    found = refit_hopeful(state, criteria, log)
+    extended = replace(accept_best(state, found.refits, criteria), unexamined=found.unexamined)
+    if len(extended.causes) > len(state.causes) or found.unexamined:
         return extended
-    return accept_pair(extended, refits, criteria, log)
+    return accept_pair(extended, found.refits, criteria, log)
 
 
 def as_result(state: SearchState) -> SearchResult:
     """The result of a search that ends in a state."""
     causes = _by_one_noise(state)
-    return SearchResult(state.data, state.first, state.model, causes, state.rejected, state.rounds)
+    return SearchResult(
+        state.data, state.first, state.model, causes, state.rejected, state.rounds, unexamined=state.unexamined
+    )
 
 
 def _by_one_noise(state: SearchState) -> tuple[AcceptedCause, ...]:

@@ -33,6 +33,7 @@ class AcceptanceSettings:
     max_same_share: float = 0.1  # of the energy explained: causes further apart are distinguished, whatever the noise
     least_share: float = 1e-3  # of the first model's misfit: less is an error of the simulation itself
     worthless_share: float = 0.1  # of what a cause explained: if no more is lost without it, its worth is gone
+    firm_factor: float = 5.0  # times that share: a cause that has so much to lose to first order is not tried without
     collinear_cosine: float = 0.999  # at which columns are the same
     unknown_share: float = 0.1  # of the misfit: a curve that explains less of it is no news
     imitation_share: float = 0.7  # of what a free curve explains: causes that do not reach it only imitate something

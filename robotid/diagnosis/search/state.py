@@ -55,7 +55,8 @@ class SearchState:
 
     first : the model that is diagnosed; model : it with all causes so far; data : the records, with the noise as it
     shows behind `model`; scan : the columns of all candidates through `model`, whitened as `data` are; rounds : of the
-    score so far, the last one of `scan` once it is scored.
+    score so far, the last one of `scan` once it is scored; unexamined : candidates of a round for which no time was
+    left.
     """
 
     first: RefittedModel
@@ -65,6 +66,7 @@ class SearchState:
     causes: tuple[AcceptedCause, ...] = ()
     rejected: tuple[RejectedCause, ...] = ()
     rounds: tuple[Round, ...] = ()
+    unexamined: tuple[str, ...] = ()
 
     @property
     def round(self) -> Round:
@@ -103,7 +105,8 @@ class SearchResult:
 
     first, last : the model before and with all causes; data : the records, with the noise behind the last. curve : the
     free curve that explains most of what the causes leave, None where that is nothing; curve_share : of the first
-    model's misfit that it explains. changes : what differs on validation records.
+    model's misfit that it explains. changes : what differs on validation records. unexamined : what no time was left
+    for, candidates by name, then the rest in words; late : whether the time was up before the end.
     """
 
     data: EvaluationData
@@ -115,6 +118,8 @@ class SearchResult:
     curve: FittedCurve | None = None
     curve_share: float = 0.0
     changes: tuple[RecordChange, ...] = ()
+    unexamined: tuple[str, ...] = ()
+    late: bool = False
 
     @property
     def remaining_share(self) -> float:

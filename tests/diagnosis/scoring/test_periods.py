@@ -22,7 +22,7 @@ def test_the_number_of_periods_is_found_between_the_points_of_the_grid(effect: s
     found = [c.values[2] for c in refined if c.name == effect]
     span = max(float(abs(s.record.phi_m).max()) for s in state.data.fitted) * 2
     assert min(abs(n - point) for point in found) < np.pi / span  # within the main lobe, from where a refit finds it
-    refits = refit_hopeful(state.scored(Criteria()), Criteria(skip=("record_change",)), lambda _: None)
+    refits = refit_hopeful(state.scored(Criteria()), Criteria(skip=("record_change",)), lambda _: None).refits
     assert refits[0].effect == effect
     assert refits[0].score.candidate.values[2] in found
     assert refits[0].model.parameters[f"{effect}.n"] == pytest.approx(n, rel=0.01)

@@ -36,7 +36,7 @@ def test_a_narrow_resonance_is_found_between_the_points_of_the_grid() -> None:
     assert seen.scores[0].candidate.values[1] == pytest.approx(67.0, rel=0.02)
     of_grid = [s.energy for s in seen.scores if s.candidate.name == "link.third_mass" and s.candidate.values[1] in grid]
     assert seen.scores[0].energy > 2.0 * np.max(of_grid)
-    best = refit_hopeful(state, TERMS, lambda _: None)[0]
+    best = refit_hopeful(state, TERMS, lambda _: None).refits[0]
     assert best.effect == "link.third_mass"
     for name, value in TOOL.items():
         assert best.model.parameters[name] == pytest.approx(value, rel=0.1)

@@ -11,11 +11,8 @@ from support.small_bench import QUICK, STRIBECK, begun, records
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.candidate import Candidate
 from robotid.diagnosis.scoring.ranking import Round
-from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search import refits
 from robotid.diagnosis.search.refits import CandidateRefit, refit_hopeful
-from robotid.diagnosis.search.state import SearchState
-from robotid.errors import NumericsError
 
 
 def refit_but(
@@ -23,16 +20,16 @@ def refit_but(
 ) -> tuple[Round, list[CandidateRefit]]:
     """A round, and what is refitted of it where some refits fail; no candidate is asked for twice."""
     state = begun(records(STRIBECK), QUICK).scored(QUICK)
-    refitted, asked = refits._refitted, list[Candidate]()
+    directly, asked = refits._refit_directly, list[Candidate]()
+    candidates = {score.energy: score.candidate for score in state.round.scores}
 
-    def failing(state: SearchState, one: Score, explained: float) -> RefittedModel:
-        asked.append(one.candidate)
-        if refused(state.round, one.candidate):
-            raise NumericsError("not this one")
-        return refitted(state, one, explained)
+    def failing(around: refits.Around, one: refits._Attempt) -> RefittedModel | None:
+        asked.append(candidates[one.promised])
+        return None if refused(state.round, asked[-1]) else directly(around, one)
 
-    monkeypatch.setattr(refits, "_refitted", failing)
-    tried = refits.refit_hopeful(state, QUICK, lambda _: None)
+    monkeypatch.setattr(refits, "_refit_directly", failing)
+    monkeypatch.setattr(refits, "_refit_by_pieces", lambda *_: None)
+    tried = list(refits.refit_hopeful(state, QUICK, lambda _: None).refits)
     assert len(set(asked)) == len(asked)
     return state.round, tried
 
@@ -68,7 +65,7 @@ def test_only_what_is_significant_and_worth_it_is_refitted() -> None:
 
     def tried(level: float, worth: float = 0.0) -> list[CandidateRefit]:
         criteria = replace(loose, significance=level, min_improvement_sigma=worth)
-        return refit_hopeful(state, criteria, lambda _: None)
+        return list(refit_hopeful(state, criteria, lambda _: None).refits)
 
     assert tried(2.0 * p)
     assert not tried(p)

@@ -25,10 +25,19 @@ from robotid.diagnosis.search.acceptance import (
     explains_too_little,
     has_lost_its_worth,
     indistinguishable_energy,
+    stands_firm,
 )
 from robotid.diagnosis.search.data import _is_unchanged
 from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
-from robotid.diagnosis.search.refits import hopeful, is_complete, keeps_promise, other_points, refit_hopeful, rivals
+from robotid.diagnosis.search.refits import (
+    RefitRound,
+    hopeful,
+    is_complete,
+    keeps_promise,
+    other_points,
+    refit_hopeful,
+    rivals,
+)
 from robotid.diagnosis.search.settings import ACCEPTANCE, CHANGES, CHOICE
 from robotid.diagnosis.search.state import AcceptedCause, SearchResult, SearchState
 from robotid.diagnosis.search.unexplained import explains_enough, stands, with_unexplained
@@ -89,7 +98,9 @@ def check_three_rounds_of_candidates_are_refitted() -> None:
     names = [n for n in TERMS if any(p.null is not None for p in TERMS[n].parameters)]
     scores = [replace(friction(90.0), candidate=replace(friction(1.0).candidate, name=name)) for name in names]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(refits, "_refits", lambda chosen, *_: [tried.append(s.candidate.name) for s in chosen] and [])
+        patch.setattr(
+            refits, "_refits", lambda chosen, *_: tried.extend(s.candidate.name for s in chosen) or RefitRound()
+        )
         refit_hopeful(state(2000.0, *scores), ANYTHING, lambda _: None)
     assert len(tried) == 3
 
@@ -104,7 +115,7 @@ def asked_of_refit(one: SearchState) -> tuple[list[Parameters], Any]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(refits, "refit", refit)
-        list(refits._refits(one.round.scores, one, lambda _: None))
+        refits._refits(one.round.scores, one, lambda _: None)
     return asked[0]
 
 
@@ -187,6 +198,14 @@ def check_a_thousandth_of_the_misfit_is_too_little() -> None:
 def check_a_cause_that_explains_a_tenth_of_what_it_did_has_lost_its_worth() -> None:
     assert has_lost_its_worth(0.04, 0.5)
     assert not has_lost_its_worth(0.06, 0.5)
+
+
+@sees(ACCEPTANCE, "firm_factor")
+def check_a_cause_is_not_tried_without_where_it_has_five_times_that_to_lose() -> None:
+    model = plain_model(2000.0)
+    cause = AcceptedCause("motor.cogging", 0.5, 1.0, 0.0, ("motor.cogging",), model, model)
+    assert stands_firm(cause, 0.26)
+    assert not stands_firm(cause, 0.24)
 
 
 @sees(ACCEPTANCE, "collinear_cosine")

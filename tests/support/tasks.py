@@ -1,0 +1,62 @@
+"""Tasks that other processes do, for tests."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from robotid.errors import NumericsError
+from robotid.interrupt import Interrupted, check
+from robotid.model.array import Array
+
+
+def square_sum(shared: Array, rows: int) -> float:
+    """Sum of squares of some columns' rows: a matrix product, whose rounding depends on how its factors lie."""
+    part = shared[:rows]
+    return float(np.sum(part @ part.T))
+
+
+def process(shared: None, number: int) -> int:
+    """Number of the process that does the task."""
+    return os.getpid()
+
+
+def refused(shared: None, number: int) -> int:
+    """A task that fails where it is asked for an odd number."""
+    if number % 2:
+        raise NumericsError(f"{number} is odd", where="here", hint="ask for another")
+    return number
+
+
+def reported(shared: None, number: int, log: Callable[[int], None]) -> int:
+    """A task that reports three times."""
+    for k in range(3):
+        log(10 * number + k)
+    return number
+
+
+def endless(shared: None, number: int) -> int:
+    """A task that ends early where it is interrupted, and else not at all."""
+    if number == 0:
+        return 0
+    try:
+        while True:
+            check()
+            time.sleep(0.01)
+    except Interrupted:
+        return -number
+
+
+def killed(shared: int, number: int) -> int:
+    """A task that kills its process, unless that is the one that asked."""
+    if os.getpid() != shared:
+        os._exit(1)
+    return number
+
+
+def written_to(shared: Array, number: int) -> bool:
+    """Whether a task may write to what it is given."""
+    return bool(shared.flags.writeable)

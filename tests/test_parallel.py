@@ -1,0 +1,144 @@
+"""Tasks in several processes: the same results, in the same order, and nothing that stays behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+from support import tasks
+from support.paths import ROOT
+
+from robotid.errors import NumericsError
+from robotid.interrupt import Interrupted, OutOfTime, check, deadline, interruptible
+from robotid.parallel import ahead, each, one_thread, working
+
+pytest.importorskip("loky", reason="processes need loky")
+MUCH = 10_000_000  # samples: worth a process
+
+
+def test_results_are_the_same_to_the_last_bit_wherever_arrays_lie() -> None:
+    wide = np.random.default_rng(0).standard_normal((300, 400))
+    found = []
+    for shared in (wide.T[::3], np.ascontiguousarray(wide.T[::3])):
+        for jobs in (1, 2):
+            with working(jobs):
+                found.append(each(tasks.square_sum, shared, [17, 50, 101, 133], samples=MUCH))
+    assert found[1:] == found[:-1]
+
+
+def test_work_is_done_elsewhere_only_where_it_is_worth_it() -> None:
+    with working(2):
+        assert set(each(tasks.process, None, range(3), samples=1)) == {os.getpid()}
+        assert os.getpid() not in each(tasks.process, None, range(3), samples=MUCH)
+    with working(1):
+        assert set(each(tasks.process, None, range(3), samples=MUCH)) == {os.getpid()}
+    assert set(each(tasks.process, None, range(3), samples=MUCH)) == {os.getpid()}
+
+
+def test_processes_start_once() -> None:
+    with working(2):
+        found = [each(tasks.process, None, range(4), samples=MUCH) for _ in range(3)]
+    assert len({number for numbers in found for number in numbers}) <= 2
+
+
+def test_one_process_needs_no_library() -> None:
+    script = (
+        "import sys\n"
+        "from robotid.parallel import each, working\n"
+        "from support.tasks import process\n"
+        f"with working(1): each(process, None, range(3), samples={MUCH})\n"
+        "print('loky' in sys.modules)"
+    )
+    path = os.pathsep.join([str(ROOT), str(ROOT / "tests"), *sys.path])
+    run = subprocess.run([sys.executable, "-c", script], env=os.environ | {"PYTHONPATH": path}, capture_output=True)
+    assert run.stdout.split() == [b"False"]
+
+
+def test_a_script_needs_no_guard(tmp_path: str) -> None:
+    script = f"{tmp_path}/script.py"
+    with open(script, "w", encoding="utf-8") as file:
+        file.write(
+            "from robotid.parallel import each, working\n"
+            "from support.tasks import process\n"
+            f"with working(2): print(len(set(each(process, None, range(3), samples={MUCH}))))\n"
+        )
+    path = os.pathsep.join([str(ROOT), str(ROOT / "tests"), *sys.path])
+    run = subprocess.run([sys.executable, script], env=os.environ | {"PYTHONPATH": path}, capture_output=True)
+    assert run.stdout.split()[0] in (b"1", b"2")
+    assert run.stderr == b""
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_an_error_comes_from_the_task_that_is_asked_for(jobs: int) -> None:
+    with working(jobs), ahead(tasks.refused, None, [0, 1, 2], samples=MUCH) as found:
+        assert (found[2], found[0]) == (2, 0)
+        with pytest.raises(NumericsError) as error:
+            found[1]
+    assert str(error.value) == "here: 1 is odd; ask for another"
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_reports_arrive_in_the_order_of_the_results(jobs: int) -> None:
+    heard = list[int]()
+    with working(jobs):
+        assert each(tasks.reported, None, [1, 2, 3], samples=MUCH, log=heard.append) == [1, 2, 3]
+    assert heard == [10, 11, 12, 20, 21, 22, 30, 31, 32]
+
+
+def test_what_is_not_asked_for_is_abandoned() -> None:
+    began = time.monotonic()
+    with working(2):
+        with ahead(tasks.endless, None, [0, 1, 2], samples=MUCH) as found:
+            assert found[0] == 0
+        assert each(tasks.process, None, [0, 1], samples=MUCH)
+    assert time.monotonic() - began < 30
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_deadline_reaches_every_process(jobs: int) -> None:
+    with working(jobs), deadline(time.monotonic() + 0.5), ahead(tasks.endless, None, [0, 1], samples=MUCH) as found:
+        assert found[0] == 0
+        with pytest.raises(OutOfTime):
+            found[1]
+    check()
+
+
+def test_an_interrupt_ends_the_wait() -> None:
+    with interruptible(), working(2), ahead(tasks.endless, None, [1, 2], samples=MUCH) as found:
+        threading.Timer(0.5, signal.raise_signal, [signal.SIGTERM]).start()
+        with pytest.raises(Interrupted):
+            found[0]
+
+
+def test_an_interrupt_is_handed_on_where_tasks_end_early() -> None:
+    with (
+        interruptible(),
+        working(2),
+        ahead(tasks.endless, None, [1, 2], samples=MUCH, hands_on_interrupts=True) as found,
+    ):
+        threading.Timer(2.0, signal.raise_signal, [signal.SIGINT]).start()
+        assert list(found) == [-1, -2]
+
+
+def test_work_goes_on_where_a_process_dies() -> None:
+    with working(2):
+        assert each(tasks.killed, os.getpid(), [1, 2, 3], samples=MUCH) == [1, 2, 3]
+        assert set(each(tasks.process, None, range(3), samples=MUCH)) == {os.getpid()}
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_what_tasks_share_cannot_be_written_to(jobs: int) -> None:
+    with working(jobs):
+        assert each(tasks.written_to, np.zeros(100), range(2), samples=MUCH) == [False, False]
+
+
+def test_linear_algebra_uses_one_thread_here_and_there() -> None:
+    threadpoolctl = pytest.importorskip("threadpoolctl")
+    with threadpoolctl.threadpool_limits(2, user_api="blas"), one_thread():
+        assert {library["num_threads"] for library in threadpoolctl.threadpool_info()} == {1}
