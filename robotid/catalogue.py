@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TypeVar
+from functools import cache
+from typing import Any, TypeVar
 
 from robotid.channels import CHANNELS
 from robotid.errors import ConfigError
 from robotid.model.channel import Channel
+from robotid.model.companion import companion_of
 from robotid.model.joint import Joint
 from robotid.model.port import Port, Signal
 from robotid.model.structure import Structure
@@ -17,7 +19,7 @@ from robotid.terms import TERMS
 EFFECTS: dict[str, Term | Channel] = {**TERMS, **CHANNELS}
 """Every effect by name."""
 
-E = TypeVar("E")
+E = TypeVar("E", bound=Term | Channel)
 
 
 def assemble(structure: Structure, *, angle: bool = False) -> Joint:
@@ -33,6 +35,31 @@ def _split(effect: str) -> tuple[str, str]:
 
 
 def _find(registry: Mapping[str, E], name: str) -> E:
-    if name not in registry:
-        raise ConfigError(f'there is no effect "{name}"', where="robot.model", hint="`robotid explain` lists them all")
-    return registry[name]
+    effect, companion = companion_of(name)
+    if effect not in registry:
+        hint = "`robotid explain` lists them all"
+        raise ConfigError(f'there is no effect "{effect}"', where="robot.model", hint=hint)
+    found = registry[effect]
+    if (found.companion is None) == bool(companion):
+        what, where, hint = _misread(found, companion)
+        raise ConfigError(what, where=where, hint=hint)
+    return reading(found, companion) if companion else found
+
+
+def reading(effect: E, companion: str) -> E:
+    """An effect as one that reads this companion, the same object for the same names."""
+    found: E = _reading(effect, companion)
+    return found
+
+
+@cache
+def _reading(effect: Any, companion: str) -> Any:
+    return effect.reading(companion)
+
+
+def _misread(effect: Term | Channel, companion: str) -> tuple[str, str, str]:
+    """What is wrong with a name, where, and what to write."""
+    if companion:
+        return f"{effect.name} reads no companion", "robot.model", f"write {effect.name}"
+    hint = f"write {effect.name}[NAME], NAME one of the signals of the records whose kind is {effect.companion}"
+    return f"{effect.name} reads a companion", "robot.model", hint

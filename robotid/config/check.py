@@ -12,6 +12,7 @@ from robotid.config.robot import Effects
 from robotid.config.schema import Config
 from robotid.config.suggest import suggest
 from robotid.config.tree import Step
+from robotid.model.companion import companion_of
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port, Signal
 from robotid.model.structure import RECORD_CHANGE, Structure, changed
@@ -36,6 +37,7 @@ def problems(config: Config) -> Iterator[Problem]:
     """Everything that does not fit together, the most basic first."""
     robot, plant = config.robot, config.plant
     yield from _effects(robot.model, robot.gear_ratio, ("robot", "model"))
+    yield from _companions(config)
     yield from _changes(config)
     yield from _parameters(config)
     if plant is not None:
@@ -59,7 +61,7 @@ def declared(structure: Structure) -> dict[str, Parameter]:
     """What the effects of a structure declare, by dotted name; effects that do not exist are passed over."""
     found = {}
     for effect in (*structure.terms, *structure.channels):
-        name = effect.partition(".")[2]
+        name = companion_of(effect.partition(".")[2])[0]
         kind = TERMS.get(name) or CHANNELS.get(name)
         found.update({f"{effect}.{p.symbol}": p for p in (kind.parameters if kind else ())})
     for effect in structure.changes:
@@ -83,6 +85,7 @@ def _effects(model: Effects, gear_ratio: float | None, at: tuple[Step, ...]) -> 
 
 def _placed(place: str, effect: str, loc: tuple[Step, ...]) -> Iterator[Problem]:
     """Whether an effect exists and may act where it is listed."""
+    effect = companion_of(effect)[0]
     if effect not in TERMS and effect not in CHANNELS:
         known: Mapping[str, object] = CHANNELS if place in list(Signal) else TERMS
         hint = suggest(effect, known, many=0) or suggest(effect, EFFECTS, many=0)
@@ -91,6 +94,39 @@ def _placed(place: str, effect: str, loc: tuple[Step, ...]) -> Iterator[Problem]
     allowed = [str(p) for p in (TERMS[effect].ports if effect in TERMS else CHANNELS[effect].signals)]
     if place not in allowed:
         yield Problem(loc, f"{effect} does not act at {place}", f"list it under {' or '.join(allowed)}")
+
+
+def _companions(config: Config) -> Iterator[Problem]:
+    """Whether every effect that reads a companion names one that all records have, and no other effect does."""
+    for place, effects in config.robot.model.items():
+        for i, effect in enumerate(effects):
+            yield from _companion(config, effect, ("robot", "model", place, i))
+    for place, effects in (config.plant.model or {}).items() if config.plant else ():
+        for i, effect in enumerate(effects):
+            if (kind := EFFECTS.get(companion_of(effect)[0])) and kind.companion:
+                yield Problem(("plant", "model", place, i), f"{effect} reads a companion, which no excitation moves")
+
+
+def _companion(config: Config, effect: str, loc: tuple[Step, ...]) -> Iterator[Problem]:
+    """Whether an effect reads a companion where it must, one that is there and of its kind."""
+    name, companion = companion_of(effect)
+    kind = EFFECTS.get(name)
+    if kind is None:
+        return
+    if kind.companion is None:
+        if companion:
+            yield Problem(loc, f"{name} reads no companion", f"write {name}")
+        return
+    known = list(dict.fromkeys(key for r in config.records for key, s in r.signals.items() if s.kind == kind.companion))
+    hint = f"write {name}[{known[0]}]" if known else f"add one of kind {kind.companion} to signals of the records"
+    if not companion:
+        yield Problem(loc, f"{name} reads a companion of kind {kind.companion}", hint)
+    elif companion not in known:
+        yield Problem(loc, f'no record has a signal "{companion}" of kind {kind.companion}', hint)
+    else:
+        lacking = [r.name for r in config.records if companion not in r.signals]
+        if lacking:
+            yield Problem(loc, f"{', '.join(lacking)} has no signal {companion}", f"add {companion} to its signals")
 
 
 def _masses(model: Effects, gear_ratio: float | None, at: tuple[Step, ...]) -> Iterator[Problem]:
@@ -231,7 +267,7 @@ def _diagnosis(config: Config) -> Iterator[Problem]:
         yield Problem(("diagnose", "model"), f'there is no model "{model}"', suggest(model, models))
     known = [*TERMS, *CHANNELS, RECORD_CHANGE]
     for i, effect in enumerate(config.diagnose.skip):
-        place, _, name = effect.rpartition(".")
+        place, _, name = companion_of(effect)[0].rpartition(".")
         if name not in known:
             yield Problem(("diagnose", "skip", i), f'there is no effect "{name}"', suggest(name, known))
         elif place and place not in PLACES:
@@ -255,3 +291,4 @@ def _addition(config: Config, effect: str, loc: tuple[Step, ...]) -> Iterator[Pr
         yield Problem(loc, f"{effect} is in the model already")
     else:
         yield from _placed(place, name, loc)
+        yield from _companion(config, name, loc)

@@ -38,6 +38,16 @@ class ColumnSettings(Section):
     offset: Finite = 0.0
 
 
+class CompanionSettings(ColumnSettings):
+    """A further signal that may explain the joint: a column as any other, and its kind.
+
+    angle : of another axis; temperature : kept in degC; torque : that acts beside the motor's; voltage : of the supply;
+    disturbance : the part of tau_m that the controller did not command.
+    """
+
+    kind: Literal["angle", "temperature", "torque", "voltage", "disturbance"]
+
+
 class ColumnsSettings(Section):
     """Columns by signal, a name or more. A signal left out is found by its name; null says that there is none."""
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_serializer, model_validator
 
-from robotid.config.columns import ColumnsSettings, RepairSettings
+from robotid.config.columns import ColumnsSettings, CompanionSettings, RepairSettings
 from robotid.config.excitation import ExcitationSettings
 from robotid.config.section import Name, NonNegative, Positive, Section
 
@@ -15,7 +15,8 @@ class RecordSettings(Section):
     """One experiment: `excite` for the virtual robot, or `file`, relative to the configuration, several joined by time.
 
     role : estimate, or validate to be held out of every fit. use : which initialisation it serves, by default both.
-    columns : which column of the file is what, absent: found by name. sampling_time [s] : instead of a time column.
+    columns : which column of the file is what, absent: found by name. signals : companions by name, further columns
+    that effects may read. sampling_time [s] : instead of a time column.
     start, stop [s] : the part of the file that is used, counted from its first sample. speed_delay [samples] : by which
     the recorded speed is late.
     """
@@ -26,6 +27,7 @@ class RecordSettings(Section):
     excite: ExcitationSettings | None = None
     file: str | Annotated[tuple[str, ...], Field(min_length=2)] | None = None
     columns: ColumnsSettings | None = None
+    signals: dict[Name, CompanionSettings] = {}
     sampling_time: Positive | None = None
     repair: RepairSettings | None = None
     start: NonNegative | None = None
@@ -52,9 +54,12 @@ class RecordSettings(Section):
     def _one_source(self) -> Self:
         if (self.excite is None) == (self.file is None):
             raise ValueError("a record needs either excite or file" + ("" if self.file is None else ", not both"))
-        for key in ("columns", "sampling_time", "repair", "start", "stop", "speed_delay"):
+        for key in ("columns", "signals", "sampling_time", "repair", "start", "stop", "speed_delay"):
             if self.excite is not None and getattr(self, key):
                 raise ValueError(f"{key} belongs to a record with a file")
+        for name in self.signals:
+            if name in ColumnsSettings.model_fields:
+                raise ValueError(f"{name} is the name of a column of the joint itself; give the companion another one")
         if self.start is not None and self.stop is not None and self.start >= self.stop:
             raise ValueError(f"nothing lies between start {self.start:g} s and stop {self.stop:g} s")
         return self

@@ -16,6 +16,7 @@ from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.units import unit_of
+from robotid.signals.companion import together
 from robotid.signals.record import SIGNALS, Quantity, Record
 from robotid.simulation.trajectory import Trajectory
 
@@ -128,6 +129,9 @@ def joined(runs: Sequence[Simulated]) -> Simulated:
         name: np.concatenate([getattr(record, name) for record in records])
         for name in SIGNALS
         if getattr(records[0], name) is not None
+    }
+    signals["companions"] = {
+        name: together([record.companions[name] for record in records]) for name in records[0].companions
     }
     pieces = tuple(piece for run in runs for piece in run.pieces)
     return Simulated(replace(records[0], **signals), pieces, tuple(t for run in runs for t in run.trajectories))

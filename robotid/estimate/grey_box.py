@@ -240,7 +240,7 @@ def _noise_information(
     seen = []
     for record, residual, jacobian in zip(problem.records, residuals, jacobians, strict=True):
         own = problem.joint.in_record(theta, record.name)
-        response = torque_response(problem.joint, own, record.sampling_time, problem.output)
+        response = torque_response(problem.joint.along(record), own, record.sampling_time, problem.output)
         floor = torque_floor(record.tau_m)
         seen.append(Residual(residual, response, jacobian.values, most_torque=floor))
     likeliest = fit_levels(seen)

@@ -12,6 +12,7 @@ import numpy as np
 
 from robotid.model import term
 from robotid.model.array import Array
+from robotid.model.companion import Course
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.port import GROUNDED
@@ -57,11 +58,14 @@ def regress(joint: Joint, parameters: Parameters, record: Record, parallel: Para
     own: list[Array] = []
     motor_side: list[Array] = []
     known = np.zeros(len(record))
+    courses = record.courses
     for place, factor in moving(joint):
         p = list(parameters.values[place.at])
-        known += factor * place.term.torque(_at(motion, record.t, factor), p)
-        here = _columns(place, motion, record.t, factor, p)
-        there = here if factor == 1.0 else _columns(place, motion, record.t, 1.0, p)
+        course = courses.get(place.term.companion_name)
+        moving_port = _at(motion, record.t, factor, course)
+        known += factor * place.term.torque(moving_port, p)
+        here = _columns(place, moving_port, factor, p)
+        there = here if factor == 1.0 else _columns(place, _at(motion, record.t, 1.0, course), 1.0, p)
         for k, declared in enumerate(place.term.parameters, start=place.at.start):
             if parameters.free[k] and not declared.is_shape:
                 names.append(joint.names[k])
@@ -110,12 +114,15 @@ def _multiple(column: Array, base: Array) -> float | None:
     return ratio if np.linalg.norm(column - ratio * base) <= MAX_DEVIATION * np.linalg.norm(column) and ratio else None
 
 
-def _columns(place: Placed, motion: Kinematics, t: Array, factor: float, p: list[float]) -> list[Array]:
-    partials = place.term.partials(_at(motion, t, factor), p).theta
-    return [np.broadcast_to(factor * np.asarray(d, dtype=np.float64), t.shape) for d in partials]
+def _columns(place: Placed, m: term.Motion, factor: float, p: list[float]) -> list[Array]:
+    partials = place.term.partials(m, p).theta
+    return [np.broadcast_to(factor * np.asarray(d, dtype=np.float64), m.t.shape) for d in partials]
 
 
-def _at(motion: Kinematics, t: Array, factor: float) -> term.Motion:
-    """Motion of a port that moves factor times as fast as the motor."""
+def _at(motion: Kinematics, t: Array, factor: float, course: Course | None) -> term.Motion:
+    """Motion of a port that moves factor times as fast as the motor. course : of the companion that is read."""
     v = factor * motion.speed
-    return term.Motion(factor * motion.position, v, factor * motion.acceleration, np.sign(v), t, np.zeros((0, len(t))))
+    m = term.Motion(factor * motion.position, v, factor * motion.acceleration, np.sign(v), t, np.zeros((0, len(t))))
+    if course is not None:
+        m.w, m.dw, m.ddw = course.at(t)
+    return m

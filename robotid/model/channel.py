@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from typing import ClassVar
+from collections.abc import Mapping, Sequence
+from copy import copy
+from typing import ClassVar, Self
 
 from robotid.model.array import Array
+from robotid.model.companion import CompanionKind, Course, with_companion
 from robotid.model.parameters import Parameter
 from robotid.model.port import Signal
 
@@ -15,7 +17,8 @@ class Channel(ABC):
     """An effect between a signal as recorded and as it acts (torque), or as it is and as recorded (angle, speed).
 
     A torque signal is constant between samples (zero-order hold): `apply` takes and returns its mean over each
-    sampling interval.
+    sampling interval. companion : the kind of a further recorded signal that it depends on; which one, an instance says
+    that `reading` has made, and `beside` gives it the course.
     """
 
     name: ClassVar[str]
@@ -24,6 +27,23 @@ class Channel(ABC):
     formula: ClassVar[str]
     source: ClassVar[str]
     signature: ClassVar[str]
+    companion: ClassVar[CompanionKind | None] = None
+    companion_name: str = ""
+    course: Course | None = None
+
+    def reading(self, companion: str) -> Self:
+        """The same effect as one that reads the companion of this name, which becomes part of its own name."""
+        one = copy(self)
+        vars(one).update(name=with_companion(self.name, companion), companion_name=companion)
+        return one
+
+    def beside(self, courses: Mapping[str, Course]) -> Self:
+        """The same effect beside the companions of a record: itself where it reads none."""
+        if not self.companion_name:
+            return self
+        one = copy(self)
+        one.course = courses[self.companion_name]
+        return one
 
     @abstractmethod
     def apply(self, signal: Array, sampling_time: float, p: Sequence[float]) -> Array:

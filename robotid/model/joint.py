@@ -61,7 +61,9 @@ class Joint(Layout):
     ) -> Joint:
         """The same joint with further effects behind its own."""
         angle = angle or self.keeps_angle
-        return Joint(self.structure, [*self.terms, *terms], [*self.channels, *channels], angle=angle)
+        joint = Joint(self.structure, [*self.terms, *terms], [*self.channels, *channels], angle=angle)
+        joint.companions = self.companions
+        return joint
 
     def motions(self, x: Array, ddq: Array | None, s: Array, t: Array, theta: Array) -> list[Motion]:
         """The motion that each term acts on, at accelerations ddq (nv, n), or None for rest."""
@@ -198,6 +200,9 @@ class Joint(Layout):
     def _with_memory(self, place: Placed, motion: PortMotion, x: Array, s: Array, theta: Array) -> PortMotion:
         """The same motion with the term's own memory and sides; sides not given are those of the distances."""
         term = place.term
+        if term.companion_name in self.companions:
+            w, dw, ddw = self.companions[term.companion_name].at(motion.m.t)
+            motion = replace(motion, m=replace(motion.m, w=w, dw=dw, ddw=ddw))
         if not term.states and not term.edges:
             return motion
         m = replace(motion.m, z=x[place.z])

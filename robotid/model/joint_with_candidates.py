@@ -22,6 +22,7 @@ class JointWithCandidates(Joint):
 
     def __init__(self, joint: Joint, candidates: Sequence[tuple[Port, Term]]) -> None:
         super().__init__(joint.structure, joint.terms, joint.channels, angle=True)
+        self.companions = joint.companions
         placed, theta, memory = [], len(self.names), self.nx
         for port, term in candidates:
             placed.append(self._place(port, term, theta, memory, 0, reads_of(term), acts=False))
@@ -54,7 +55,22 @@ class JointWithCandidates(Joint):
             self._add_torque(place, replace(motion, v=Tangent(motion.v.states, steady)), theta, wanted)
         means = np.asarray((forces[:, :, 1:] + forces[:, :, :-1]) / 2)
         means[:, [c - first for c in jumping]] += np.diff(self._momenta(motions, theta, jumping), axis=2) / np.diff(t)
+        self._add_accelerated(means, motions[len(self.placed) :], x, t, theta)
         return means
+
+    def _add_accelerated(self, means: Array, motions: Sequence[PortMotion], x: Array, t: Array, theta: Array) -> None:
+        """Add what the accelerations cause, to which torques are affine: its mean is known exactly, from the speeds."""
+        first, n = len(self.names), x.shape[1]
+        for place, motion in zip(self.candidates, motions, strict=True):
+            if not place.reads_acceleration:
+                continue
+            where = {c: k for k, c in enumerate(range(place.at.start, place.at.stop))}
+            unit, rest = (np.zeros((self.masses, len(where), n)) for _ in range(2))
+            self._add_torque(place, motion.accelerated(np.ones(n)), theta, Derivatives(None, unit, where))
+            self._add_torque(place, motion, theta, Derivatives(None, rest, where))
+            slope, speed = unit - rest, np.sum([c * x[row] for row, c in place.v], axis=0)
+            columns = slice(place.at.start - first, place.at.stop - first)
+            means[:, columns] += (slope[:, :, 1:] + slope[:, :, :-1]) / 2 * np.diff(speed) / np.diff(t)
 
     def _momenta(self, motions: Sequence[PortMotion], theta: Array, jumping: Sequence[int]) -> Array:
         """Generalised momenta of what dampers absorb of changes of position with the parameters `jumping`,

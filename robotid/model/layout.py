@@ -8,14 +8,16 @@ than the angles they are the difference of.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Literal
+from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
+from typing import Literal, Self
 
 import numpy as np
 
-from robotid.errors import ConfigError
+from robotid.errors import ConfigError, InputError
 from robotid.model.array import Array
 from robotid.model.channel import Channel
+from robotid.model.companion import Accompanied, Course
 from robotid.model.geometry import coordinates, position, rigid_speed, rotates
 from robotid.model.parameters import Parameter, Parameters
 from robotid.model.port import Port, Signal
@@ -43,6 +45,7 @@ class Layout:
     ) -> None:
         self.structure = structure
         self.channels = tuple(channels)
+        self.companions: Mapping[str, Course] = {}
         ports = {port for port, _ in terms}
         self.masses = 1 if not ports & {Port.GEAR, Port.LINK, Port.TOOL} else 3 if Port.TOOL in ports else 2
         if structure.gear_ratio is None and ports != {Port.MOTOR}:
@@ -68,6 +71,41 @@ class Layout:
     def terms(self) -> list[tuple[Port, Term]]:
         """Its (port, term) pairs."""
         return [(place.port, place.term) for place in self.placed]
+
+    def at_mean_companions(self) -> Self:
+        """The joint while its companions rest at their means: itself where there are none."""
+        if not self.companions:
+            return self
+        joint = copy(self)
+        joint.companions = {name: course.resting for name, course in self.companions.items()}
+        return joint
+
+    @property
+    def reads_companions(self) -> bool:
+        """Whether an effect depends on a further recorded signal."""
+        return any(effect.companion_name for effect in self._effects)
+
+    @property
+    def _effects(self) -> list[Term | Channel]:
+        return [*(place.term for place in self.placed), *(channel for _, channel in self.channels)]
+
+    def along(self, recording: Accompanied) -> Self:
+        """The joint beside the companions of a recording.
+
+        Raises InputError where the recording lacks one that an effect reads.
+        """
+        courses = recording.courses
+        for effect in self._effects:
+            if effect.companion_name and effect.companion_name not in courses:
+                what = f"{effect.name} reads {effect.companion_name}, which was not recorded"
+                hint = f"add it under signals of the record, or leave out {effect.name}"
+                raise InputError(what, where=recording.name, hint=hint)
+        if not courses:
+            return self
+        joint = copy(self)
+        joint.companions = courses
+        joint.channels = tuple((signal, channel.beside(courses)) for signal, channel in self.channels)
+        return joint
 
     @property
     def motor_speed(self) -> int:
@@ -182,8 +220,9 @@ class Layout:
         return {row: place.term.state_limit for place in limited for row in range(place.z.start, place.z.stop)}
 
     def parameters(self) -> Parameters:
-        """Declared guesses and bounds, all free, terms first and then channels."""
+        """Declared guesses and bounds, terms first and then channels; free are those that are ever estimated."""
         lower, upper = np.array([p.bounds for p in self.declared], dtype=np.float64).reshape(-1, 2).T
         values = np.array([p.guess for p in self.declared], dtype=np.float64)
         units = tuple(map(on_axis(linear=self.structure.linear), (p.unit for p in self.declared)))
-        return Parameters(self.names, units, values, lower, upper, np.ones(len(values), dtype=bool))
+        free = np.array([p.estimated for p in self.declared], dtype=bool)
+        return Parameters(self.names, units, values, lower, upper, free)

@@ -54,9 +54,10 @@ class LinearJoint:
 def linearise(joint: Joint, theta: Array, speed: float = 0.0) -> LinearJoint:
     """The joint about a steady motor speed [rad/s], at angle zero, untwisted, all masses moving together.
 
-    At rest the joint is about to move forwards: friction slips. theta : (p,) in the order of joint.names.
+    At rest the joint is about to move forwards: friction slips. Companions are at their means. theta : (p,) in the
+    order of joint.names.
     """
-    x, zero = np.zeros((joint.nx, 1)), np.zeros(1)
+    joint, x, zero = joint.at_mean_companions(), np.zeros((joint.nx, 1)), np.zeros(1)
     x[joint.speeds, 0] = speed * np.array([1.0, joint.ratio, joint.ratio])[: joint.masses]
     s = np.full((joint.masses, 1), 1.0 if speed >= 0 else -1.0)
     x = joint.settled(x, s, zero, theta)

@@ -21,6 +21,9 @@ class Parameter:
     turns : it counts periods of an angle, so that records of many turns ask for points between those of any grid.
     rings : it is the frequency of a resonance [rad/s], which little damping makes narrower than the gaps of any grid.
     physical : where it makes sense; a fit that ends elsewhere imitates another effect.
+    estimated : False for a number that says what the effect is, such as a count of periods that physics knows to be
+    whole: fits leave it as it is. centres : it is a value of the companion about which the formula is written; the
+    diagnosis takes the mean.
     """
 
     symbol: str
@@ -33,6 +36,8 @@ class Parameter:
     turns: bool = False
     rings: bool = False
     physical: Physical | None = None
+    estimated: bool = True
+    centres: bool = False
 
     @property
     def is_shape(self) -> bool:
@@ -85,7 +90,7 @@ class Parameters:
             k = self.names.index(name)
             if one.guess is not None:
                 values[k] = one.guess
-                free[k] = not one.fixed
+                free[k] &= not one.fixed
             if one.bounds is not None:
                 lower[k], upper[k] = one.bounds
         return replace(self, values=values, lower=lower, upper=upper, free=free)

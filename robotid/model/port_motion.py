@@ -84,7 +84,7 @@ class PortMotion:
     def accelerated(self, a: Array) -> PortMotion:
         """The same motion at an acceleration (n,)."""
         m = self.m
-        m = Motion(m.x, m.v, a, m.s, m.t, m.z, m.tau, m.xw, m.vw, m.side)
+        m = Motion(m.x, m.v, a, m.s, m.t, m.z, m.tau, m.xw, m.vw, m.side, m.w, m.dw, m.ddw)
         return PortMotion(m, self.x, self.v, self.s, self.tau, self.levers)
 
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from enum import StrEnum
 from math import inf
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
 from robotid.model.array import Array
+from robotid.model.companion import CompanionKind, with_companion
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port
 
@@ -30,7 +32,7 @@ class Motion:
     z the term's own states : (k, n). side : on which side of each of its edges the term is, -1 or 1 : (k, n), decided
     as s is.
     tau the torque that the term reads [Nm]; xw, vw position and speed of the port it watches : (n,), where it declares
-    so.
+    so. w the companion that the term reads, dw, ddw its rate and acceleration : (n,).
     """
 
     x: Array
@@ -43,6 +45,9 @@ class Motion:
     xw: Array | float = 0.0
     vw: Array | float = 0.0
     side: Array = field(default_factory=lambda: NO_SIDES)
+    w: Array | float = 0.0
+    dw: Array | float = 0.0
+    ddw: Array | float = 0.0
 
 
 @dataclass(slots=True)
@@ -117,11 +122,13 @@ class Term(ABC):
     `rate`, which may not read a, and that never passes -state_limit or state_limit once it lies between them. edges :
     names of kinks of the formula, where a `distance` changes its sign; the formula is written with m.side and is smooth
     in all else, the simulator changes sides at the very instant and takes the derivatives across. reads : a torque of
-    other terms that this one depends on; the joint provides it as Motion.tau and chains its derivatives.
+    other terms that this one depends on; the joint provides it as Motion.tau and chains its derivatives. companion :
+    the kind of a further recorded signal that this one depends on; which one, an instance says that `reading` has made.
 
     What others must know of a term it declares itself, so that nothing outside its file names it. friction : it opposes
     the motion of surfaces that rub, so that what changes all friction changes it. linear : the torque, and the rates of
-    its states, are linear in x, v, a and the states, so that it is part of a frequency response. role : what it is to
+    its states, are linear in x, v, a and the states, so that it is part of a frequency response; what reads a companion
+    is not. role : what it is to
     the skeleton of masses, springs and dampers.
     """
 
@@ -135,9 +142,17 @@ class Term(ABC):
     state_limit: ClassVar[float] = inf
     edges: ClassVar[tuple[str, ...]] = ()
     reads: ClassVar[Reading | None] = None
+    companion: ClassVar[CompanionKind | None] = None
     friction: ClassVar[bool] = False
     linear: ClassVar[bool] = False
     role: ClassVar[Role] = Role.NONE
+    companion_name: str = ""
+
+    def reading(self, companion: str) -> Self:
+        """The same effect as one that reads the companion of this name, which becomes part of its own name."""
+        one = copy(self)
+        vars(one).update(name=with_companion(self.name, companion), companion_name=companion)
+        return one
 
     @abstractmethod
     def torque(self, m: Motion, p: Sequence[float]) -> Array | float:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from robotid.errors import ConfigError
 from robotid.model.array import Array
+from robotid.model.companion import CompanionKind
 from robotid.signals.readers.table import Table
 from robotid.signals.units import SI, UNITS, Unit, parse, unit
 
@@ -44,6 +46,15 @@ QUANTITIES: dict[str, tuple[str, ...]] = {
     "ref": ("angle", "length", "angular speed", "speed"),
     "disturbance": ("torque", "force"),
 }
+
+COMPANIONS: dict[CompanionKind, dict[str, str]] = {
+    CompanionKind.ANGLE: {"angle": "rad", "length": "m"},
+    CompanionKind.TEMPERATURE: {"temperature": "degC"},
+    CompanionKind.TORQUE: {"torque": "Nm", "force": "N"},
+    CompanionKind.VOLTAGE: {"voltage": "V"},
+    CompanionKind.DISTURBANCE: {"torque": "Nm", "force": "N"},
+}
+"""Quantities that a companion of each kind may be, and the units that they are kept in."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,40 +125,58 @@ def find(table: Table, signal: str, *, linear: bool = False) -> Column | None:
     return Column((exact or found)[0]) if found else None
 
 
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What a column is wanted for: a signal, and the quantities that it may be, with the unit that each is kept in."""
+
+    signal: str
+    allowed: Mapping[str, str]
+
+
 def convert(table: Table, signal: str, column: Column, *, linear: bool = False) -> Signal:
     """A signal in SI. linear : of an axis that slides. Raises ConfigError for a column that is not there, for a unit
     that is unknown or measures something else, and for a raw unit without a scale."""
+    return _converted(table, Wanted(signal, suitable(signal, linear=linear)), column)
+
+
+def convert_companion(table: Table, name: str, kind: CompanionKind, column: Column) -> Signal:
+    """A companion in the unit that its kind is kept in. Errors as of `convert`."""
+    return _converted(table, Wanted(name, COMPANIONS[kind]), column)
+
+
+def _converted(table: Table, wanted: Wanted, column: Column) -> Signal:
     values = table.pick(column.name, column.column)
-    recorded, remark = _unit(table, signal, column, linear=linear)
-    factor = _factor(table, signal, column, recorded, linear=linear)
+    recorded, remark = _unit(table, wanted, column)
+    factor = _factor(table, wanted, column, recorded)
     scale = 1.0 if column.scale is None else column.scale
-    if recorded is not None and recorded.raw:
-        si = " or ".join(suitable(signal, linear=linear).values())
-        remark = f"{signal} is {scale:g} {si} per {recorded.name} of column {column.name}"
-    if (scale, column.offset, factor) != (1.0, 0.0, 1.0):
-        values = np.asarray((scale * values + column.offset) * factor)
+    zero = 0.0 if recorded is None else recorded.zero
+    if recorded is not None and recorded.raw and recorded.quantity not in wanted.allowed:
+        si = " or ".join(wanted.allowed.values())
+        remark = f"{wanted.signal} is {scale:g} {si} per {recorded.name} of column {column.name}"
+    if (scale, column.offset, factor, zero) != (1.0, 0.0, 1.0, 0.0):
+        values = np.asarray((scale * values + column.offset) * factor + zero)
     return Signal(values, recorded, scale, remark)
 
 
-def _unit(table: Table, signal: str, column: Column, *, linear: bool) -> tuple[Unit | None, str]:
+def _unit(table: Table, wanted: Wanted, column: Column) -> tuple[Unit | None, str]:
     """Unit of a column as configured, as the file says, or as the name ends; and a remark on it."""
     given = column.unit or table.units.get(column.name)
     if given:
         return unit(given, f"{table.path}, column {column.name}"), ""
     found = ending(column.name)[1]
-    fits = found is not None and found.quantity in suitable(signal, linear=linear)
+    fits = found is not None and found.quantity in wanted.allowed
     if found is None or not (fits or found.raw):
         return None, ""
     return (
         found,
         ""
         if fits and found.factor == 1
-        else f"{signal} is taken to be in {found.name}, as the name of column {column.name} ends",
+        else f"{wanted.signal} is taken to be in {found.name}, as the name of column {column.name} ends",
     )
 
 
-def _factor(table: Table, signal: str, column: Column, recorded: Unit | None, *, linear: bool) -> float:
-    allowed = suitable(signal, linear=linear)
+def _factor(table: Table, wanted: Wanted, column: Column, recorded: Unit | None) -> float:
+    signal, allowed = wanted.signal, wanted.allowed
     if recorded is None or recorded.quantity in allowed:
         return 1.0 if recorded is None else recorded.factor
     where = f"{table.path}, column {column.name}"

@@ -11,8 +11,20 @@ from numpy.typing import NDArray
 
 from robotid.errors import ConfigError, InputError, NumericsError
 from robotid.model.array import Array, Mask
+from robotid.model.companion import CompanionKind
 from robotid.signals.clocks import on_one_clock
-from robotid.signals.columns import ALIASES, NEEDED, Column, Signal, convert, find, missing, remark_on
+from robotid.signals.columns import (
+    ALIASES,
+    NEEDED,
+    Column,
+    Signal,
+    convert,
+    convert_companion,
+    find,
+    missing,
+    remark_on,
+)
+from robotid.signals.companion import Companion
 from robotid.signals.quality import MIN_SAMPLES, Report, inspect
 from robotid.signals.readers.table import Table
 from robotid.signals.record import OPERATORS, Quantity, Record, Role, SpeedOrigin, Use
@@ -30,13 +42,21 @@ Rows = NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True)
+class CompanionColumn:
+    """Which column a companion is, and what it measures."""
+
+    kind: CompanionKind
+    column: Column
+
+
+@dataclass(frozen=True, slots=True)
 class Selection:
     """What of a table becomes a record, and how.
 
     columns : by signal (t, tau_m, phi_m, dphi_m, phi_a, ref, disturbance); one that is left out is found by its name,
     None says that there is none. sampling_time [s] : instead of a time column. start, stop [s] : the part that is used,
     counted from the first sample. speed_delay [samples] : by which the recorded speed is late. linear : the axis
-    slides, and its position does not wrap around.
+    slides, and its position does not wrap around. companions : further signals by name.
     """
 
     name: str
@@ -49,6 +69,7 @@ class Selection:
     speed_delay: int = 0
     policy: Policy = field(default_factory=Policy)
     linear: bool = False
+    companions: Mapping[str, CompanionColumn] = field(default_factory=dict)
 
 
 def measured_records(chosen: Selection, table: Table) -> tuple[tuple[Record, Report], ...]:
@@ -117,7 +138,7 @@ def _measured_record(
     t = found["t"].values[wanted] if "t" in found else None
     signals = {name: signal.values[wanted] for name, signal in found.items() if name != "t"}
     flaws = Findings(table, chosen.policy, rows)
-    repaired = repair(flaws, signals, t, chosen.sampling_time, {} if chosen.linear else _turns(found))
+    repaired = repair(flaws, signals, t, chosen.sampling_time, _turns(chosen, found))
     record = _record(chosen, repaired.signals, repaired.grid.sampling_time, found)
     found_remarks = [*remarks, *repaired.remarks]
     if len(record) > 2:
@@ -152,16 +173,25 @@ def _clock_remarks(chosen: Selection, grid: Grid, record: Record, *, derived: bo
     return [f"sampling intervals jitter by {jitter}: resampled on the time stamps, every {1e3 * h:.6g} ms; {ignored}"]
 
 
-def _turns(found: Mapping[str, Signal]) -> dict[str, tuple[float, ...]]:
+def _turns(chosen: Selection, found: Mapping[str, Signal]) -> dict[str, tuple[float, ...]]:
     """Angles at which each may wrap around [rad]: a turn of what was recorded, and one of what it is scaled to."""
-    return {name: (2 * pi, 2 * pi * abs(found[name].scale)) for name in ANGLES if name in found}
+    angles = [] if chosen.linear else [name for name in ANGLES if name in found]
+    angles += [name for name, one in chosen.companions.items() if one.kind is CompanionKind.ANGLE]
+    return {name: (2 * pi, 2 * pi * abs(found[name].scale)) for name in angles}
 
 
 def read_signals(chosen: Selection, table: Table) -> tuple[dict[str, Signal], list[str]]:
     """Signals by name in SI, from the columns given or those found by name, and remarks on them."""
     given, columns = chosen.columns, _columns(chosen, table)
-    table, remarks = on_one_clock(table, columns)
+    further = {
+        name: replace(one, column=replace(one.column, name=table.at_position(one.column.name)))
+        for name, one in chosen.companions.items()
+    }
+    table, remarks = on_one_clock(table, columns | {name: one.column for name, one in further.items()})
     found: dict[str, Signal] = {}
+    for name, one in further.items():
+        found[name] = convert_companion(table, name, one.kind, one.column)
+        remarks += [found[name].remark] if found[name].remark else []
     for signal, column in columns.items():
         if signal == "t" and chosen.sampling_time is not None and signal not in given:
             remarks.append(f"t is column {column.name}, not used, for sampling_time is given")
@@ -244,9 +274,17 @@ def _record(chosen: Selection, signals: dict[str, Array], h: float, found: Mappi
         phi_a=cut.get("phi_a"),
         ref=ref,
         ref_kind=None if ref is None else _kind(found["ref"], ref, angle, speed),
-        disturbance=cut.get("disturbance"),
+        companions=_companions(chosen, cut, h),
         speed_origin=origin,
     )
+
+
+def _companions(chosen: Selection, signals: Mapping[str, Array], h: float) -> dict[str, Companion]:
+    """The further signals of a record, by name. A disturbance among the columns is one of them."""
+    kinds = {name: one.kind for name, one in chosen.companions.items()}
+    if "disturbance" in signals:
+        kinds["disturbance"] = CompanionKind.DISTURBANCE
+    return {name: Companion.of(kind, signals[name], h) for name, kind in kinds.items()}
 
 
 def _derived(angle: Array, h: float, origin: SpeedOrigin) -> Array:

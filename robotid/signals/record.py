@@ -13,11 +13,13 @@ from numpy.typing import ArrayLike
 from robotid.display import Displayed
 from robotid.errors import ConfigError, InputError
 from robotid.model.array import Array
+from robotid.model.companion import CompanionKind, Course
+from robotid.signals.companion import Companion
 from robotid.signals.differentiate import backward_difference, central_difference
 
 SHORTEST_PIECE = 20  # samples
-SIGNALS = ("tau_m", "phi_m", "dphi_m", "phi_a", "ref", "disturbance")
-"""What a record holds of every sample, where it holds it."""
+SIGNALS = ("tau_m", "phi_m", "dphi_m", "phi_a", "ref")
+"""What a record holds of every sample, where it holds it, companions apart."""
 
 Role = Literal["estimate", "validate"]
 Use = Literal["rigid", "flex", "both"]
@@ -38,10 +40,9 @@ class Record(Displayed):
 
     tau_m is held from its sample to the next. ref is the controller's reference, of the quantity ref_kind names.
     period [s] is set where the excitation repeats; band [Hz] where it fills a known band. begin [s] : time of the first
-    sample, other than zero for a piece of an experiment. disturbance : the part of tau_m that the controller did not
-    command, such as test pulses. experiment : name of the recording, of which gaps have left several records.
-    speed_origin : whether dphi_m was measured, or derived from phi_m, and by which operator; a simulated speed passes
-    the same one.
+    sample, other than zero for a piece of an experiment. experiment : name of the recording, of which gaps have left
+    several records. speed_origin : whether dphi_m was measured, or derived from phi_m, and by which operator; a
+    simulated speed passes the same one. companions : further recorded signals, by name.
     """
 
     name: str
@@ -57,9 +58,9 @@ class Record(Displayed):
     period: float | None = field(default=None, metadata={"unit": "s"})
     band: tuple[float, float] | None = field(default=None, metadata={"unit": "Hz"})
     begin: float = field(default=0.0, metadata={"unit": "s"})
-    disturbance: Array | None = field(default=None, metadata={"unit": "Nm"})
     experiment: str = ""
     speed_origin: SpeedOrigin = "sensor"
+    companions: dict[str, Companion] = field(default_factory=dict)
 
     @classmethod
     def from_arrays(
@@ -118,13 +119,26 @@ class Record(Displayed):
         """Length of the record [s]."""
         return len(self) * self.sampling_time
 
+    @property
+    def courses(self) -> dict[str, Course]:
+        """Its companions in time, by name."""
+        return {name: one.course(self.sampling_time, self.begin) for name, one in self.companions.items()}
+
+    @property
+    def disturbance(self) -> Array | None:
+        """The part of tau_m that the controller did not command, such as test pulses, (n,) [Nm]."""
+        found = [one.values for one in self.companions.values() if one.kind is CompanionKind.DISTURBANCE]
+        return np.sum(found, axis=0) if found else None
+
     def piece(self, first: int, last: int) -> Record:
         """Samples first .. last - 1 as a record of the same name, no longer periodic; a speed that comes from the angle
         is derived anew."""
         cut = {name: signal[first:last] for name in SIGNALS if (signal := getattr(self, name)) is not None}
         if self.speed_is_derived and len(cut["phi_m"]) > 2:
             cut["dphi_m"] = OPERATORS[self.speed_origin](cut["phi_m"], self.sampling_time)
-        return replace(self, period=None, begin=self.begin + first * self.sampling_time, **cut)
+        companions = {name: one.piece(first, last) for name, one in self.companions.items()}
+        begin = self.begin + first * self.sampling_time
+        return replace(self, period=None, begin=begin, companions=companions, **cut)
 
     def pieces(self, length: float | None) -> tuple[Record, ...]:
         """Consecutive pieces of about this length [s], none shorter than half of it; None: all of it as one. Raises

@@ -12,11 +12,13 @@ from robotid.errors import ConfigError
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """What a unit measures, and its factor to SI. A raw quantity becomes SI only by a column's scale."""
+    """What a unit measures, and how it becomes the unit inside: factor times the number, plus zero. That is SI, and
+    degrees Celsius for temperatures. A raw quantity becomes SI only by a column's scale."""
 
     name: str
     quantity: str
     factor: float
+    zero: float = 0.0
 
     @property
     def raw(self) -> bool:
@@ -38,8 +40,14 @@ _FACTORS: dict[str, dict[str, float]] = {
     "current": {"A": 1.0, "mA": 1e-3},
     "share": {"%": 1.0},
     "count": {"counts": 1.0},
+    "temperature": {"degC": 1.0, "K": 1.0, "degF": 5 / 9},
 }
-UNITS = {name: Unit(name, quantity, factor) for quantity, units in _FACTORS.items() for name, factor in units.items()}
+_ZEROS = {"K": -273.15, "degF": -32 * 5 / 9}
+UNITS = {
+    name: Unit(name, quantity, factor, _ZEROS.get(name, 0.0))
+    for quantity, units in _FACTORS.items()
+    for name, factor in units.items()
+}
 
 _SPELLINGS = {
     "deg": "° º degree degrees grad winkelgrad gradi grado grados degre degres degré degrés",
@@ -57,6 +65,9 @@ _SPELLINGS = {
     "Nm": "newtonmeter newtonmetre",
     "N": "newton",
     "rad": "radian radians",
+    "degC": "°c celsius",
+    "K": "kelvin",
+    "degF": "°f fahrenheit",
 }
 _KNOWN = {name.lower(): unit for name, unit in UNITS.items()}
 _KNOWN |= {spelling: UNITS[name] for name, spellings in _SPELLINGS.items() for spelling in spellings.split()}

@@ -31,6 +31,7 @@ def measured_guess(joint: Joint, theta: Array, record: Record) -> Array:
     A speed lost in its own noise counts as rest: where friction makes the motor stick, noise would look like a host of
     reversals.
     """
+    joint = joint.along(record)
     x = np.zeros((joint.nx, len(record)))
     row = joint.motor_speed
     if joint.keeps_angle:

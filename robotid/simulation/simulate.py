@@ -35,7 +35,7 @@ def simulate(
     how many windows may fail to settle in MAX_WINDOW samples, by default any number. Raises NumericsError where even
     LSODA diverges, where x0 is not finite, and where more windows fail.
     """
-    theta = joint.in_record(theta, record.name)
+    joint, theta = joint.along(record), joint.in_record(theta, record.name)
     x0 = initial_state(joint, theta, record) if x0 is None else x0
     u = effective_torque(joint, theta, record.sampling_time, record.tau_m)
     if not np.isfinite(x0).all():

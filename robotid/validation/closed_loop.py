@@ -23,7 +23,7 @@ def loop_errors(structure: Structure, theta: Array, controller: Controller, reco
     """
     if record.ref is None or record.ref_kind != controller.kind:
         return None
-    joint = assemble(structure, angle=True)
+    joint = assemble(structure, angle=True).along(record)
     reference = Reference(record.name, record.sampling_time, record.ref, record.ref_kind)
     # Not the first state that suits open loop best: the controller would fight for it what it is not in truth.
     controlled, start = ControlledJoint(joint, theta, controller), initial_state(joint, theta, record)

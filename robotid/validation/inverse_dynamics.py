@@ -35,7 +35,7 @@ def torque_error(
     first_state : (nx,) of which the motor's part is overruled by the measurement. parallel : without a cut-off, 99 %
     of the torque's energy lies below the one that it gets.
     """
-    h = record.sampling_time
+    h, joint = record.sampling_time, joint.along(record)
     parallel = parallel.at(bandwidth(record.tau_m, h) if np.ptp(record.tau_m) > 0 else 0.0)
     if not parallel.cutoff:
         return None
@@ -51,6 +51,7 @@ def torque_error(
 
 def required_torque(joint: Joint, theta: Array, record: Record, motion: Kinematics, first_state: Array) -> Array:
     """Motor torque of the model under a motion of the motor, (n,) [Nm]. first_state : (nx,), of the other states."""
+    joint = joint.along(record)
     x = measured_guess(joint, theta, record)
     prescribed = {joint.motor_speed: motion.speed}
     if joint.keeps_angle:

@@ -8,11 +8,23 @@ import pytest
 from robotid.channels import CHANNELS
 from robotid.model.array import Array
 from robotid.model.channel import Channel
+from robotid.model.companion import Course
 
 H = 5e-4
 SAMPLES = 300
 
-every_channel = pytest.mark.parametrize("channel", CHANNELS.values(), ids=list(CHANNELS))
+RNG = np.random.default_rng(0)
+
+
+def beside(channel: Channel) -> Channel:
+    """A channel beside its companion, where it reads one."""
+    if channel.companion is None:
+        return channel
+    course = Course(np.stack([48.0 + RNG.normal(size=SAMPLES), *np.zeros((2, SAMPLES))]), H)
+    return channel.reading("bus").beside({"bus": course})
+
+
+every_channel = pytest.mark.parametrize("channel", [beside(c) for c in CHANNELS.values()], ids=list(CHANNELS))
 every_seed = pytest.mark.parametrize("seed", range(5))
 
 

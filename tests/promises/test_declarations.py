@@ -96,7 +96,8 @@ def _motion(term: Term, size: float) -> Motion:
     one = np.full(1, size)
     states = np.full((len(term.states), 1), 0.2 * size)
     sides = np.ones((len(term.edges), 1))
-    return Motion(0.3 * one, 0.7 * one, 1.1 * one, np.ones(1), np.ones(1), states, tau=0.5 * one, side=sides)
+    m = Motion(0.3 * one, 0.7 * one, 1.1 * one, np.ones(1), np.ones(1), states, tau=0.5 * one, side=sides)
+    return replace(m, w=np.full(1, 0.4), dw=np.full(1, 0.6), ddw=np.full(1, 0.9))
 
 
 @pytest.mark.parametrize("term", TERMS.values(), ids=lambda term: term.name)
@@ -108,7 +109,8 @@ def test_linear_is_what_is_linear(term: Term) -> None:
     twice = np.allclose(large, 2.0 * np.array(small), rtol=1e-12)
     reads_direction = not absent(term.partials(once, p).s)
     transforms = isinstance(term, MotionTransform)
-    assert term.linear is (twice and not reads_direction and term.reads is None and not transforms)
+    alone = term.reads is None and term.companion is None
+    assert term.linear is (twice and not reads_direction and alone and not transforms)
 
 
 @pytest.mark.parametrize("term", TERMS.values(), ids=lambda term: term.name)

@@ -7,8 +7,10 @@ import pytest
 from robotid.catalogue import assemble
 from robotid.channels import CHANNELS
 from robotid.config.load import parse, resolved
+from robotid.model.channel import Channel
 from robotid.model.port import Port
 from robotid.model.structure import Structure
+from robotid.model.term import Term
 from robotid.terms import TERMS
 
 PLACES = [(str(port), name) for name, term in TERMS.items() for port in term.ports]
@@ -19,11 +21,22 @@ def text(place: str, effect: str) -> str:
     model = {"motor": ["inertia"], "gear": ["spring"], "arm": ["inertia"]}
     if place == "tool":
         model |= {"link": ["spring"], "tool": ["inertia"]}
-    listed = model.setdefault(place, [])
-    if effect not in listed:
-        listed.append(effect)
+    listed, companion = model.setdefault(place, []), kind(effect).companion
+    written = f'"{effect}[other]"' if companion else effect
+    if written not in listed:
+        listed.append(written)
     lines = "".join(f"    {port}: [{', '.join(effects)}]\n" for port, effects in model.items())
-    return f"robot:\n  name: axis\n  gear_ratio: 0.01\n  model:\n{lines}records:\n  - {{name: day1, file: day1.csv}}\n"
+    signals = f", signals: {{other: {{name: column, kind: {companion}}}}}" if companion else ""
+    records = f"records:\n  - {{name: day1, file: day1.csv{signals}}}\n"
+    return f"robot:\n  name: axis\n  gear_ratio: 0.01\n  model:\n{lines}{records}"
+
+
+def kind(effect: str) -> Term | Channel:
+    return TERMS.get(effect) or CHANNELS[effect]
+
+
+def dotted(place: str, effect: str) -> str:
+    return f"{place}.{effect}[other]" if kind(effect).companion else f"{place}.{effect}"
 
 
 @pytest.mark.parametrize(("place", "effect"), PLACES)
@@ -31,16 +44,15 @@ def test_round_trip(place: str, effect: str) -> None:
     config = parse(text(place, effect))
     assert parse(resolved(config)) == config
     structure = config.structure()
-    assert f"{place}.{effect}" in (*structure.terms, *structure.channels)
+    assert dotted(place, effect) in (*structure.terms, *structure.channels)
     assert assemble(structure).names
 
 
 @pytest.mark.parametrize(("place", "effect"), PLACES)
 def test_every_parameter_takes_settings(place: str, effect: str) -> None:
     base = text(place, effect)
-    kind = TERMS.get(effect) or CHANNELS[effect]
-    for p in kind.parameters:
-        name = f"{place}.{effect}.{p.symbol}"
+    for p in kind(effect).parameters:
+        name = f"{dotted(place, effect)}.{p.symbol}"
         config = parse(base, overrides=[f"robot.parameters.{name}.guess={p.guess!r}"])
         assert config.robot.parameters[name].guess == p.guess
 

@@ -36,6 +36,9 @@ def moving(term: Term, seed: int) -> Motion:
     tau, xw, vw = rng.normal(size=(3, SAMPLES)) * [[5.0], [3.0], [20.0]]
     side = rng.choice([-1.0, 1.0], size=(len(term.edges), SAMPLES))
     m = replace(m, side=side, tau=tau if term.reads else 0.0)
+    if term.companion:
+        w, dw, ddw = rng.normal(size=(3, SAMPLES)) * [[1.0], [2.0], [10.0]]
+        m = replace(m, w=w, dw=dw, ddw=ddw)
     return replace(m, xw=xw, vw=vw) if getattr(term, "watches", None) else m
 
 

@@ -39,7 +39,8 @@ class TorqueChannelCandidate(ChannelCandidate):
         forces, first = np.zeros((motion.joint.masses, scored_parameters(group), len(record))), 0
         for one in group:
             last = first + len(one.scored)
-            forces[0, first:last] = one.effect.partials(motion.u, record.sampling_time, one.values)[list(one.scored)]
+            effect = one.effect.beside(motion.joint.companions)
+            forces[0, first:last] = effect.partials(motion.u, record.sampling_time, one.values)[list(one.scored)]
             first = last
         return forces
 

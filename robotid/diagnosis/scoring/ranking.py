@@ -64,7 +64,8 @@ class Round:
 
 def scan_candidates(model: RefittedModel, skip: Sequence[str]) -> CandidateScan:
     """All candidates' columns through a model. skip : effects that are out of the question."""
-    missing = candidates(model.structure, model.output, skip)
+    records = [segment.record for segment in (*model.fitted, *model.validation)]
+    missing = candidates(model.structure, model.output, skip, records)
     return CandidateScan(model, missing, scans(model.fitted, model.unknowns, missing))
 
 

@@ -50,7 +50,8 @@ def first_state(evidence: Evidence, criteria: Criteria, *, torque_errors: bool =
     found = [segment for run in evidence.fitted for segment in run.segments(model.output)]
     simulated = [segment_fit(Segment(s.record, UNIT_WHITENING), s.trajectory, model.output) for s in found]
     unknowns = _unknowns(model)
-    missing = candidates(model.joint.structure, model.output, criteria.skip)
+    records = [*(one.record for one in simulated), *evidence.validation]
+    missing = candidates(model.joint.structure, model.output, criteria.skip, records)
     seen = scans(simulated, unknowns, missing)
     noise = _noise(seen, model.output, torque_errors=torque_errors)
     pieces = [piece for r in evidence.validation for piece in r.pieces(evidence.horizon)]

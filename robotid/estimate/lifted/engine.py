@@ -134,12 +134,13 @@ def _first_nodes(problem: OutputError, unknowns: Array) -> list[Array]:
     """The measured motion, all other states as it drives them, one (nx, n) a record."""
     found = []
     for k, record in enumerate(problem.records):
-        theta = problem.joint.in_record(problem.theta(unknowns), record.name)
+        joint = problem.joint.along(record)
+        theta = joint.in_record(problem.theta(unknowns), record.name)
         first = problem.first_state(unknowns, k)
-        x = measured_guess(problem.joint, theta, record)
+        x = measured_guess(joint, theta, record)
         x[:, 0] = first
-        u = effective_torque(problem.joint, theta, record.sampling_time, record.tau_m)[:-1]
-        nodes = Problem(problem.joint, theta, u, record.sampling_time, x, begin=record.begin)
+        u = effective_torque(joint, theta, record.sampling_time, record.tau_m)[:-1]
+        nodes = Problem(joint, theta, u, record.sampling_time, x, begin=record.begin)
         found.append(np.array(follow_motor(nodes, first)))
     return found
 

@@ -64,10 +64,10 @@ def linearise_records(problem: OutputError, unknowns: Array, nodes: Sequence[Arr
     """All records at their nodes, (nx, n) each. Raises NumericsError where one is not finite.
 
     Steps of all records are linearised together, block by block of samples: the more crossings there are in a block,
-    the less each costs. Where parameters differ between the records, it is one record after the other.
+    the less each costs. Where parameters or companions differ between the records, it is one record after the other.
     """
     every = range(len(problem.records))
-    groups = [[k] for k in every] if problem.joint.changes else [list(every)]
+    groups = [[k] for k in every] if problem.joint.changes or problem.joint.reads_companions else [list(every)]
     segments = [_Segment.of(problem, k, unknowns, x) for k, x in enumerate(nodes)]
     found = [part for group in groups for part in _changes(problem, [segments[k] for k in group])]
     return [
@@ -89,7 +89,8 @@ class _Segment:
 
     @classmethod
     def of(cls, problem: OutputError, k: int, unknowns: Array, x: Array) -> _Segment:
-        joint, record = problem.joint, problem.records[k]
+        record = problem.records[k]
+        joint = problem.joint.along(record)
         theta = joint.in_record(problem.theta(unknowns), record.name)
         u, channel = (
             effective_torque(joint, theta, record.sampling_time, record.tau_m),
@@ -102,7 +103,8 @@ def _shown(problem: OutputError, k: int, segment: _Segment, changes: Array) -> L
     """What the changes of a record's nodes do to its output."""
     record = segment.record
     shown = list(output_rows(problem.joint, problem.output, record.speed_origin))
-    nodes = Problem(problem.joint, segment.theta, segment.u[:-1], record.sampling_time, segment.x, begin=record.begin)
+    joint = problem.joint.along(record)
+    nodes = Problem(joint, segment.theta, segment.u[:-1], record.sampling_time, segment.x, begin=record.begin)
     trajectory = trajectory_of(nodes, segment.u, record, segment.x)
     inner = np.stack([np.concatenate([changes[1:, :, row], changes[:1, :, row]]) for row in shown])
     outer = problem.shaped(k, output_columns(trajectory, problem.output, problem.columns, inner))
@@ -119,7 +121,7 @@ def _changes(problem: OutputError, segments: Sequence[_Segment]) -> list[Array]:
     The records' nodes stand in one row. The interval between the last node of one and the first of the next has no
     length; its step leads to the next record's first node whatever came before.
     """
-    joint, columns = problem.joint, problem.columns
+    joint, columns = problem.joint.along(segments[0].record), problem.columns
     theta, name = segments[0].theta, segments[0].record.name
     moved = joint.sources(columns, name)
     mechanical = list(dict.fromkeys(c for c in moved if c is not None and c < joint.n_theta))

@@ -78,6 +78,8 @@ def _key(problem: Problem, first: int, stop: int, start: Array) -> str:
     digest = hashlib.sha256(repr((*versions, *sources, *settings)).encode())
     for array in (problem.theta, problem.u[first:stop], start, np.array([problem.sampling_time])):
         digest.update(np.ascontiguousarray(array).tobytes())
+    for name in sorted({term.companion_name for _, term in joint.terms} & set(joint.companions)):
+        digest.update(np.ascontiguousarray(joint.companions[name].samples).tobytes())
     return digest.hexdigest()
 
 

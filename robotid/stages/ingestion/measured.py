@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from robotid.config.columns import ColumnSettings
 from robotid.config.records import RecordSettings
+from robotid.model.companion import CompanionKind
 from robotid.signals import measured
 from robotid.signals.columns import Column
-from robotid.signals.measured import Selection
+from robotid.signals.measured import CompanionColumn, Selection
 from robotid.signals.quality import Report
 from robotid.signals.readers.table import Table
 from robotid.signals.record import Record
@@ -32,6 +33,9 @@ def measured_records(settings: RecordSettings, table: Table, *, linear: bool) ->
         speed_delay=settings.speed_delay,
         policy=Policy(**settings.repair.model_dump()) if settings.repair else Policy(),
         linear=linear,
+        companions={
+            name: CompanionColumn(CompanionKind(one.kind), _given(one)) for name, one in settings.signals.items()
+        },
     )
     return measured.measured_records(chosen, table)
 
@@ -39,4 +43,8 @@ def measured_records(settings: RecordSettings, table: Table, *, linear: bool) ->
 def _column(column: str | ColumnSettings | None) -> Column | None:
     if column is None or isinstance(column, str):
         return None if column is None else Column(column)
+    return _given(column)
+
+
+def _given(column: ColumnSettings) -> Column:
     return Column(column.name, column.column, column.unit, column.scale, column.offset)

@@ -8,9 +8,9 @@ from functools import cache
 import numpy as np
 import pytest
 from support.extended_joint import TERMS_IN_PLACE, TORQUE_CHANNELS, open_loop, structure_with, values
+from support.extended_joint import kind_of as kind
 
 from robotid.catalogue import assemble
-from robotid.channels import CHANNELS
 from robotid.diagnosis.refit.refitted_model import Unknowns
 from robotid.diagnosis.scoring.candidate import EffectCandidate
 from robotid.diagnosis.scoring.catalogue_candidates import channel_candidate, term_candidate
@@ -24,16 +24,10 @@ from robotid.model.term import MotionTransform, Term
 from robotid.simulation.sensitivities import sensitivities
 from robotid.simulation.simulate import simulate
 from robotid.simulation.trajectory import Trajectory
-from robotid.terms import TERMS
 
 RECORD = open_loop(1500)
-CRUDE = {"backlash": 0.05, "stribeck": 0.07, "presliding": 0.05}
+CRUDE = {"backlash": 0.05, "stribeck": 0.07, "presliding": 0.05, "temperature_friction[temperature]": 0.02}
 """Relative error of columns that jump at reversals, or inside them: forces are means of an interval's ends."""
-
-
-def kind(effect: str) -> Term | Channel:
-    name = effect.partition(".")[2]
-    return TERMS.get(name) or CHANNELS[name]
 
 
 VANISHING = [e for e in (*TERMS_IN_PLACE, *TORQUE_CHANNELS) if any(p.null is not None for p in kind(e).parameters)]
@@ -43,12 +37,11 @@ LEANING = [e for e in VANISHING if isinstance(kind(e), MotionTransform | Channel
 
 def candidate(effect: str, shape: int) -> EffectCandidate:
     """An effect at its null, with the first (0) or last (-1) shapes of its grids."""
-    place, name = effect.split(".")
-    parameters = kind(effect).parameters
-    at = [p.grid[shape] if p.is_shape else p.guess if p.null is None else p.null for p in parameters]
-    if name in TERMS:
-        return term_candidate(Port(place), TERMS[name], tuple(at))
-    return channel_candidate(Signal(place), CHANNELS[name], tuple(at))
+    place, found = effect.split(".")[0], kind(effect)
+    at = [p.grid[shape] if p.is_shape else p.guess if p.null is None else p.null for p in found.parameters]
+    if isinstance(found, Term):
+        return term_candidate(Port(place), found, tuple(at))
+    return channel_candidate(Signal(place), found, tuple(at))
 
 
 @cache

@@ -1,0 +1,77 @@
+"""Companions: further recorded signals that may explain a joint, such as the angle of another axis or a temperature."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol
+
+import numpy as np
+
+from robotid.model.array import Array
+
+
+class CompanionKind(StrEnum):
+    """What a companion measures. A disturbance is the part of the recorded torque that the controller did not command;
+    it is in the torque already, and no effect reads it."""
+
+    ANGLE = "angle"
+    TEMPERATURE = "temperature"
+    TORQUE = "torque"
+    VOLTAGE = "voltage"
+    DISTURBANCE = "disturbance"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """A companion in time. samples (3, n) : its value and the first two derivatives of it, at times begin + k
+    sampling_time [s]; between them it is linear, before and after them constant."""
+
+    samples: Array
+    sampling_time: float
+    begin: float = 0.0
+
+    def at(self, t: Array) -> Array:
+        """Value, rate and acceleration at times t (m,) [s], (3, m)."""
+        last = self.samples.shape[1] - 1
+        position = np.fmax(np.fmin((t - self.begin) / self.sampling_time, float(last)), 0.0)  # also where an iterate is nan
+        k = np.minimum(position.astype(np.intp), max(last - 1, 0))
+        before = self.samples[:, k]
+        return np.asarray(before + (position - k) * (self.samples[:, np.minimum(k + 1, last)] - before))
+
+    def first(self, n: int) -> Array:
+        """Value at its first n samples, (n,), the last one held."""
+        return np.asarray(self.samples[0, np.minimum(np.arange(n), self.samples.shape[1] - 1)])
+
+    @property
+    def mean(self) -> float:
+        """Of its value."""
+        return float(self.samples[0].mean())
+
+    @property
+    def resting(self) -> Course:
+        """The companion at its mean, always."""
+        return Course(np.array([[self.mean], [0.0], [0.0]]), self.sampling_time, self.begin)
+
+
+class Accompanied(Protocol):
+    """A recording with companions, by name."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def courses(self) -> Mapping[str, Course]: ...
+
+
+def companion_of(effect: str) -> tuple[str, str]:
+    """An effect's name without the companion that it reads, and that companion: `arm.pose_inertia[q2]` ->
+    `arm.pose_inertia`, `q2`; the latter empty where it reads none."""
+    plain, bracket, rest = effect.partition("[")
+    return plain, rest.removesuffix("]") if bracket else ""
+
+
+def with_companion(effect: str, companion: str) -> str:
+    """The name of an effect that reads a companion."""
+    return f"{effect}[{companion}]"
