@@ -7,7 +7,7 @@ from robotid.export.write import Columns
 from robotid.model.units import on_axis
 from robotid.signals.record import Record
 
-UNITS = {"t": "s", "tau_m": "Nm", "phi_m": "rad", "dphi_m": "rad/s", "phi_a": "rad", "disturbance": "Nm"}
+UNITS = {"t": "s", "tau_m": "Nm", "phi_m": "rad", "dphi_m": "rad/s", "phi_a": "rad"}
 
 
 def signal_columns(record: Record, model: FittedModel | None, *, linear: bool) -> Columns:
@@ -16,7 +16,9 @@ def signal_columns(record: Record, model: FittedModel | None, *, linear: bool) -
     Raises NumericsError where the simulation diverges.
     """
     found = {name: getattr(record, name) for name in UNITS if getattr(record, name) is not None}
-    units = UNITS | {"ref": "rad" if record.ref_kind == "position" else "rad/s"}
+    found |= {name: one.values for name, one in record.companions.items()}
+    units = UNITS | {name: one.unit for name, one in record.companions.items()}
+    units |= {"ref": "rad" if record.ref_kind == "position" else "rad/s"}
     if record.ref is not None:
         found["ref"] = record.ref
     if model is not None:

@@ -35,7 +35,8 @@ class Course:
     def at(self, t: Array) -> Array:
         """Value, rate and acceleration at times t (m,) [s], (3, m)."""
         last = self.samples.shape[1] - 1
-        position = np.fmax(np.fmin((t - self.begin) / self.sampling_time, float(last)), 0.0)  # also where an iterate is nan
+        # fmin and fmax, for the instant of a crossing is nan where an iterate overflows
+        position = np.fmax(np.fmin((t - self.begin) / self.sampling_time, float(last)), 0.0)
         k = np.minimum(position.astype(np.intp), max(last - 1, 0))
         before = self.samples[:, k]
         return np.asarray(before + (position - k) * (self.samples[:, np.minimum(k + 1, last)] - before))

@@ -149,8 +149,10 @@ class RecordView(View[Record]):
 
     def tables(self) -> Sequence[Table]:
         r = self.content
-        signals = {"tau_m": "Nm", "phi_m": "rad", "dphi_m": "rad/s", "phi_a": "rad", "ref": "", "disturbance": "Nm"}
+        signals = {"tau_m": "Nm", "phi_m": "rad", "dphi_m": "rad/s", "phi_a": "rad", "ref": ""}
         present = {name: values for name in signals if (values := getattr(r, name)) is not None}
+        present |= {name: one.values for name, one in r.companions.items()}
+        signals |= {name: one.unit for name, one in r.companions.items()}
         rows = tuple(
             (name, number(float(v.min())), number(float(v.max())), signals[name]) for name, v in present.items()
         )
@@ -159,6 +161,7 @@ class RecordView(View[Record]):
     def columns(self) -> Columns:
         r = self.content
         signals = {name: getattr(r, name) for name in ("t", *SIGNALS)}
+        signals |= {name: one.values for name, one in r.companions.items()}
         return {name: values for name, values in signals.items() if values is not None}
 
     def figure(self) -> Figure:

@@ -10,6 +10,8 @@ from support.judged_records import CONTROLLER, clean_records, model
 from support.paper_joint import STRUCTURE, TRUTH
 
 from robotid.catalogue import assemble
+from robotid.model.companion import CompanionKind
+from robotid.signals.companion import Companion
 from robotid.signals.reference import Reference
 from robotid.simulation.closed_loop.controller import Controller
 from robotid.simulation.closed_loop.loop import ControlledJoint
@@ -54,9 +56,8 @@ def test_a_disturbance_acts_beside_the_command():
     reference = Reference("pulses", RECORD.sampling_time, RECORD.ref, RECORD.ref_kind)
     x, torque = ControlledJoint(joint, theta, CONTROLLER).follow(reference, disturbance=pulses)
     motion = {"phi_m": x[joint.motor_angle], "dphi_m": x[joint.motor_speed]}
-    disturbed = replace(RECORD, tau_m=torque, disturbance=pulses, **motion)
-    errors = [
-        loop_errors(STRUCTURE, theta, CONTROLLER, one) for one in (disturbed, replace(disturbed, disturbance=None))
-    ]
+    added = Companion.of(CompanionKind.DISTURBANCE, pulses, RECORD.sampling_time)
+    disturbed = replace(RECORD, tau_m=torque, companions={"pulses": added}, **motion)
+    errors = [loop_errors(STRUCTURE, theta, CONTROLLER, one) for one in (disturbed, replace(disturbed, companions={}))]
     assert errors[0].torque_percent < 1e-4
     assert errors[1].torque_percent > 20

@@ -5,26 +5,27 @@ from __future__ import annotations
 from robotid.numerals import number, significant
 from robotid.report.tables.table import Json, Table
 from robotid.signals.quality import Recordings, Report
+from robotid.signals.record import Record
 
 ROUNDING = 1e-9  # of the sampling time: what a jitter below it is
 
 
 def tables(recordings: Recordings) -> tuple[Table, ...]:
     """One row a record in each table, and the remarks."""
-    return _sampling(recordings), _signals(recordings), *_remarks(recordings)
+    return _sampling(recordings), _signals(recordings), *_companions(recordings), *_remarks(recordings)
 
 
 def document(recordings: Recordings) -> Json:
     """The `collect --json` document."""
-    roles = {r.name: (r.role, r.use) for r in recordings.records}
-    return {"records": {r.name: _entry(r, *roles[r.name]) for r in recordings.reports}}
+    records = {r.name: r for r in recordings.records}
+    return {"records": {r.name: _entry(r, records[r.name]) for r in recordings.reports}}
 
 
-def _entry(r: Report, role: str, use: str) -> Json:
+def _entry(r: Report, record: Record) -> Json:
     return {
         "source": r.source,
-        "role": role,
-        "use": use,
+        "role": record.role,
+        "use": record.use,
         "samples": r.samples,
         "sampling_time": r.sampling_time,
         "jitter": r.jitter,
@@ -39,6 +40,13 @@ def _entry(r: Report, role: str, use: str) -> Json:
         "still": r.still,
         "torque_bandwidth": r.torque_bandwidth,
         "remarks": r.remarks,
+    } | ({"companions": _each(record)} if record.companions else {})
+
+
+def _each(record: Record) -> dict[str, Json]:
+    return {
+        name: {"kind": str(one.kind), "unit": one.unit, "range": (float(one.values.min()), float(one.values.max()))}
+        for name, one in record.companions.items()
     }
 
 
@@ -82,6 +90,15 @@ def _signals(recordings: Recordings) -> Table:
     ranges = ("torque", "motor angle", "motor speed", "quantum")
     counts = ("saturated [%]", "reversals", "at rest [%]", "torque up to [Hz]")
     return Table("Signals, in SI", ("record", *ranges, *counts), rows)
+
+
+def _companions(recordings: Recordings) -> tuple[Table, ...]:
+    rows = tuple(
+        (r.name, name, str(one.kind), _range((float(one.values.min()), float(one.values.max()))), one.unit)
+        for r in recordings.records
+        for name, one in r.companions.items()
+    )
+    return (Table("Companions", ("record", "signal", "kind", "range", "unit"), rows),) if rows else ()
 
 
 def _range(limits: tuple[float, float]) -> str:

@@ -58,6 +58,9 @@ class CheckSettings:
     saturated: float = 0.05  # share of the samples
     still: float = 0.5  # share of the samples at rest
     repeat: float = 0.999  # correlation of two speeds that are the same motion
+    turns: float = 5.0  # of another axis, behind its gear: cables break
+    coldest: float = -60.0  # degC, of a gear or motor
+    hottest: float = 200.0  # degC: insulation of windings fails
     late: float = 0.5  # samples of delay between torque and angle, and speed and angle, that are reported
 
 
