@@ -62,8 +62,11 @@ def design_discriminating_experiment(
     noise: float,
 ) -> Separation | None:
     """The experiment on which two models differ most. references : by the text of their excite block; noise : standard
-    deviation of the output. None where the models cannot be run on any.
+    deviation of the output. None where the models cannot be run on any, as where one reads a companion: how that would
+    move, nobody knows.
     """
+    if one.joint.reads_companions or other.joint.reads_companions:
+        return None
     found = []
     for block, reference in references.items():
         ratio = _difference(one, other, reference, controller, noise)

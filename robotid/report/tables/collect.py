@@ -22,7 +22,8 @@ def document(recordings: Recordings) -> Json:
 
 
 def _entry(r: Report, record: Record) -> Json:
-    return {
+    companions: dict[str, Json] = {"companions": _each(record)} if record.companions else {}
+    return companions | {
         "source": r.source,
         "role": record.role,
         "use": record.use,
@@ -40,7 +41,7 @@ def _entry(r: Report, record: Record) -> Json:
         "still": r.still,
         "torque_bandwidth": r.torque_bandwidth,
         "remarks": r.remarks,
-    } | ({"companions": _each(record)} if record.companions else {})
+    }
 
 
 def _each(record: Record) -> dict[str, Json]:
