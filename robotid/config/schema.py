@@ -73,7 +73,8 @@ class FitSettings(Section):
     of all records with role estimate. best : the model that later stages use, by default the last. weights : factor of
     a record on the weight that its noise gives it. multistart : further starts, drawn about the first. fix : dotted
     names of parameters that keep their start. horizon [s] : length of the pieces of a record that are simulated from
-    first states of their own, absent: the whole record at once."""
+    first states of their own, absent: the whole record at once, unless an open simulation is unstable and fits poorly;
+    auto: pieces over which no error grows far, where any does."""
 
     output: Literal["speed", "position"] | None = None
     models: Annotated[dict[Name, tuple[str, ...]], Field(min_length=1)] | None = None
@@ -84,7 +85,12 @@ class FitSettings(Section):
     initial_states: Literal["free", "fixed"] = "free"
     multistart: Annotated[int, Field(ge=0)] = 0
     fix: tuple[str, ...] = ()
-    horizon: Positive | None = None
+    horizon: Positive | Literal["auto"] | None = None
+
+    @property
+    def fixed_horizon(self) -> float | None:
+        """The length of pieces that is given [s], None where there is none or the data choose it."""
+        return None if isinstance(self.horizon, str) else self.horizon
 
 
 class ThresholdSettings(Section):

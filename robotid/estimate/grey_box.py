@@ -41,6 +41,7 @@ class FitOptions:
     noise gives it. estimate_states : whether first states are estimated or taken as measured. multistart : further
     starts, drawn at random. other_starts : values from which the fit starts where they suit the records better.
     horizon [s] : length of the pieces that are simulated from initial states of their own, None for the whole record.
+    choose_horizon : `fit_and_scrutinise` chooses the pieces before it fits, where an open simulation is unstable.
     interruptible : an interrupt from the keyboard ends the fit with the last iterate, not the program.
     """
 
@@ -53,6 +54,7 @@ class FitOptions:
     horizon: float | None = None
     interruptible: bool = False
     other_starts: tuple[Parameters, ...] = ()
+    choose_horizon: bool = False
 
 
 def fit_model(

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotid.errors import ConfigError, NumericsError
+from robotid.estimate.first_states import first_state_limits
 from robotid.model.array import Array, Index
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
@@ -116,10 +117,14 @@ class OutputError:
         return np.concatenate([self.parameters.values[list(self.columns)], *states])
 
     def bounds(self) -> tuple[Array, Array]:
-        """Lower and upper bounds of the unknowns; initial states have none."""
-        free = np.full(len(self.records) * len(self.free_states), np.inf)
-        columns = list(self.columns)
-        return np.append(self.parameters.lower[columns], -free), np.append(self.parameters.upper[columns], free)
+        """Lower and upper bounds of the unknowns; those of first states are what their measurement allows."""
+        columns, states = list(self.columns), list(self.free_states)
+        lower, upper = [self.parameters.lower[columns]], [self.parameters.upper[columns]]
+        for record in self.records if states else ():
+            least, most = first_state_limits(self.joint, record)
+            lower.append(least[states])
+            upper.append(most[states])
+        return np.concatenate(lower), np.concatenate(upper)
 
     def theta(self, unknowns: Array) -> Array:
         """All parameters, (p,)."""

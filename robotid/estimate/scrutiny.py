@@ -16,6 +16,7 @@ import numpy as np
 from robotid.catalogue import assemble
 from robotid.errors import NumericsError
 from robotid.estimate.cutoff import choose_cutoff
+from robotid.estimate.first_states import first_state_limits
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.linear_regression import relative_error
 from robotid.estimate.linear_response import total_inertia
@@ -29,9 +30,8 @@ from robotid.model.term import Role
 from robotid.model.units import unit_of
 from robotid.progress import Iteration
 from robotid.signals.differentiate import ParallelFilter
-from robotid.signals.quality import quantum
 from robotid.signals.record import SHORTEST_PIECE, Record
-from robotid.simulation.first_guess import MAD_OF_NORMAL, measured_guess
+from robotid.simulation.first_guess import measured_guess
 
 OFFSET = "motor.constant_torque"
 
@@ -41,8 +41,8 @@ class ScrutinySettings:
     """From when on a fit is doubted.
 
     torque_factor, torque_percent : its torque error exceeds the start's by this factor, and by so much [%].
-    inertia_factor : its inertia and the start's differ by this factor. state_deviations : of the measured first speed
-    that the estimated one is off, if it is also off by state_share of the RMS speed. poor_fit [%] : a fit below it is
+    inertia_factor : its inertia and the start's differ by this factor. at_limit : share of what its measurement allows
+    by which a first speed is nearer to the limit. poor_fit [%] : a fit below it is
     tried with a constant torque in any case. offset_gain : factor by which a constant torque must
     lower the variance of every residual. better : share by which a second fit must lower the residuals to be kept.
     unstable : factors of e by which an error grows over a record, from which on a poor fit is tried in pieces; growth :
@@ -52,8 +52,7 @@ class ScrutinySettings:
     torque_factor: float = 1.5
     torque_percent: float = 5.0
     inertia_factor: float = 2.0
-    state_deviations: float = 10.0
-    state_share: float = 0.1
+    at_limit: float = 1e-3
     poor_fit: float = 90.0
     offset_gain: float = 0.5
     better: float = 0.01
@@ -78,6 +77,8 @@ def fit_and_scrutinise(
     Where a fit with a constant torque explains the records far better, the declared model is fitted once more from
     there, and the better of its two fits is kept.
     """
+    if options.choose_horizon:
+        return _in_chosen_pieces(name, joint, parameters, records, options, log)
     first = fit_model(name, joint, parameters, records, options, log)
     found = tuple(doubts(first, joint, parameters, records))
     if not found and min(first.fit_percent.values()) >= SETTINGS.poor_fit:
@@ -145,22 +146,16 @@ def _other_branch(fit: FitResult, joint: Joint, start: Parameters) -> Iterator[s
 
 
 def _first_speed(fit: FitResult, joint: Joint, record: Record) -> Iterator[str]:
-    """A first speed that the measurement contradicts."""
-    measured, speed = float(record.dphi_m[0]), float(fit.initial_states[record.name][joint.motor_speed])
-    std, rms = speed_accuracy(record), float(np.sqrt(np.mean(record.dphi_m**2)))
-    off = abs(speed - measured)
-    if off > max(SETTINGS.state_deviations * std, SETTINGS.state_share * rms):
+    """A first speed that the measurement alone keeps from going elsewhere."""
+    row, measured = joint.motor_speed, float(record.dphi_m[0])
+    least, most = (float(limit[row]) for limit in first_state_limits(joint, record))
+    speed, margin = float(fit.initial_states[record.name][row]), SETTINGS.at_limit * (most - least)
+    if most - least > 0.0 and not least + margin < speed < most - margin:
         unit = unit_of("speed", linear=joint.structure.linear)
         yield (
-            f"the first speed of {record.name} is estimated at {speed:.3g} {unit}, {off:.3g} off the measured one,"
-            f" whose standard deviation is {std:.2g}"
+            f"the first speed of {record.name} would go elsewhere, if the measured one, {measured:.3g} {unit}, did not"
+            f" keep it at {speed:.3g}"
         )
-
-
-def speed_accuracy(record: Record) -> float:
-    """Standard deviation of a measured speed [rad/s]: its noise from sample to sample, and at least the quantum's."""
-    noise = np.median(np.abs(np.diff(record.dphi_m, 2))) / (MAD_OF_NORMAL * np.sqrt(6.0))
-    return float(max(noise, quantum(record.phi_m) / np.sqrt(6.0) / record.sampling_time))
 
 
 def growth_rate(joint: Joint, theta: Array, record: Record) -> float:
@@ -172,6 +167,50 @@ def growth_rate(joint: Joint, theta: Array, record: Record) -> float:
     return float(np.mean(np.maximum(rates, 0.0)))
 
 
+@dataclass(frozen=True, slots=True)
+class _Instability:
+    """How errors of an open simulation grow. rate [1/s] : the largest of the records'; growth : factors of e over a
+    whole record; horizon [s] : of pieces over which they do not grow far, None where those would be too short."""
+
+    rate: float
+    growth: float
+    horizon: float | None
+
+
+def _instability(joint: Joint, parameters: Parameters, records: Sequence[Record]) -> _Instability:
+    rates = [growth_rate(joint, parameters.values, record) for record in records]
+    growth, rate = max(rate * record.duration for rate, record in zip(rates, records, strict=True)), max(rates)
+    horizon = float(f"{SETTINGS.growth / rate:.1g}") if rate > 0.0 else None
+    if horizon is not None and any(horizon < 2 * SHORTEST_PIECE * record.sampling_time for record in records):
+        horizon = None
+    return _Instability(rate, growth, horizon)
+
+
+def _in_chosen_pieces(
+    name: str,
+    joint: Joint,
+    parameters: Parameters,
+    records: Sequence[Record],
+    options: FitOptions,
+    log: Callable[[Iteration], None] | None,
+) -> FitResult:
+    """The fit over pieces that the data choose before it, whole records where no error grows far."""
+    instability, options = _instability(joint, parameters, records), replace(options, choose_horizon=False)
+    horizon = instability.horizon if instability.growth > SETTINGS.growth else None
+    if horizon is None:
+        found = fit_and_scrutinise(name, joint, parameters, records, options, log)
+        far = instability.growth > SETTINGS.growth
+        why = "errors grow too fast for any piece" if far else "no error of an open simulation grows far"
+        note = f"horizon: auto fits whole records, for {why} on this motion"
+        return found if found.horizon else replace(found, remarks=(*found.remarks, note))
+    found = fit_and_scrutinise(name, joint, parameters, records, replace(options, horizon=horizon), log)
+    note = (
+        f"horizon: auto fits pieces of {horizon:g} s, for an error of the open simulation grows by a factor of e in"
+        f" {1 / instability.rate:.2g} s on this motion"
+    )
+    return replace(found, horizon=horizon, remarks=(*found.remarks, note))
+
+
 def _in_pieces(
     first: FitResult,
     joint: Joint,
@@ -181,21 +220,17 @@ def _in_pieces(
     log: Callable[[Iteration], None] | None,
 ) -> FitResult | None:
     """The fit over pieces in which an error cannot grow far, where an open simulation is unstable and they serve."""
-    rates = [growth_rate(joint, parameters.values, record) for record in records]
-    if max(rate * record.duration for rate, record in zip(rates, records, strict=True)) < SETTINGS.unstable:
-        return None
-    if first.end is End.INTERRUPTED:
-        return None
-    horizon = float(f"{SETTINGS.growth / max(rates):.1g}")
-    if any(horizon < 2 * SHORTEST_PIECE * record.sampling_time for record in records):
+    instability = _instability(joint, parameters, records)
+    horizon = instability.horizon if instability.growth >= SETTINGS.unstable else None
+    if horizon is None or first.end is End.INTERRUPTED:
         return None
     found = _attempt(first.name, joint, parameters, records, replace(options, horizon=horizon), log)
     if found is None or min(found.fit_percent.values()) < SETTINGS.poor_fit:
         return None
     least = min(first.fit_percent.values())
     remark = (
-        f"an error of the open simulation grows by a factor of e in {1 / max(rates):.2g} s on this motion, and the fit"
-        f" of whole records is {least:.1f} %: fitted, validated and diagnosed in pieces of {horizon:g} s"
+        f"an error of the open simulation grows by a factor of e in {1 / instability.rate:.2g} s on this motion, and"
+        f" the fit of whole records is {least:.1f} %: fitted, validated and diagnosed in pieces of {horizon:g} s"
     )
     remarks = (*doubts(found, joint, parameters, records), remark)
     return replace(found, horizon=horizon, remarks=remarks)

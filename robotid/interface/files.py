@@ -102,7 +102,7 @@ def options_of(config: Config) -> Options:
     section, rigid, flex = config.fit, config.init_rigid, config.init_flex
     return Options(
         output=section.output,
-        horizon=section.horizon,
+        horizon=config.fit.fixed_horizon,
         max_iterations=section.max_iterations,
         tolerance=section.tolerance,
         weights=section.weights,
@@ -331,7 +331,7 @@ def _fit(result: FitResult, config: Config, data: Dataset, rigid: RigidResult | 
         **fields_of(result, FitResult),
         model=model_of(config),
         dataset=data,
-        options=replace(options_of(config), output=result.output),
+        options=replace(options_of(config), output=result.output, horizon=config.fit.fixed_horizon or result.horizon),
         initial=initial,
         rigid=rigid,
         flex=flex,

@@ -52,7 +52,7 @@ class Material:
 
         config = self.run.loaded.config
         found = {STAGES[name].finding: content for name, content in self.contents.items()}
-        return Findings(config.robot.name, config.robot.linear, config.fit.horizon, **found)
+        return Findings(config.robot.name, config.robot.linear, config.fit.fixed_horizon, **found)
 
 
 def gather(run: Run) -> Material:

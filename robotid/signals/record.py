@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Literal
@@ -151,6 +151,11 @@ class Record(Displayed):
         count = max(1, round(self.duration / length))
         edges = np.linspace(0, len(self), count + 1).round().astype(int).tolist()
         return tuple(self.piece(a, b) for a, b in pairwise(edges))
+
+
+def usable_horizon(horizon: float | None, records: Iterable[Record]) -> float | None:
+    """A length of pieces [s] that was chosen on some records, so that all of these can be cut by it, too."""
+    return horizon and max(horizon, *(SHORTEST_PIECE * record.sampling_time for record in records))
 
 
 def _checked(name: str, values: ArrayLike) -> Array:

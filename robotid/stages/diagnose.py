@@ -13,6 +13,7 @@ from robotid.extension import extension_task, with_gains
 from robotid.interrupt import deadline
 from robotid.progress import Log, Progress
 from robotid.signals.quality import Recordings
+from robotid.signals.record import usable_horizon
 from robotid.stages.experiments import experiments
 from robotid.stages.fit import fit_options
 
@@ -33,12 +34,12 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
     criteria = Criteria(
         section.significance, section.min_improvement_sigma, section.max_refits, section.max_causes, section.skip
     )
-    horizon = settings.fit.horizon or fit.horizon
+    horizon = settings.fit.fixed_horizon or usable_horizon(fit.horizon, recordings.records)
     options = DiagnosisOptions(horizon, section.samples, experiments(settings), section.budget)
     diagnosis = diagnose_model(model, recordings.records, criteria, options, say)
     say("measuring the gains")
     task = extension_task(
-        diagnosis, fit, recordings.records, fit_options(settings, fit.output, fit.horizon), horizon=horizon, log=say
+        diagnosis, fit, recordings.records, fit_options(settings, fit.output, horizon), horizon=horizon, log=say
     )
     with deadline(None if section.budget is None else begin + section.budget):
         return with_gains(diagnosis, task)

@@ -9,6 +9,7 @@ from robotid.extension import Extension, effects_to_add, extension_task
 from robotid.extension import extend as extend_model
 from robotid.progress import Log, Progress
 from robotid.signals.quality import Recordings
+from robotid.signals.record import usable_horizon
 from robotid.stages.fit import fit_options
 
 
@@ -25,7 +26,7 @@ def extend(
             log(Progress(text))
 
     fit = fits.models[diagnosis.model]
-    options = fit_options(settings, fit.output, fit.horizon)
+    options = fit_options(settings, fit.output, usable_horizon(fit.horizon, recordings.records))
     task = extension_task(diagnosis, fit, recordings.records, options, horizon=options.horizon, log=say)
     effects = settings.extend.effects
     return extend_model(task, effects_to_add(diagnosis, fit) if effects is None else effects)

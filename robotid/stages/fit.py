@@ -58,5 +58,6 @@ def fit_options(settings: Config, output: Quantity, horizon: float | None = None
         weights=section.weights,
         estimate_states=section.initial_states == "free",
         multistart=section.multistart,
-        horizon=section.horizon or horizon,
+        horizon=settings.fit.fixed_horizon or horizon,
+        choose_horizon=section.horizon == "auto" and horizon is None,
     )

@@ -13,6 +13,7 @@ from robotid.estimate.rigid import RigidResult
 from robotid.estimate.sensing import joint_for
 from robotid.progress import Log
 from robotid.signals.quality import Recordings
+from robotid.signals.record import usable_horizon
 from robotid.stages.fit import start
 from robotid.stages.ingestion.virtual import controller_of
 from robotid.validation import ModelValidation, Validation, ValidationOptions, initial_name, validate_models
@@ -31,18 +32,18 @@ def validate(
     Only the best model's parameters are perturbed. A model that diverges on a record is without that record, and says
     so. The best model's fit below a threshold is a sentence in `failed`, not an error: the artifact is saved first.
     """
-    initial, options = _initial(settings, recordings, rigid, flex, fits), _options(settings, fits)
+    initial, options = _initial(settings, recordings, rigid, flex, fits), _options(settings, recordings, fits)
     free = settings.fit.initial_states == "free"
     fitted = {name: fitted_model(fit, estimate_states=free) for name, fit in fits.models.items()}
     found = validate_models({initial.name: initial} | fitted, fits, recordings.records, flex.frfs, options, log)
     return replace(found, failed=tuple(_failed(settings, recordings, fits.best, found.models[fits.best])))
 
 
-def _options(settings: Config, fits: Fits) -> ValidationOptions:
+def _options(settings: Config, recordings: Recordings, fits: Fits) -> ValidationOptions:
     section, filtering = settings.validation, settings.init_rigid
     return ValidationOptions(
         perturbation=section.perturbation,
-        horizon=section.horizon or fits.models[fits.best].horizon,
+        horizon=section.horizon or usable_horizon(fits.models[fits.best].horizon, recordings.records),
         controller=None if settings.loop is None else controller_of(settings.loop),
         cutoff=filtering.cutoff,
         order=filtering.order,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robotid.signals.differentiate import central_difference
-from robotid.signals.record import Record
+from robotid.signals.record import Record, usable_horizon
 
 
 def test_without_a_length_the_whole_record_is_one_piece() -> None:
@@ -25,3 +25,12 @@ def test_the_derived_speed_of_a_piece_is_derived_from_the_piece() -> None:
     measured = Record.from_arrays(angle, angle, 0.1, speed=whole.dphi_m)
     assert measured.speed_origin == "sensor"
     np.testing.assert_array_equal(measured.piece(20, 60).dphi_m, whole.dphi_m[20:60])
+
+
+def test_pieces_that_were_chosen_on_some_records_can_be_cut_of_others() -> None:
+    slow = Record("a", "estimate", "both", 0.1, np.zeros(80), np.zeros(80), np.zeros(80))
+    fast = Record("b", "estimate", "both", 0.001, np.zeros(80), np.zeros(80), np.zeros(80))
+    assert usable_horizon(None, [slow, fast]) is None
+    assert usable_horizon(0.0625, [fast]) == 0.0625
+    assert usable_horizon(0.0625, [slow, fast]) == 2.0
+    assert len(slow.pieces(usable_horizon(0.0625, [slow, fast]))) == 4

@@ -101,7 +101,7 @@ def _solve(problem: OutputError, start: Array, options: SolveOptions, log: Calla
     if factor > 1:
         found = _coarse(coarsened(problem, factor), start, options, log)
         if found is not None:
-            start = found.at.unknowns
+            start = Bounds(*problem.bounds()).clip(found.at.unknowns)
             nodes = [refined(x, factor, len(r)) for x, r in zip(found.at.nodes, problem.records, strict=True)]
             if found.end is End.INTERRUPTED:
                 return replace(found, at=iterate(problem, start, nodes))
@@ -193,15 +193,12 @@ class Descent:
     rejected: int = field(default=0, init=False)
     small: int = field(default=0, init=False)
     settling: bool = field(default=True, init=False)
+    bounds: Bounds = field(init=False)
 
     def __post_init__(self) -> None:
+        self.bounds = Bounds(*self.problem.bounds())
         self.cost = [self.at.cost]
         self.settled = self.at if self.at.largest <= TOLERANCE else None
-
-    @property
-    def bounds(self) -> Bounds:
-        """Of the unknowns."""
-        return Bounds(*self.problem.bounds())
 
     def ends(self, options: SolveOptions) -> End | None:
         """How the iteration ends here, None where it goes on."""

@@ -109,7 +109,7 @@ def expected_levels(
         costs.append(sum(cost for _, cost in found))
     # Evenly spaced in the logarithm, a standard deviation that is likely at any value weighs with its own size.
     weights = np.sqrt(scales) * np.exp(-0.5 * (np.array(costs) - min(costs)))
-    mean = float(weights @ scales / weights.sum())
+    mean = float(weights @ scales / weights.sum()) if weights.any() else 0.0  # a constant torque has no noise
     outputs = [_output_beside(part, mean)[0] for part in parts]
     return tuple(
         replace(shape, output=max(output, one.least), torque=mean * shape.torque, red=mean * shape.red)
