@@ -18,9 +18,12 @@ from robotid.model.parameters import Parameters
 from robotid.model.units import unit_of
 from robotid.signals.companion import together
 from robotid.signals.record import SIGNALS, Quantity, Record
+from robotid.simulation.simulate import simulate
 from robotid.simulation.trajectory import Trajectory
 
 FIRST_STATES = SolveOptions(max_iterations=8, tolerance=1e-4)  # the first states of a record need no more
+LONG = 500_000  # samples, from which first states are found on the beginning of a piece
+BEGINNING = 100_000  # samples of it: no first state shows for longer
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,6 +141,10 @@ def joined(runs: Sequence[Simulated]) -> Simulated:
 
 
 def _simulate(model: FittedModel, piece: Record, first_state: Array | None) -> Trajectory:
+    """A piece from the first state that suits it best; of a long one, that suits its beginning."""
+    if len(piece) > LONG:
+        start = _simulate(model, piece.piece(0, BEGINNING), first_state).x[:, 0]
+        return simulate(model.joint, model.theta, piece, start)
     problem = OutputError(
         model.joint, model.parameters.all_fixed, (piece,), model.output, np.ones(1), model.estimate_states
     )

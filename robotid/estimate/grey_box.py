@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -15,9 +15,11 @@ from robotid.estimate.least_squares import Solution, SolveOptions, solve
 from robotid.estimate.noise.information import is_explained, noise_information
 from robotid.estimate.noise.levels import Residual, expected_levels, fit_levels, torque_floor
 from robotid.estimate.noise.response import torque_response
-from robotid.estimate.residual import Evaluation, Jacobian, OutputError, measured_output, observed
+from robotid.estimate.noise.whitening import NoiseLevels
+from robotid.estimate.residual import Evaluation, OutputError, measured_output, observed
 from robotid.estimate.result import End, Estimate, FitResult
-from robotid.model.array import Array
+from robotid.estimate.spans import Spans
+from robotid.model.array import Array, Index
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.progress import Iteration
@@ -121,7 +123,8 @@ def _solve(
     initial: Evaluation | None = None,
 ) -> Solution:
     rules = SolveOptions(options.max_iterations, options.tolerance, interruptible=options.interruptible)
-    if problem.output != "speed" or problem.whiten:  # there simulating at every iterate is as fast
+    if problem.output != "speed" or problem.whiten or not lifted.fits_in_memory(problem):
+        # simulating at every iterate is as fast, or all that memory allows
         return solve(problem, start, rules, initial=initial, log=log)
     found = lifted.solve(problem, start, rules, initial=initial, log=log)
     if found.end in (End.CONVERGED, End.INTERRUPTED):
@@ -209,13 +212,12 @@ def _covariances(problem: OutputError, solution: Solution, sigma: Array) -> tupl
     theta = problem.theta(solution.evaluation.unknowns)
     # residuals of nothing but rounding have that as their noise
     sigma = np.maximum(sigma, [_rounding(measured_output(r, problem.output)) for r in problem.records])
-    jacobians = [problem.jacobian(solution.evaluation, k) for k in range(len(problem.records))]
-    residuals = [r / w for r, w in zip(solution.evaluation.residuals, problem.weights, strict=True)]
-    middles = _noise_information(problem, theta, residuals, jacobians)
-    for jacobian, sd, own in zip(jacobians, sigma * problem.weights, middles, strict=True):
-        scaled = jacobian.values / sd
-        block = np.ix_(jacobian.unknowns, jacobian.unknowns)
-        information[block] += scaled @ scaled.T
+    deviations = sigma * problem.weights
+    records = [_RecordDerivatives.of(problem, solution.evaluation, k, sd) for k, sd in enumerate(deviations)]
+    middles = _noise_information(problem, theta, records)
+    for one, sd, own in zip(records, deviations, middles, strict=True):
+        block = np.ix_(one.unknowns, one.unknowns)
+        information[block] += one.squared
         middle[block] += own / sd**4
     scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
@@ -229,32 +231,81 @@ def _covariances(problem: OutputError, solution: Solution, sigma: Array) -> tupl
     return classical, robust, {problem.columns[k]: text for k, text in weak.items()}
 
 
-def _noise_information(
-    problem: OutputError, theta: Array, residuals: Sequence[Array], jacobians: Sequence[Jacobian]
-) -> list[Array]:
-    """J R J' of every record, weighted by its square, R the covariance of its residual (n,).
+@dataclass(frozen=True, slots=True, eq=False)
+class _RecordDerivatives:
+    """What covariances need of one record.
+
+    residual (n,) : unweighted; unknowns (m,) : numbers of those that concern it; squared (m, m) : J J' of the
+    derivatives over the standard deviation of the residual; sampled : parts of the record that tell of its noise, with
+    their derivatives; whole : all of them, None of a long record, whose derivatives are worked out again span by span.
+    """
+
+    spans: Spans
+    residual: Array
+    unknowns: Index
+    squared: Array
+    sampled: tuple[tuple[slice, Array], ...]
+    whole: Array | None
+
+    @classmethod
+    def of(cls, problem: OutputError, at: Evaluation, k: int, deviation: float) -> _RecordDerivatives:
+        """deviation : standard deviation of the weighted residual."""
+        spans = Spans.of(problem, at, k)
+        unknowns, residual = problem.unknowns_of(k), at.residuals[k] / problem.weights[k]
+        parts = {part.start: part for part in spans.sampled()}
+        squared, sampled, values = np.zeros((len(unknowns), len(unknowns))), [], np.zeros((len(unknowns), 0))
+        for span, values in spans.derivatives():
+            scaled = values / deviation
+            squared += scaled @ scaled.T
+            if span.start in parts:
+                part = parts[span.start]
+                sampled.append((part, values if part == span else values[:, : part.stop - part.start].copy()))
+        whole = values if len(spans.cuts) == 1 else None
+        return cls(spans, residual, unknowns, squared, tuple(sampled), whole)
+
+    def derivatives(self) -> Iterator[tuple[slice, Array]]:
+        """Each span with its weighted derivatives, (m, its samples)."""
+        if self.whole is None:
+            yield from self.spans.derivatives()
+        else:
+            yield self.spans.cuts[0], self.whole
+
+
+def _noise_information(problem: OutputError, theta: Array, records: Sequence[_RecordDerivatives]) -> list[Array]:
+    """J R J' of every record, weighted by its square, R the covariance of its residual.
 
     By the noises of output and torque where these explain the residual; else by an autoregression besides.
     """
     least = [_rounding(measured_output(record, problem.output)) for record in problem.records]
-    if all(np.abs(residual).max() <= level for residual, level in zip(residuals, least, strict=True)):
-        return [np.zeros((len(one.unknowns), len(one.unknowns))) for one in jacobians]
-    seen = []
-    for record, residual, jacobian in zip(problem.records, residuals, jacobians, strict=True):
+    if all(np.abs(one.residual).max() <= level for one, level in zip(records, least, strict=True)):
+        return [np.zeros_like(one.squared) for one in records]
+    seen, responses = [], []
+    for record, one in zip(problem.records, records, strict=True):
         own = problem.joint.in_record(theta, record.name)
-        response = torque_response(problem.joint.along(record), own, record.sampling_time, problem.output)
+        responses.append(torque_response(problem.joint.along(record), own, record.sampling_time, problem.output))
         floor = torque_floor(record.tau_m)
-        seen.append(Residual(residual, response, jacobian.values, most_torque=floor))
+        seen += [Residual(one.residual[at], responses[-1], J, most_torque=floor) for at, J in one.sampled]
     likeliest = fit_levels(seen)
-    squares, found = problem.weights**2, []
-    if all(is_explained(one, level) for one, level in zip(seen, likeliest, strict=True)):
-        levels = expected_levels(seen, likeliest)
-        for one, level, jacobian, square in zip(seen, levels, jacobians, squares, strict=True):
-            found.append(square * noise_information(jacobian.values, one.response, level))
-        return found
-    for one, jacobian, square in zip(seen, jacobians, squares, strict=True):
-        impulse = impulse_response(problem.joint, theta, problem.row, one.response.sampling_time, len(one.signal))
-        found.append(square * coloured_information(jacobian.values, one.signal, impulse))
+    found = [np.zeros_like(one.squared) for one in records]
+    explained = all(is_explained(part, level) for part, level in zip(seen, likeliest, strict=True))
+    levels = _of_records(expected_levels(seen, likeliest), records) if explained else []
+    for k, (one, square) in enumerate(zip(records, problem.weights**2, strict=True)):
+        for at, values in one.derivatives():
+            if explained:
+                found[k] += square * noise_information(values, responses[k], levels[k])
+                continue
+            h = responses[k].sampling_time
+            impulse = impulse_response(problem.joint, theta, problem.row, h, at.stop - at.start)
+            found[k] += square * coloured_information(values, one.residual[at], impulse)
+    return found
+
+
+def _of_records(levels: Sequence[NoiseLevels], records: Sequence[_RecordDerivatives]) -> list[NoiseLevels]:
+    """Levels of records from those of their sampled parts, which have the torque's noise in common."""
+    found, left = [], list(levels)
+    for one in records:
+        own, left = left[: len(one.sampled)], left[len(one.sampled) :]
+        found.append(own[0] if len(own) == 1 else replace(own[0], output=float(np.mean([part.output for part in own]))))
     return found
 
 

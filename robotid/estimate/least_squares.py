@@ -127,8 +127,16 @@ def linearise(problem: OutputError, at: Evaluation) -> Linearisation:
     not finite."""
     m = len(at.unknowns)
     factor, gradient = np.zeros((0, m)), np.zeros(m)
-    states = []
+    states: list[Array | None] = []
     for k, residual in enumerate(at.residuals):
+        if not problem.predicts(k):
+            unknowns = problem.unknowns_of(k)
+            block = np.zeros((len(unknowns), m))
+            block[:, unknowns], own = _of_long_record(problem, at, k)
+            factor = np.asarray(np.linalg.qr(np.vstack([factor, block]), mode="r"))
+            gradient[unknowns] += own
+            states.append(None)
+            continue
         jacobian = problem.jacobian(at, k)
         block = np.zeros((len(jacobian.unknowns), m))
         block[:, jacobian.unknowns] = np.linalg.qr(jacobian.values.T, mode="r")
@@ -136,6 +144,17 @@ def linearise(problem: OutputError, at: Evaluation) -> Linearisation:
         gradient[jacobian.unknowns] += jacobian.values @ residual
         states.append(jacobian.states)
     return Linearisation(at, factor, gradient, tuple(states))
+
+
+@np.errstate(all="ignore")  # derivatives that are not finite are reported
+def _of_long_record(problem: OutputError, at: Evaluation, k: int) -> tuple[Array, Array]:
+    """Triangular factor (m, m) of record k's own unknowns and the gradient (m,), gathered block by block of samples."""
+    m = len(problem.unknowns_of(k))
+    factor, gradient, residual = np.zeros((m, m)), np.zeros(m), at.residuals[k]
+    for block, values in problem.derivative_blocks(at, k):
+        factor = np.asarray(np.linalg.qr(np.vstack([factor, values.T]), mode="r"))
+        gradient += values @ residual[block]
+    return factor, gradient
 
 
 def predicted_reduction(at: Linearisation, bounds: Bounds) -> float:

@@ -5,7 +5,7 @@ The unknowns are the free parameters, shared by all records, followed by the fre
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,12 +18,13 @@ from robotid.model.parameters import Parameters
 from robotid.model.port import Signal
 from robotid.signals.record import OPERATORS, Quantity, Record, SpeedOrigin
 from robotid.simulation.first_guess import initial_state
-from robotid.simulation.sensitivities import sensitivities
+from robotid.simulation.sensitivities import sensitivities, sensitivity_blocks
 from robotid.simulation.sensors import sensor_columns, sensor_signals
 from robotid.simulation.simulate import integrated, simulate
 from robotid.simulation.trajectory import Trajectory
 
 FARTHEST_PREDICTION = 1.0  # root mean square of a predicted change, of the state's own
+SENSOR_MARGIN = 2_000  # samples on either side of a block, across which a sensor's delay or operator reaches
 MAX_PREDICTION = 5_000_000  # derivatives kept of one record to predict its next trajectory: 40 MB
 
 
@@ -177,17 +178,52 @@ class OutputError:
         """Derivatives of record k's weighted residual. Raises NumericsError where they are not finite, as where a state
         begins far beyond its limits."""
         trajectory = at.trajectories[k]
-        nx, width = self.joint.nx, len(self.columns) + len(self.free_states)
-        small = nx * width * len(self.records[k]) <= MAX_PREDICTION
+        if not self.predicts(k):
+            values = np.empty((len(self.unknowns_of(k)), len(self.records[k])))
+            for block, part in self.derivative_blocks(at, k):
+                values[:, block] = part
+            return Jacobian(self.unknowns_of(k), values)
         seen = output_rows(self.joint, self.output, trajectory.speed_origin)
-        rows = range(nx) if small else seen
-        inner = sensitivities(trajectory, self.records[k], self.columns, rows, self.free_states)
-        outer = output_columns(trajectory, self.output, self.columns, inner[list(seen)] if small else inner)
-        values = -self.shaped(k, outer)
+        inner = sensitivities(trajectory, self.records[k], self.columns, range(self.joint.nx), self.free_states)
+        outer = output_columns(trajectory, self.output, self.columns, inner[list(seen)])
+        return Jacobian(self.unknowns_of(k), self._finite(k, -self.shaped(k, outer)), inner)
+
+    def predicts(self, k: int) -> bool:
+        """Whether record k is short enough to keep the derivatives of all its states."""
+        width = len(self.columns) + len(self.free_states)
+        return self.joint.nx * width * len(self.records[k]) <= MAX_PREDICTION
+
+    def derivative_blocks(self, at: Evaluation, k: int) -> Iterator[tuple[slice, Array]]:
+        """Derivatives of record k's weighted residual, block by block of samples: the block, and (m, its samples).
+
+        In one block where a filter whitens the residual. Raises NumericsError as `jacobian` does.
+        """
+        trajectory, n = at.trajectories[k], len(self.records[k])
+        seen = output_rows(self.joint, self.output, trajectory.speed_origin)
+        arguments = (trajectory, self.records[k], self.columns, seen, self.free_states)
+        if self.whiten:
+            outer = output_columns(trajectory, self.output, self.columns, sensitivities(*arguments))
+            yield slice(0, n), self._finite(k, -self.shaped(k, outer))
+            return
+        first, done = 0, 0  # sample at which the window of derivatives begins, and up to which they are handed on
+        window = np.zeros((len(seen), len(self.unknowns_of(k)), 0))
+        for block, inner in sensitivity_blocks(*arguments):
+            window = np.concatenate([window, inner], axis=2)
+            ready = n if block.stop == n else block.stop - SENSOR_MARGIN
+            if ready <= done:
+                continue
+            part = trajectory.part(slice(first, block.stop))
+            outer = output_columns(part, self.output, self.columns, window)[:, done - first : ready - first]
+            yield slice(done, ready), self._finite(k, -self.shaped(k, outer))
+            kept = max(first, ready - SENSOR_MARGIN)
+            window, first, done = window[:, :, kept - first :], kept, ready
+
+    def _finite(self, k: int, values: Array) -> Array:
+        """Derivatives on record k. Raises NumericsError where one is not finite."""
         if not np.isfinite(values).all():
             what = f"the derivatives on {self.records[k].name} are not finite"
             raise NumericsError(what, hint="check the parameters' guesses and bounds")
-        return Jacobian(self.unknowns_of(k), values, inner if small else None)
+        return values
 
     def residual(self, k: int, trajectory: Trajectory) -> Array:
         """What a trajectory leaves of record k, weighted and whitened, (n,)."""

@@ -5,7 +5,7 @@ Both directions use the triangular system of the simulation with other right-han
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -31,6 +31,22 @@ def sensitivities(
     each of `forces` (nv, q, n), generalised forces on the coordinates that are constant in their intervals. record :
     the one that was simulated. Only the wanted rows are kept, so that memory grows with these alone.
     """
+    n, pushes = len(trajectory.u), 0 if forces is None else forces.shape[1]
+    out = np.empty((len(rows), len(columns) + len(free_states) + pushes, n))
+    for at, found in sensitivity_blocks(trajectory, record, columns, rows, free_states, forces):
+        out[:, :, at] = found
+    return out
+
+
+def sensitivity_blocks(
+    trajectory: Trajectory,
+    record: Record,
+    columns: Sequence[int],
+    rows: Sequence[int],
+    free_states: Sequence[int] = (),
+    forces: Array | None = None,
+) -> Iterator[tuple[slice, Array]]:
+    """What `sensitivities` returns, block by block of samples, so that memory does not grow with the record."""
     joint, n = trajectory.joint, len(trajectory.u)
     forces = np.zeros((joint.masses, 0, n)) if forces is None else forces
     moved = joint.sources(columns, record.name)
@@ -39,10 +55,9 @@ def sensitivities(
     through_torque = torque_columns(joint, trajectory.theta, record.sampling_time, record.tau_m)
     first_force = len(columns) + len(free_states)
     width = first_force + forces.shape[1]
-    out = np.empty((len(rows), width, n))
     start = np.zeros((joint.nx, width))
     start[list(free_states), len(columns) + np.arange(len(free_states))] = 1.0
-    out[:, :, 0] = start[list(rows)]
+    yield slice(0, 1), start[list(rows), :, None]
     for at in blocks(n - 1, BLOCK):
         steps = trajectory.linearise(at, wanted)
         assert steps.S is not None
@@ -58,9 +73,8 @@ def sensitivities(
         to_forces = steps.S[:, len(mechanical) : -1]
         np.einsum("ijn,jqn->iqn", to_forces, forces[: len(wanted.forces), :, at], out=forcing[:, first_force:, 1:])
         z = solve_block_bidiagonal(steps.G, forcing)
-        out[:, :, at.start : at.stop + 1] = z[list(rows)]
+        yield slice(at.start + 1, at.stop + 1), z[list(rows), :, 1:]
         start = z[:, :, -1]
-    return out
 
 
 def force_gradient(trajectory: Trajectory, row: int, weights: Array) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -54,6 +54,19 @@ class Trajectory:
             mode = friction_mode(inputs, x)
             parts.append(joint.evaluate(x, inputs.u, mode.s, inputs.t, self.theta, mode.sticking).f[row])
         return np.concatenate(parts)
+
+    def part(self, at: slice) -> Trajectory:
+        """These samples of it."""
+        return replace(
+            self,
+            u=self.u[at],
+            x=self.x[:, at],
+            phi_m=self.phi_m[at],
+            dphi_m=self.dphi_m[at],
+            twist=None if self.twist is None else self.twist[at],
+            fallback_windows=(),
+            begin=self.begin + at.start * self.sampling_time,
+        )
 
     def step_inputs(self, at: slice, columns: DerivativeColumns | None = None) -> StepInputs:
         """What acts in the intervals after these samples. columns : what to differentiate to

@@ -4,6 +4,6 @@ Reading order: linearisation (steps of all records), iterate (the least-squares 
 samples), engine (`solve`).
 """
 
-from robotid.estimate.lifted.engine import solve
+from robotid.estimate.lifted.engine import fits_in_memory, solve
 
-__all__ = ["solve"]
+__all__ = ["fits_in_memory", "solve"]

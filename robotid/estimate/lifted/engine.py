@@ -76,7 +76,7 @@ def solve(
     costs of iterates before the last are those to be expected of a simulation.
     """
     cost = tuple[float, ...]()
-    if initial is None and len(start) and _fits_in_memory(problem):
+    if initial is None and len(start) and fits_in_memory(problem):
         try:
             ended = _solve(problem, Bounds(*problem.bounds()).clip(start), options, log)
             at = _simulation(problem, ended.at)
@@ -91,7 +91,8 @@ def solve(
     return replace(rest, cost=(*cost, *rest.cost))
 
 
-def _fits_in_memory(problem: OutputError) -> bool:
+def fits_in_memory(problem: OutputError) -> bool:
+    """Whether the derivatives of all nodes are few enough to keep; else every iterate is simulated."""
     width = len(problem.columns) + len(problem.free_states)
     return problem.joint.nx * width * sum(map(len, problem.records)) <= MAX_DERIVATIVES
 
