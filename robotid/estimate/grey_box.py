@@ -295,7 +295,8 @@ def _noise_information(problem: OutputError, theta: Array, records: Sequence[_Re
                 found[k] += square * noise_information(values, responses[k], levels[k])
                 continue
             h = responses[k].sampling_time
-            impulse = impulse_response(problem.joint, theta, problem.row, h, at.stop - at.start)
+            joint = problem.joint.along(problem.records[k])
+            impulse = impulse_response(joint, theta, problem.row, h, at.stop - at.start)
             found[k] += square * coloured_information(values, one.residual[at], impulse)
     return found
 

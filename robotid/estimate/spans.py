@@ -39,8 +39,8 @@ class Spans:
         n = len(record)
         edges = np.linspace(0, n, -(-n // MAX_SAMPLES) + 1).round().astype(int).tolist()
         if len(edges) > 2:
-            theta = problem.theta(at.unknowns)
-            response = np.abs(impulse_response(problem.joint, theta, problem.row, record.sampling_time, edges[1]))
+            joint, theta = problem.joint.along(record), problem.joint.in_record(problem.theta(at.unknowns), record.name)
+            response = np.abs(impulse_response(joint, theta, problem.row, record.sampling_time, edges[1]))
             if response[-1] > FORGOTTEN * response.max():
                 edges = [0, n]
         return cls(problem, at, k, tuple(slice(a, b) for a, b in pairwise(edges)))
