@@ -1,0 +1,85 @@
+"""Companions in time, and joints beside them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from robotid.catalogue import assemble
+from robotid.errors import ConfigError, InputError
+from robotid.model.companion import Course, companion_of, with_companion
+from robotid.model.derivatives import DerivativeColumns
+from robotid.model.structure import Structure
+
+AXIS = Structure(("motor.inertia", "motor.pose_inertia[q2]"))
+RAMP = Course(np.array([[1.0, 2.0, 4.0], [0.1, 0.2, 0.4], [0.0, 0.0, 6.0]]), sampling_time=0.5, begin=10.0)
+
+
+@dataclass(frozen=True)
+class Log:
+    name: str = "log"
+    courses: dict[str, Course] = field(default_factory=dict)
+
+
+def test_a_course_is_linear_between_its_samples_and_constant_beyond() -> None:
+    found = RAMP.at(np.array([0.0, 10.0, 10.25, 10.5, 10.75, 11.0, 99.0]))
+    np.testing.assert_allclose(found[0], [1.0, 1.0, 1.5, 2.0, 3.0, 4.0, 4.0], rtol=1e-15)
+    np.testing.assert_allclose(found[2], [0.0, 0.0, 0.0, 0.0, 3.0, 6.0, 6.0], rtol=1e-15)
+
+
+def test_an_instant_that_is_no_number_does_no_harm() -> None:
+    assert np.isfinite(RAMP.at(np.array([np.nan, np.inf, -np.inf]))).all()
+
+
+def test_a_course_of_one_sample_rests() -> None:
+    np.testing.assert_array_equal(RAMP.resting.at(np.array([0.0, 50.0])), [[7 / 3] * 2, [0.0] * 2, [0.0] * 2])
+
+
+def test_names_carry_the_companion() -> None:
+    assert companion_of("arm.pose_inertia[q2]") == ("arm.pose_inertia", "q2")
+    assert companion_of("motor.coulomb") == ("motor.coulomb", "")
+    assert with_companion("pose_inertia", "q2") == "pose_inertia[q2]"
+    assert assemble(AXIS).names[1:] == tuple(f"motor.pose_inertia[q2].{s}" for s in "ABn")
+
+
+def test_a_joint_without_companions_is_itself_beside_any_record() -> None:
+    joint = assemble(Structure(("motor.inertia",)))
+    assert joint.along(Log()) is joint
+    assert not joint.reads_companions
+
+
+def test_a_record_that_lacks_what_is_read_is_refused() -> None:
+    with pytest.raises(InputError, match=r"pose_inertia\[q2\] reads q2, which was not recorded") as caught:
+        assemble(AXIS).along(Log(courses={"q3": RAMP}))
+    assert caught.value.where == "log"
+
+
+@pytest.mark.parametrize(
+    ("effect", "words"),
+    [("motor.pose_inertia", "reads a companion"), ("motor.coulomb[q2]", "reads no companion")],
+)
+def test_an_effect_names_a_companion_if_and_only_if_it_reads_one(effect: str, words: str) -> None:
+    with pytest.raises(ConfigError, match=words):
+        assemble(Structure(("motor.inertia", effect)))
+
+
+def test_the_joint_moves_with_the_inertia_of_the_pose() -> None:
+    """J(w) a + dJ/dw dw v = u, with J = 2 + 3 sin(w)."""
+    joint = assemble(AXIS).along(Log(courses={"q2": RAMP}))
+    theta = joint.parameters().with_values([2.0, 3.0, 0.0, 1.0]).values
+    t, v, u = np.array([10.0, 10.25, 11.0]), np.array([[5.0, -1.0, 2.0]]), np.array([7.0, 7.0, 7.0])
+    w, dw = np.array([1.0, 1.5, 4.0]), np.array([0.1, 0.15, 0.4])
+    found = joint.evaluate(v, u, np.sign(v), t, theta, columns=DerivativeColumns((0, 1, 2)))
+    inertia = 2.0 + 3.0 * np.sin(w)
+    np.testing.assert_allclose(found.f[0], (u - 3.0 * np.cos(w) * dw * v[0]) / inertia, rtol=1e-14)
+    assert found.B is not None
+    np.testing.assert_allclose(found.B[0, 0], -found.f[0] / inertia, rtol=1e-14)
+
+
+def test_a_linear_response_is_that_at_the_mean_pose() -> None:
+    joint = assemble(AXIS).along(Log(courses={"q2": RAMP}))
+    resting = joint.at_mean_companions()
+    w, dw, ddw = resting.companions["q2"].at(np.zeros(1))
+    assert (w.item(), dw.item(), ddw.item()) == (pytest.approx(7 / 3), 0.0, 0.0)
