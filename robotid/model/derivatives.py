@@ -67,21 +67,53 @@ class Derivatives:
                     self.columns[row, self.where[c]] += _times(factor, value)
 
 
+@dataclass(slots=True)
+class SparseDerivatives:
+    """Derivatives of k quantities at n points, summed up entry by entry: rows to all states, and to what is wanted
+    besides, None where that is not wanted. where : column of each wanted parameter."""
+
+    states: list[Parts]
+    columns: list[Parts] | None
+    where: Mapping[int, int]
+
+    @classmethod
+    def zeros(cls, rows: int, wanted: DerivativeColumns | None) -> SparseDerivatives:
+        """No derivatives yet. rows : k; wanted : None for those to the states alone."""
+        columns = None if wanted is None else [Parts() for _ in range(rows)]
+        where = {} if wanted is None else {c: k for k, c in enumerate(wanted.parameters)}
+        return cls([Parts() for _ in range(rows)], columns, where)
+
+    def add(self, row: int, tangent: Tangent, factor: Array | float = 1.0) -> None:
+        """Add a tangent, times a factor, to the derivatives of one quantity; parameters that are not wanted are left
+        out."""
+        accumulate(self.states[row], factor, tangent.states)
+        if self.columns is not None:
+            wanted = {self.where[c]: value for c, value in tangent.parameters.items() if c in self.where}
+            accumulate(self.columns[row], factor, wanted)
+
+
 def combine(parts: Iterable[tuple[Array | float, Tangent]]) -> Tangent:
     """Sum of tangents, each times a factor."""
     states: Parts = {}
     parameters: Parts = {}
     for factor, tangent in parts:
         if not absent(factor):
-            _accumulate(states, factor, tangent.states)
-            _accumulate(parameters, factor, tangent.parameters)
+            accumulate(states, factor, tangent.states)
+            accumulate(parameters, factor, tangent.parameters)
     return Tangent(states, parameters)
 
 
-def _accumulate(total: Parts, factor: Array | float, parts: Parts) -> None:
+def accumulate(total: Parts, factor: Array | float, parts: Parts) -> None:
+    """Add a multiple of some derivatives to a total, in place; without arithmetic where a factor is the number 1."""
+    plain = isinstance(factor, float)
+    same, less = plain and factor == 1.0, plain and factor == -1.0
     for key, value in parts.items():
-        scaled = _times(factor, value)
-        total[key] = total[key] + scaled if key in total else scaled
+        before = total.get(key)
+        if less and before is not None:
+            total[key] = before - value
+            continue
+        scaled = value if same else factor if isinstance(value, float) and value == 1.0 else factor * value
+        total[key] = scaled if before is None else before + scaled
 
 
 def _times(factor: Array | float, value: Array | float) -> Array | float:

@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robotid.model import signal_matrix
 from robotid.model.array import Array, Mask
 from robotid.model.channel import Channel
-from robotid.model.derivatives import DerivativeColumns, Derivatives, Tangent, absent, combine
+from robotid.model.derivatives import (
+    DerivativeColumns,
+    Derivatives,
+    Parts,
+    SparseDerivatives,
+    Tangent,
+    absent,
+    combine,
+)
 from robotid.model.geometry import Selection
 from robotid.model.layout import Layout
-from robotid.model.linear_algebra import clear_sticking, inverse, product, stacked, with_sticking
+from robotid.model.linear_algebra import inverse, stacked, with_sticking
+from robotid.model.linear_part import LinearPart, linear_part
 from robotid.model.port import Port, Signal
 from robotid.model.port_motion import Lever, Placed, PortMotion, transformed
 from robotid.model.reads import Reads
+from robotid.model.signal_matrix import Rows
 from robotid.model.term import Motion, MotionTransform, Term
 
 
@@ -23,13 +34,26 @@ from robotid.model.term import Motion, MotionTransform, Term
 class Dynamics:
     """Right-hand side and derivatives at n points.
 
-    f (nx, n); A = df/dx (nx, nx, n); B (nx, width, n), df to the wanted parameters and forces and to the motor torque,
-    or None.
+    f (nx, n); to_states (nx, nx) : df/dx, entry by entry; to_columns (nx, width) : df to the wanted parameters and
+    forces and to the motor torque, or None.
     """
 
     f: Array
-    A: Array
-    B: Array | None
+    to_states: Rows
+    to_columns: Rows | None
+    width: int
+
+    @property
+    def A(self) -> Array:
+        """df/dx, (nx, nx, n)."""
+        return signal_matrix.put(self.to_states, np.empty((len(self.f), *self.f.shape)))
+
+    @property
+    def B(self) -> Array | None:
+        """The further derivatives, (nx, width, n)."""
+        if self.to_columns is None:
+            return None
+        return signal_matrix.put(self.to_columns, np.empty((len(self.f), self.width, self.f.shape[1])))
 
 
 @dataclass(slots=True)
@@ -84,7 +108,10 @@ class Joint(Layout):
 
     def force(self, x: Array, u: Array, s: Array, t: Array, theta: Array) -> Array:
         """Generalised force B u - sum S^T tau(x, v, 0), (nv, n)."""
-        return self._force(self._port_motions(x, s, t, theta), u, theta)
+        force: list[Array | float] = [0.0] * self.masses
+        force[0] = u
+        _subtract_torques(force, zip(self.placed, self._port_motions(x, s, t, theta), strict=True), theta)
+        return stacked(force, x)
 
     def slopes(self, x: Array, s: Array, t: Array, theta: Array) -> tuple[Array, Array]:
         """d(force)/dx (nv, nx, n) without accelerations, and the mass matrix (nv, nv, 1 or n)."""
@@ -92,7 +119,7 @@ class Joint(Layout):
         jacobian = np.zeros((self.masses, self.nx, x.shape[1]))
         for place, motion in zip(self.placed, motions, strict=True):
             self._add_torque(place, motion, theta, Derivatives(jacobian, None, {}))
-        return jacobian, self._mass_matrix(motions, theta)
+        return jacobian, self._mass_matrix(zip(self.placed, motions, strict=True), theta)
 
     def directions(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
         """Directions of motion s (nv, n) and, below them, the sides of all edges, (nv + edges, n)."""
@@ -128,42 +155,56 @@ class Joint(Layout):
         theta: Array,
         sticking: Mask | None = None,
         columns: DerivativeColumns | None = None,
+        linear: LinearPart | None = None,
     ) -> Dynamics:
         """Right-hand side and its derivatives.
 
         sticking : (nv, n) coordinates that friction keeps at rest. columns : what derivatives are wanted to beside the
-        states; None for the states alone.
+        states; None for the states alone. linear : `linear_part` at these parameters, where it is known already.
         """
-        n, nv = x.shape[1], self.masses
-        motions = self._port_motions(x, s, t, theta)
-        force, mass = self._force(motions, u, theta), self._mass_matrix(motions, theta)
-        if sticking is not None:
-            force, mass = np.where(sticking, 0.0, force), with_sticking(mass, sticking)
-        gain = inverse(mass)
-        ddq = product(gain, force)
-        forces, rates = (Derivatives.zeros(rows, self.nx, n, columns) for rows in (nv, self.nx))
-        assert forces.states is not None
-        assert rates.states is not None
-        f, flow = np.empty((self.nx, n)), len(self.positions)
-        f[:flow], f[self.speeds] = self.positions @ x[self.speeds], ddq
-        rates.states[:flow, self.speeds] = self.positions[:, :, None]
-        for place, motion in zip(self.placed, motions, strict=True):
+        linear = linear_part(self, theta) if linear is None else linear
+        places, folded = (linear.others, None) if columns is None else (self.placed, linear.folded)
+        motions = self._port_motions(x, s, t, theta, places)
+        evaluated = list(zip(places, motions, folded or (False,) * len(places), strict=True))
+        sampled = [(place, motion) for place, motion, known in evaluated if not known]
+        force, free = linear.force(x, u), _free(sticking, self.masses)
+        _subtract_torques(force, sampled, theta)
+        gain = self._gain(linear, sampled, theta, sticking)
+        f, flow = np.empty((self.nx, x.shape[1])), len(self.positions)
+        np.einsum("ij,jn->in", self.positions, x[self.speeds], out=f[:flow])
+        moved = [one if isinstance(kept, float) else kept * one for one, kept in zip(force, free, strict=True)]
+        ddq = f[self.speeds]
+        for j, row in enumerate(gain):
+            ddq[j] = sum(factor * moved[i] for i, factor in row.items())
+        forces, rates = (SparseDerivatives.zeros(rows, columns) for rows in (self.masses, self.nx))
+        forces.states[:] = [dict(row) for row in linear.slopes]
+        for place, motion, known in evaluated:
             moving = motion.accelerated(_sum(place.q, ddq)) if place.reads_acceleration else motion
-            self._add_torque(place, moving, theta, forces)
+            self._add_torque(place, moving, theta, forces, only_parameters=known)
             if place.term.states:
                 self._add_memory(place, motion, theta, f, rates)
-        if forces.columns is not None and columns is not None:
-            forces.columns[0, -1] = 1.0
-            for k, j in enumerate(columns.forces, start=len(columns.parameters)):
-                forces.columns[j, k] = 1.0
+        rates.states[:flow] = [
+            {self.speeds.start + j: c for j, c in row.items()} for row in signal_matrix.of_numbers(self.positions)
+        ]
+        rates.states[self.speeds] = signal_matrix.multiply(gain, _kept(forces.states, free))
+        if columns is None or forces.columns is None or rates.columns is None:
+            return Dynamics(f, rates.states, None, 0)
+        forces.columns[0][columns.width - 1] = 1.0
+        for k, j in enumerate(columns.forces, start=len(columns.parameters)):
+            forces.columns[j][k] = 1.0
+        rates.columns[self.speeds] = signal_matrix.multiply(gain, _kept(forces.columns, free))
+        return Dynamics(f, rates.states, rates.columns, columns.width)
+
+    def _gain(
+        self, linear: LinearPart, sampled: Sequence[tuple[Placed, PortMotion]], theta: Array, sticking: Mask | None
+    ) -> Rows:
+        """The inverse of the mass matrix, sticking coordinates cut off; of a diagonal one these need no cutting."""
+        if linear.gain is not None and (sticking is None or linear.diagonal):
+            return linear.gain
+        mass = linear.mass[:, :, None] + self._mass_matrix(sampled, theta)
         if sticking is not None:
-            clear_sticking(forces.states, sticking)
-            if forces.columns is not None:
-                clear_sticking(forces.columns, sticking)
-        product(gain, forces.states, out=rates.states[self.speeds])
-        if forces.columns is not None and rates.columns is not None:
-            product(gain, forces.columns, out=rates.columns[self.speeds])
-        return Dynamics(f, rates.states, rates.columns)
+            mass = with_sticking(mass, sticking)
+        return signal_matrix.of_signals(inverse(mass))
 
     def _port_motions(
         self, x: Array, s: Array, t: Array, theta: Array, places: Sequence[Placed] | None = None
@@ -238,20 +279,10 @@ class Joint(Layout):
                 parts.append((factor, motion.chain(d, place.tangent(d))))
         return total, combine(parts)
 
-    def _force(self, motions: Sequence[PortMotion], u: Array, theta: Array) -> Array:
-        """B u - sum S^T tau at the given motions, (nv, n)."""
-        force = np.zeros((self.masses, len(u)))
-        force[0] = u
-        for place, motion in zip(self.placed, motions, strict=False):
-            tau = place.term.torque(motion.m, place.values(theta))
-            for lever in motion.levers:
-                force[lever.j] -= lever.c * tau
-        return force
-
-    def _mass_matrix(self, motions: Sequence[PortMotion], theta: Array) -> Array:
-        """M = sum S^T (dtau/da) S, (nv, nv, n), or (nv, nv, 1) where it does not change."""
+    def _mass_matrix(self, sampled: Iterable[tuple[Placed, PortMotion]], theta: Array) -> Array:
+        """M = sum S^T (dtau/da) S of these places, (nv, nv, n), or (nv, nv, 1) where it does not change."""
         mass = np.zeros((self.masses, self.masses, 1))
-        for place, motion in zip(self.placed, motions, strict=False):
+        for place, motion in sampled:
             if place.reads_acceleration:
                 a = place.term.partials(motion.m, place.values(theta)).a
                 added = np.zeros((self.masses, self.masses, np.size(a)))
@@ -266,14 +297,23 @@ class Joint(Layout):
         found = [place.term.distance(motion.m, place.values(theta)) for place, motion in pairs]
         return stacked([distance for own in found for distance in own], x)
 
-    def _add_torque(self, place: Placed, motion: PortMotion, theta: Array, forces: Derivatives) -> None:
-        """What a term's torque adds to the derivatives of the force; at the null of a candidate the rest vanishes."""
+    def _add_torque(
+        self,
+        place: Placed,
+        motion: PortMotion,
+        theta: Array,
+        forces: Derivatives | SparseDerivatives,
+        *,
+        only_parameters: bool = False,
+    ) -> None:
+        """What a term's torque adds to the derivatives of the force; at the null of a candidate the rest vanishes.
+        only_parameters : those to states are known already."""
         if place.transform is not None:
             return
         p = place.values(theta)
         d = place.term.partials(motion.m, p)
         own = place.tangent(d, parameters=forces.columns is not None)
-        tangent = motion.chain(d, own) if place.acts else own
+        tangent = motion.chain(d, own) if place.acts and not only_parameters else own
         for lever in motion.levers:
             if not absent(lever.c):
                 forces.add(lever.j, tangent, -lever.c)
@@ -282,7 +322,7 @@ class Joint(Layout):
         for j, turns in turning:
             forces.add(j, turns, -tau)
 
-    def _add_memory(self, place: Placed, motion: PortMotion, theta: Array, f: Array, rates: Derivatives) -> None:
+    def _add_memory(self, place: Placed, motion: PortMotion, theta: Array, f: Array, rates: SparseDerivatives) -> None:
         """The rates of a term's own states, and their derivatives."""
         p = place.values(theta)
         partials = place.term.rate_partials(motion.m, p)
@@ -298,3 +338,24 @@ def _sum(selection: Selection, rows: Array) -> Array:
     for j, c in rest:
         total = total + c * rows[j]
     return total
+
+
+def _subtract_torques(force: list[Array | float], sampled: Iterable[tuple[Placed, PortMotion]], theta: Array) -> None:
+    """Take the torques at these places from the generalised force, in place."""
+    for place, motion in sampled:
+        tau = place.term.torque(motion.m, place.values(theta))
+        for lever in motion.levers:
+            force[lever.j] = force[lever.j] - lever.c * tau
+
+
+def _free(sticking: Mask | None, masses: int) -> list[Array | float]:
+    """One where a coordinate moves, zero where it sticks."""
+    if sticking is None:
+        return [1.0] * masses
+    return [1.0 - still if still.any() else 1.0 for still in sticking]
+
+
+def _kept(rows: Sequence[Parts], free: Sequence[Array | float]) -> Rows:
+    """Derivatives of the forces, none on coordinates that stick."""
+    pairs = zip(rows, free, strict=True)
+    return [row if isinstance(kept, float) else signal_matrix.scale(kept, [row])[0] for row, kept in pairs]

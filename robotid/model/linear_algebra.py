@@ -15,8 +15,13 @@ def solve(matrices: Array, *columns: Array) -> Array:
 
     Without pivoting: for matrices near the identity, as those of an implicit step or a mass matrix are.
     """
-    d = len(matrices)
-    work = np.concatenate([matrices, *columns], axis=1)
+    return eliminate(np.concatenate([matrices, *columns], axis=1))
+
+
+def eliminate(work: Array) -> Array:
+    """Many small systems side by side with their columns, (d, d + k, n), solved in place: the columns (d, k, n).
+    Matrices as of `solve`."""
+    d = len(work)
     scratch = np.empty_like(work[0])
     for i in range(d):
         pivot = work[i, i + 1 :]

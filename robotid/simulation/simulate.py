@@ -13,10 +13,11 @@ from robotid.signals.record import Record
 from robotid.simulation.actuator import effective_torque
 from robotid.simulation.fallback.lsoda import lsoda
 from robotid.simulation.first_guess import follow_motor, initial_state, measured_guess
-from robotid.simulation.newton.problem import Problem
-from robotid.simulation.newton.solver import MAX_WINDOW, integrate, state_scale
+from robotid.simulation.newton.problem import FIRST_WINDOW, NEAR_WINDOW, Problem
+from robotid.simulation.newton.solver import integrate, state_scale
 from robotid.simulation.trajectory import Trajectory
 
+PATIENCE_SAMPLES = 4000  # to which a number of windows that may fail belongs
 MAX_GUESS = 100.0  # times the motion itself: beside a guess so large, what is not small passes for small
 
 
@@ -32,8 +33,8 @@ def simulate(
 
     theta : (p,) in the order of joint.names, its changes those of records by their names; x0 : (nx,) first state, by
     default `initial_state`; guess : (nx, n) a trajectory nearby, by default the measured motion; max_failed_windows :
-    how many windows may fail to settle in MAX_WINDOW samples, by default any number. Raises NumericsError where even
-    LSODA diverges, where x0 is not finite, and where more windows fail.
+    how many windows may fail to settle in PATIENCE_SAMPLES samples, by default any number. Raises NumericsError where
+    even LSODA diverges, where x0 is not finite, and where more windows fail.
     """
     joint, theta = joint.along(record), joint.in_record(theta, record.name)
     x0 = initial_state(joint, theta, record) if x0 is None else x0
@@ -41,10 +42,17 @@ def simulate(
     if not np.isfinite(x0).all():
         raise NumericsError("the first state is not finite", hint="check the parameters' guesses and bounds")
     if max_failed_windows is not None:
-        max_failed_windows = round(max_failed_windows * max(1.0, len(u) / MAX_WINDOW))
+        max_failed_windows = round(max_failed_windows * max(1.0, len(u) / PATIENCE_SAMPLES))
     near = guess if guess is not None and np.isfinite(guess).all() else measured_guess(joint, theta, record)
     problem = Problem(
-        joint, theta, u[:-1], record.sampling_time, near, begin=record.begin, max_failed_windows=max_failed_windows
+        joint,
+        theta,
+        u[:-1],
+        record.sampling_time,
+        near,
+        begin=record.begin,
+        max_failed_windows=max_failed_windows,
+        first_window=NEAR_WINDOW if near is guess else FIRST_WINDOW,
     )
     if near is not guess:
         problem = replace(problem, guess=follow_motor(problem, x0))

@@ -21,7 +21,7 @@ from robotid.simulation.closed_loop.controller import Controller
 from robotid.simulation.fallback.lsoda import lsoda
 from robotid.simulation.friction.crossing import linearise_steps
 from robotid.simulation.friction.step import Steps
-from robotid.simulation.newton.problem import TOLERANCE, Problem
+from robotid.simulation.newton.problem import FIRST_WINDOW, TOLERANCE, Problem
 from robotid.simulation.newton.solver import integrate
 from robotid.simulation.sensors import sensor_signals
 
@@ -70,6 +70,7 @@ class ClosedLoop:
 
     tolerance: ClassVar[float] = TOLERANCE
     max_failed_windows: ClassVar[int | None] = None
+    first_window: ClassVar[int] = FIRST_WINDOW
 
     def __init__(
         self, controlled: ControlledJoint, reference: Reference, speed_noise: Array, disturbance: Array
@@ -105,7 +106,7 @@ class ClosedLoop:
         G[:nx, nx] = steps.S[:, 0] * (c.ki * slope)
         G[nx, :nx], G[nx, nx] = h * slope * gain[:, None], 1.0
         defect = x[nx, :-1] + h * slope * error - x[nx, 1:]
-        return Steps(G, np.concatenate([steps.c, defect[None]]), None, steps.end)
+        return Steps(G, np.concatenate([steps.c, defect[None]]), None, steps.start, steps.end)
 
     def _apply_command(self, first: int, last: int, x: Array) -> tuple[Array, Array]:
         """Let the controller act in intervals first .. last - 1 from their first nodes x (nx + 1, m): speed error, and

@@ -7,26 +7,30 @@ instant moves with what the step starts from.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robotid.model.array import Array, Index
+from robotid.model.array import Array, Index, Mask, blocks
 from robotid.model.linear_algebra import product
+from robotid.model.linear_part import linear_part
 from robotid.simulation.friction.mode import FrictionMode, friction_mode
 from robotid.simulation.friction.regular_step import regular_steps
 from robotid.simulation.friction.step import StepInputs, Steps
 
 MAX_CROSSINGS = 3  # in one interval
 FURTHER_ITERATIONS = 1  # of a crossing after another in its interval: the iteration over the whole window goes on
+ROOT_ITERATIONS = 3  # of the instant as a cubic shows it
 MAX_ITERATIONS = 5  # of the crossing instant, and of the end that follows from it
 INSTANT_TOLERANCE = 1e-3  # of the interval, before the last, quadratically convergent, correction
+BLOCK_ENTRIES = 200_000  # derivatives at once: more do not stay in a processor's second cache
 END_TOLERANCE = 1e-5  # of the largest state at the end, likewise
 
 
 def linearise_steps(inputs: StepInputs, x0: Array, x1: Array) -> Steps:
     """All steps linearised at nodes x0 -> x1, (nx, n) each, crossings included."""
-    return _advance(inputs, x0, x1, friction_mode(inputs, x0), MAX_CROSSINGS)
+    prepared = replace(inputs, linear=linear_part(inputs.joint, inputs.theta))
+    return _advance(prepared, x0, x1, friction_mode(prepared, x0), MAX_CROSSINGS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,21 +59,77 @@ class SwitchingSurface:
 
 def _advance(inputs: StepInputs, x0: Array, x1: Array, mode: FrictionMode, max_crossings: int) -> Steps:
     """Steps that start in this mode and may leave it so many times."""
-    steps = regular_steps(inputs, x0, x1, mode)
+    steps = _regular_steps(inputs, x0, x1, mode)
     if not max_crossings or not (inputs.joint.dry or inputs.joint.edges):
         return steps
     reached = x1 + steps.c
     crosses = _switching_functions(inputs, reached, mode.s) * mode.s < 0.0
     where = np.flatnonzero(crosses.any(axis=0))
     if where.size:
-        part, x0, crosses = inputs.take(where), x0[:, where], crosses[:, where]
-        before, after = (_switching_functions(part, x, mode.s[:, where]) for x in (x0, reached[:, where]))
-        share = np.where(crosses, before / np.where(crosses, before - after, 1.0), np.inf)
-        first = np.argmin(share, axis=0)
-        share = np.clip(share[first, np.arange(where.size)], 0.0, 1.0)
-        crossing = Crossing(first, share, x0 + share * (reached[:, where] - x0))
-        steps.put(where, _cross(part, x0, x1[:, where], mode.take(where), crossing, max_crossings - 1))
+        part, now, crosses = inputs.take(where), mode.take(where), crosses[:, where]
+        way = Way(x0[:, where], reached[:, where], steps.start[:, where], steps.end[:, where])
+        crossing = _first_crossing(part, now, way, crosses)
+        steps.put(where, _cross(part, way.x0, x1[:, where], now, crossing, max_crossings - 1))
     return steps
+
+
+def _regular_steps(inputs: StepInputs, x0: Array, x1: Array, mode: FrictionMode) -> Steps:
+    """Regular steps, as many at once as keep their derivatives in a processor's fast memory."""
+    n = x0.shape[1]
+    size = BLOCK_ENTRIES // (inputs.joint.nx * (2 * inputs.joint.nx + 1 + inputs.width))
+    if n <= size:
+        return regular_steps(inputs, x0, x1, mode)
+    total, parts = Steps.empty(inputs.joint.nx, inputs.width, n), -(-n // size)
+    for at in blocks(n, -(-n // parts)):
+        total.put(at, regular_steps(inputs.take(at), x0[:, at], x1[:, at], mode.take(at)))
+    return total
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Way:
+    """The way of m steps without a crossing: states x0 -> x1 and their rates f0, f1 at both ends, (nx, m) each."""
+
+    x0: Array
+    x1: Array
+    f0: Array
+    f1: Array
+
+    def at(self, share: Array, h: Array | float) -> Array:
+        """States at shares (m,) of the interval, (nx, m): Hermite's cubic."""
+        return _cubic(share, self.x0, self.x1, h * self.f0, h * self.f1)
+
+
+def _cubic(share: Array, y0: Array, y1: Array, d0: Array, d1: Array) -> Array:
+    """Hermite's cubic through y0, y1 with slopes d0, d1 to the share."""
+    rest = 1.0 - share
+    ends = rest * rest * (1.0 + 2.0 * share) * y0 + share * share * (1.0 + 2.0 * rest) * y1
+    return np.asarray(ends + share * rest * (rest * d0 - share * d1))
+
+
+def _cubic_slope(share: Array, y0: Array, y1: Array, d0: Array, d1: Array) -> Array:
+    """The slope of Hermite's cubic."""
+    rest = 1.0 - share
+    between = 6.0 * share * rest * (y1 - y0)
+    return np.asarray(between + rest * (1.0 - 3.0 * share) * d0 + share * (3.0 * share - 2.0) * d1)
+
+
+def _first_crossing(inputs: StepInputs, mode: FrictionMode, way: Way, crosses: Mask) -> Crossing:
+    """The row of the mode that changes first, by a straight line, and where, by Hermite's cubic."""
+    steps = np.arange(crosses.shape[1])
+    before, after = (_switching_functions(inputs, x, mode.s) for x in (way.x0, way.x1))
+    straight = np.where(crosses, before / np.where(crosses, before - after, 1.0), np.inf)
+    row = np.argmin(straight, axis=0)
+    share = np.clip(straight[row, steps], 0.0, 1.0)
+    bare = replace(inputs, columns=None)
+    start, end = (_switching_surface(bare, x, mode.s, row) for x in (way.x0, way.x1))
+    d0, d1 = (inputs.h * (at.slopes * f).sum(axis=0) for at, f in ((start, way.f0), (end, way.f1)))
+    for _ in range(ROOT_ITERATIONS):
+        value, slope = (
+            _cubic(share, start.value, end.value, d0, d1),
+            _cubic_slope(share, start.value, end.value, d0, d1),
+        )
+        share = np.clip(share - value / np.where(slope == 0.0, np.inf, slope), 0.0, 1.0)
+    return Crossing(row, share, way.at(share, inputs.h))
 
 
 def _switching_functions(inputs: StepInputs, x: Array, s: Array) -> Array:
@@ -147,5 +207,5 @@ def _chain(before: Steps, after: Steps, surface: SwitchingSurface, c: Array) -> 
     total = product(after.G, at) - after.end[:, None] * delay[None]
     nx = len(before.G)
     if before.S is None or after.S is None:
-        return Steps(total, c, None, after.end)
-    return Steps(total[:, :nx], c, total[:, nx:] + after.S, after.end)
+        return Steps(total, c, None, before.start, after.end)
+    return Steps(total[:, :nx], c, total[:, nx:] + after.S, before.start, after.end)

@@ -25,7 +25,7 @@ class FrictionMode:
     s: Array
     sticking: Mask | None
 
-    def take(self, where: Index) -> FrictionMode:
+    def take(self, where: Index | slice) -> FrictionMode:
         """The mode of the steps at these indices."""
         return FrictionMode(self.s[:, where], None if self.sticking is None else self.sticking[:, where])
 

@@ -4,60 +4,64 @@ from __future__ import annotations
 
 import numpy as np
 
+from robotid.model import signal_matrix
 from robotid.model.array import Array
-from robotid.model.linear_algebra import product, solve
+from robotid.model.linear_algebra import eliminate
+from robotid.model.signal_matrix import Rows
 from robotid.simulation.friction.mode import FrictionMode
 from robotid.simulation.friction.step import StepInputs, Steps
 
 
 def regular_steps(inputs: StepInputs, x0: Array, x1: Array, mode: FrictionMode) -> Steps:
     """Steps linearised at nodes x0 -> x1, (nx, n) each, whose mode does not change on the way."""
-    joint, h, n = inputs.joint, inputs.h, x0.shape[1]
-    theta, u, t, columns = inputs.theta, inputs.u, inputs.t, inputs.columns
-    twice = None if mode.sticking is None else np.concatenate([mode.sticking, mode.sticking], axis=1)
+    joint, h, n, nx = inputs.joint, inputs.h, x0.shape[1], inputs.joint.nx
+    theta, u, t, columns, linear = inputs.theta, inputs.u, inputs.t, inputs.columns, inputs.linear
+    still = None if mode.sticking is None else np.concatenate([mode.sticking, mode.sticking], axis=1)
     ends = joint.evaluate(
         np.concatenate([x0, x1], axis=1),
         np.concatenate([u, u]),
         np.concatenate([mode.s, mode.s], axis=1),
         np.concatenate([t, t + h]),
         theta,
-        twice,
+        still,
         columns,
+        linear,
     )
-    f0, f1, a0, a1 = ends.f[:, :n], ends.f[:, n:], ends.A[:, :, :n], ends.A[:, :, n:]
-    middle = joint.evaluate((x0 + x1) / 2 + h / 8 * (f0 - f1), u, mode.s, t + h / 2, theta, mode.sticking, columns)
-    sixth = h / 6
-    defect = x1 - x0 - sixth * (f0 + 4 * middle.f + f1)
-    right_sides = [_end_matrix(sixth, a0, middle.A), -defect[:, None]]
-    if middle.B is not None and ends.B is not None:
-        forced = slice(len(joint.positions), None)  # no parameter acts on the positions but through the speeds
-        b0, bm, b1 = ends.B[forced, :, :n], middle.B[forced], ends.B[forced, :, n:]
-        right_sides.append(_forcing(sixth, b0, bm, b1, middle.A[:, forced], forced))
-    solved = solve(_end_matrix(-sixth, a1, middle.A), *right_sides)
-    nx = joint.nx
-    return Steps(solved[:, :nx], solved[:, nx], solved[:, nx + 1 :] if len(right_sides) == 3 else None, f1)
+    f0, f1 = ends.f[:, :n], ends.f[:, n:]
+    middle_x = (x0 + x1) / 2 + h / 8 * (f0 - f1)
+    middle = joint.evaluate(middle_x, u, mode.s, t + h / 2, theta, mode.sticking, columns, linear)
+    first, last = slice(n), slice(n, None)
+    width = 0 if columns is None else columns.width
+    work, sixth = np.empty((nx, 2 * nx + 1 + width, n)), h / 6
+    at_start, at_end = (signal_matrix.scale(sixth, signal_matrix.at(ends.to_states, part)) for part in (first, last))
+    inner = signal_matrix.scale(sixth, middle.to_states)
+    twice, thrice = signal_matrix.scale(2.0, inner), signal_matrix.scale(3.0, inner)
+    _put_end_matrix(-1.0, at_end, twice, thrice, work[:, :nx])
+    _put_end_matrix(1.0, at_start, twice, thrice, work[:, nx : 2 * nx])
+    np.add(x0 - x1, sixth * (f0 + 4 * middle.f + f1), out=work[:, 2 * nx])
+    if ends.to_columns is not None and middle.to_columns is not None:
+        b0, b1 = signal_matrix.at(ends.to_columns, first), signal_matrix.at(ends.to_columns, last)
+        forcing = _forcing(sixth, b0, middle.to_columns, b1, thrice)
+        signal_matrix.put(forcing, work[:, 2 * nx + 1 :])
+    solved = eliminate(work)
+    return Steps(solved[:, :nx], solved[:, nx], solved[:, nx + 1 :] if width else None, f0, f1)
 
 
-def _end_matrix(step: Array, a: Array, am: Array) -> Array:
-    """1 + step (a + 2 am) + 3 step^2 am a, (nx, nx, n): the factor of one end. In place: memory is what it costs."""
-    matrix = product(am, a)
-    matrix *= 3 * step
-    matrix += a
-    matrix += am
-    matrix += am
-    matrix *= step
-    for i in range(len(matrix)):
-        matrix[i, i] += 1.0
-    return matrix
+def _put_end_matrix(sign: float, a: Rows, twice_am: Rows, thrice_am: Rows, out: Array) -> None:
+    """1 + sign (a + 2 am) + 3 am a, (nx, nx, n), a and am times h / 6: the factor of one end, written to out."""
+    matrix = signal_matrix.multiply(thrice_am, a)
+    signal_matrix.add(matrix, a, sign)
+    signal_matrix.add(matrix, twice_am, sign)
+    signal_matrix.put(matrix, out)
+    for i in range(len(out)):
+        out[i, i] += 1.0
 
 
-def _forcing(sixth: Array, b0: Array, bm: Array, b1: Array, am: Array, forced: slice) -> Array:
-    """h / 6 (b0 + 4 bm + b1) + h^2 / 12 am (b0 - b1), (nx, k + 1, n), where the b have the rows `forced` alone."""
-    forcing = product(am, b0 - b1)
-    forcing *= 3 * sixth
-    added = forcing[forced]
-    added += b0
-    added += b1
-    added += 4 * bm
-    forcing *= sixth
-    return forcing
+def _forcing(sixth: Array | float, b0: Rows, bm: Rows, b1: Rows, thrice_am: Rows) -> Rows:
+    """h / 6 (b0 + 4 bm + b1) + h / 2 am (b0 - b1), (nx, width), am times h / 6."""
+    difference: Rows = [dict(row) for row in b0]
+    signal_matrix.add(difference, b1, -1.0)
+    forcing = signal_matrix.multiply(thrice_am, difference)
+    for part, factor in ((b0, 1.0), (b1, 1.0), (bm, 4.0)):
+        signal_matrix.add(forcing, part, factor)
+    return signal_matrix.scale(sixth, forcing)

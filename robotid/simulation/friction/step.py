@@ -4,33 +4,44 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from robotid.model.array import Array, Index
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
+from robotid.model.linear_part import LinearPart
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StepInputs:
     """What acts during n steps.
 
-    theta : (p,) parameters of the joint; u : (n,) motor torque, constant during each step; t, h : (n,) start times and
-    lengths [s]; columns : what to differentiate to besides the states, None for nothing.
+    theta : (p,) parameters of the joint; u : (n,) motor torque, constant during each step; t : (n,) start times [s];
+    h : lengths [s], (n,) or the same for all; columns : what to differentiate to besides the states, None for nothing;
+    linear : of the joint at these parameters, None where it is not known yet.
     """
 
     joint: Joint
     theta: Array
     u: Array
     t: Array
-    h: Array
+    h: Array | float
     columns: DerivativeColumns | None = None
+    linear: LinearPart | None = None
 
-    def take(self, where: Index) -> StepInputs:
+    @property
+    def width(self) -> int:
+        """How many columns there are besides those to the states."""
+        return 0 if self.columns is None else self.columns.width
+
+    def take(self, where: Index | slice) -> StepInputs:
         """The steps at these indices."""
-        return StepInputs(self.joint, self.theta, self.u[where], self.t[where], self.h[where], self.columns)
+        h = self.h if isinstance(self.h, float) else self.h[where]
+        return StepInputs(self.joint, self.theta, self.u[where], self.t[where], h, self.columns, self.linear)
 
     def with_duration(self, h: Array, t: Array) -> StepInputs:
         """The same steps with other lengths h and start times t, (n,) [s]."""
-        return StepInputs(self.joint, self.theta, self.u, t, h, self.columns)
+        return StepInputs(self.joint, self.theta, self.u, t, h, self.columns, self.linear)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,18 +49,26 @@ class Steps:
     """Linearised steps x[n+1] = x1[n] + c + G (x[n] - x0[n]) + S dtheta about nodes x0, x1 (nx, n).
 
     G : (nx, nx, n); c : (nx, n) the defect of the nodes, solved for the end of the step; S : (nx, k + 1, n) or None,
-    the derivatives to the parameters wanted and, last, to the torque of the interval; end : (nx, n) rate of the
-    states where each step ends.
+    the derivatives to the parameters wanted and, last, to the torque of the interval; start, end : (nx, n) rates of
+    the states at both nodes, in the mode in which the step begins and ends.
     """
 
     G: Array
     c: Array
     S: Array | None
+    start: Array
     end: Array
 
-    def put(self, where: Index, other: Steps) -> None:
+    @classmethod
+    def empty(cls, nx: int, width: int, n: int) -> Steps:
+        """Steps that are still to be put."""
+        c, start, end = np.empty((3, nx, n))
+        return cls(np.empty((nx, nx, n)), c, np.empty((nx, width, n)) if width else None, start, end)
+
+    def put(self, where: Index | slice, other: Steps) -> None:
         """Replace the steps at these indices, in place."""
-        self.G[:, :, where], self.c[:, where], self.end[:, where] = other.G, other.c, other.end
+        self.G[:, :, where], self.c[:, where] = other.G, other.c
+        self.start[:, where], self.end[:, where] = other.start, other.end
         if self.S is not None and other.S is not None:
             self.S[:, :, where] = other.S
 

@@ -13,6 +13,8 @@ from robotid.model.joint import Joint
 from robotid.simulation.friction.crossing import linearise_steps
 from robotid.simulation.friction.step import StepInputs, Steps
 
+FIRST_WINDOW = 2000  # samples, where the guess is the measured motion
+NEAR_WINDOW = 16_000  # samples, where it is a trajectory nearby
 TOLERANCE = 1e-4  # of the last Newton step, relative; the error left is of the order of its square
 
 
@@ -20,7 +22,8 @@ class WindowProblem(Protocol):
     """What `TrajectoryNewton` asks of a problem over n intervals, its first states those of `joint`.
 
     tolerance : a Newton step that is smaller, relative to the trajectory, ends the iteration. max_failed_windows : how
-    many windows may fail to settle before the simulation counts as divergent, None for any number.
+    many windows may fail to settle before the simulation counts as divergent, None for any number. first_window : how
+    many samples the first window tries.
     """
 
     @property
@@ -43,6 +46,9 @@ class WindowProblem(Protocol):
     @property
     def max_failed_windows(self) -> int | None: ...
 
+    @property
+    def first_window(self) -> int: ...
+
     def linearise(self, first: int, last: int, x: Array) -> Steps:
         """Intervals first .. last - 1 linearised at their nodes x (states, last - first + 1)."""
         ...
@@ -63,6 +69,7 @@ class Problem:
     guess: Array
     begin: float = field(default=0.0, kw_only=True)
     max_failed_windows: int | None = field(default=None, kw_only=True)
+    first_window: int = field(default=FIRST_WINDOW, kw_only=True)
     tolerance: ClassVar[float] = TOLERANCE
 
     @property
@@ -77,4 +84,4 @@ class Problem:
         """What acts in these intervals. columns : what to differentiate to besides."""
         h = self.sampling_time
         t = self.begin + np.arange(at.start, at.stop, dtype=np.float64) * h
-        return StepInputs(self.joint, self.theta, self.u[at], t, np.full(len(t), h, dtype=np.float64), columns)
+        return StepInputs(self.joint, self.theta, self.u[at], t, h, columns)

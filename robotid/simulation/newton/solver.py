@@ -23,7 +23,7 @@ from robotid.simulation.newton.problem import WindowProblem
 MAX_ITERATIONS = 40  # in one window; each settles more of its nodes
 MAX_IDLE_ITERATIONS = 10  # in a row in which no further node settles
 QUICK_ITERATIONS = 5  # a window that needs no more may grow
-MAX_WINDOW = 4000  # samples whose Jacobians are in memory at once
+MAX_WINDOW = 16_000  # samples whose Jacobians are in memory at once
 SHORT_WINDOW = 500  # samples; so short a window need not be as quick to grow, and is not divided
 MIN_WINDOW = 8  # samples; where even these fail, the fallback integrates them
 MAX_STATE = 1e9  # rad, rad/s: no machine gets there
@@ -147,7 +147,7 @@ class TrajectoryNewton(OdeSolver):
     ) -> None:
         super().__init__(fun, t0, y0, t_bound, vectorized)
         self.problem, self.fallback = problem, fallback
-        self.node, self.window = 0, MAX_WINDOW // 2
+        self.node, self.window = 0, problem.first_window
         self.failed_windows = 0
         self.scale = state_scale(problem.guess)
         self.x = self.y[:, None]
