@@ -21,7 +21,8 @@ from robotid.simulation.friction.step import StepInputs, Steps
 MAX_CROSSINGS = 3  # in one interval
 FURTHER_ITERATIONS = 1  # of a crossing after another in its interval: the iteration over the whole window goes on
 ROOT_ITERATIONS = 3  # of the instant as a cubic shows it
-MAX_ITERATIONS = 5  # of the crossing instant, and of the end that follows from it
+MAX_ITERATIONS = 5  # of the crossing instant
+END_ITERATIONS = 2  # of the end that follows from it
 INSTANT_TOLERANCE = 1e-3  # of the interval, before the last, quadratically convergent, correction
 BLOCK_ENTRIES = 200_000  # derivatives at once: more do not stay in a processor's second cache
 END_TOLERANCE = 1e-5  # of the largest state at the end, likewise
@@ -167,7 +168,7 @@ def _cross(
     s[crossing.row, np.arange(len(crossing.row))] *= -1.0
     next_mode = friction_mode(after, z, s[joint.masses :])
     end = x1
-    for _ in range(iterations):
+    for _ in range(min(iterations, END_ITERATIONS)):
         rest = _advance(after, z, end, next_mode, max_crossings)
         end = end + rest.c
         if np.abs(rest.c).max() <= END_TOLERANCE * np.abs(end).max():

@@ -14,7 +14,7 @@ from robotid.simulation.friction.crossing import linearise_steps
 from robotid.simulation.friction.step import StepInputs, Steps
 
 FIRST_WINDOW = 2000  # samples, where the guess is the measured motion
-NEAR_WINDOW = 16_000  # samples, where it is a trajectory nearby
+NEAR_WINDOW = 8000  # samples, where it is a trajectory nearby
 TOLERANCE = 1e-4  # of the last Newton step, relative; the error left is of the order of its square
 
 
