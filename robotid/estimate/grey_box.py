@@ -316,13 +316,13 @@ def _rounding(signal: Array) -> float:
 
 
 def _unidentifiable(directions: Array, names: Sequence[str]) -> dict[int, str]:
-    """Unidentifiable directions by name: unknown k to a remark."""
+    """Unidentifiable directions (m, k) by name: unknown k to a remark. Of several it is their plane that counts, not
+    which directions happen to span it."""
     remarks: dict[int, str] = {}
-    for direction in directions.T:
-        members = [k for k in range(len(names)) if abs(direction[k]) > INVOLVED]
-        for k in members:
-            others = [names[j] for j in members if j != k]
-            remarks[k] = "unidentifiable" + (f" together with {', '.join(others)}" if others else " on these records")
+    shared = np.abs(directions @ directions.T) > INVOLVED**2
+    for k in (k for k in range(len(names)) if shared[k, k]):
+        others = [name for j, name in enumerate(names) if j != k and shared[j, j] and shared[k, j]]
+        remarks[k] = "unidentifiable" + (f" together with {', '.join(others)}" if others else " on these records")
     return remarks
 
 
