@@ -192,6 +192,9 @@ def new(
     column: Annotated[
         list[str] | None, typer.Option("--column", metavar="SIGNAL=NAME", help="A column that the guess misses.")
     ] = None,
+    scale: Annotated[
+        list[str] | None, typer.Option("--scale", metavar="SIGNAL=NUMBER", help="SI units for one of a column.")
+    ] = None,
     sampling_time: Annotated[
         float | None, typer.Option("--sampling-time", metavar="SECONDS", help="Of a FILE without a time column.")
     ] = None,
@@ -201,7 +204,7 @@ def new(
     """A commented configuration to start from."""
     from robotid.cli.new import write_configuration
 
-    write_configuration(name, from_data, column or (), sampling_time, force=force)
+    write_configuration(name, from_data, column or (), scale or (), sampling_time, force=force)
 
 
 @app.command()

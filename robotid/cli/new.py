@@ -6,6 +6,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import yaml
@@ -14,16 +15,21 @@ from robotid.cli.console import print_message, print_tables
 from robotid.config.load import parse
 from robotid.config.suggest import suggest
 from robotid.config.template import measured, virtual
-from robotid.errors import ConfigError, InputError
+from robotid.errors import ConfigError, InputError, NumericsError
 from robotid.files import atomic_write
 from robotid.numerals import number
 from robotid.report.tables.table import Table
 from robotid.signals.columns import ALIASES, NEEDED, Column
+from robotid.signals.correction import corrected
+from robotid.signals.plausibility import Axis, check_records
 from robotid.signals.proposal import Proposal, propose
+from robotid.signals.quality import Recordings
 from robotid.signals.readers import read
 from robotid.signals.units import UNITS
 from robotid.stages.ingestion.measured import measured_records
 
+MAX_CORRECTIONS = 4  # of a proposal, one after another
+SAY = "say which column is what by --column SIGNAL=NAME"
 SLIDING = ("length", "speed", "force")
 
 
@@ -31,12 +37,13 @@ def write_configuration(
     name: str,
     data: Path | None,
     chosen: Sequence[str] = (),
+    scales: Sequence[str] = (),
     sampling_time: float | None = None,
     *,
     force: bool,
 ) -> None:
-    """Write NAME.yaml. chosen : columns as SIGNAL=NAME; sampling_time [s] : of a file without a time column. A
-    configuration that cannot run is not written.
+    """Write NAME.yaml. chosen : columns as SIGNAL=NAME; scales : SI units for one of a column, as SIGNAL=NUMBER;
+    sampling_time [s] : of a file without a time column. A configuration that cannot run is not written.
 
     Raises ConfigError where it exists, InputError where data cannot be read, and what reading them by it raises.
     """
@@ -51,13 +58,12 @@ def write_configuration(
         return
     if not data.exists():
         raise InputError("there is no such file", where=str(data), hint="give --from-data a recording")
-    found = _asked(data, dict(map(_pair, chosen)))
+    found = _scaled(_asked(data, dict(map(_pair, chosen))), scales)
     if found.sampling_time is None and sampling_time is None:
         hint = "say how many seconds are between two samples, such as --sampling-time 0.001"
         raise ConfigError("no time column was found", where=str(data), hint=hint)
-    text = _configuration(path, found, sampling_time)
-    _try(path, text, data)
-    atomic_write(path, text)
+    found = _plausible(path, found, sampling_time)
+    atomic_write(path, _configuration(path, found, sampling_time))
     print_tables([_guessed(found)])
     print_message(f"{path} written: check its columns, then `robotid run {path}`")
 
@@ -88,10 +94,46 @@ def _asked(data: Path, chosen: dict[str, str]) -> Proposal:
     return found
 
 
-def _try(path: Path, text: str, data: Path) -> None:
-    """Read the record as the configuration says. Raises what this raises, before the configuration is written."""
-    settings = parse(text, name=str(path))
-    measured_records(settings.records[0], read(data), linear=settings.robot.linear)
+def _scaled(found: Proposal, scales: Sequence[str]) -> Proposal:
+    """A proposal with scales that a person gives. Raises ConfigError for what is no scale of a column."""
+    columns = dict(found.columns)
+    for text in scales:
+        signal, _, value = text.partition("=")
+        try:
+            scale = float(value)
+        except ValueError:
+            raise ConfigError(
+                f'"{text}" is no SIGNAL=NUMBER', where="--scale", hint="such as --scale tau_m=0.12"
+            ) from None
+        if signal not in columns:
+            raise ConfigError(f'there is no column of "{signal}"', where="--scale", hint=suggest(signal, columns))
+        columns[signal] = replace(columns[signal], scale=scale)
+    return replace(found, columns=columns)
+
+
+def _plausible(path: Path, found: Proposal, sampling_time: float | None) -> Proposal:
+    """A proposal whose record can be read and makes sense.
+
+    Raises what reading it raises, and NumericsError for a finding that only a person can put right.
+    """
+    table = read(found.path)
+    for _ in range(MAX_CORRECTIONS):
+        settings = parse(_configuration(path, found, sampling_time), name=str(path))
+        made = measured_records(settings.records[0], table, linear=settings.robot.linear)
+        recordings = Recordings(tuple(record for record, _ in made), tuple(report for _, report in made))
+        checked = check_records(recordings, Axis(settings.robot.gear_ratio, settings.robot.linear))
+        if checked:
+            break
+        other = corrected(found, recordings.records[0], checked.fatal[0])
+        if other is None:
+            break
+        found = other
+    if not checked:
+        first = checked.fatal[0]
+        signal = "phi_m" if first.name.startswith("angle") else "tau_m"
+        hint = f"say how many SI units one is, --scale {signal}=NUMBER" if first.name == "angle_counts" else SAY
+        raise NumericsError(f"{first.what}, so that {first.consequence}", where=str(found.path), hint=hint)
+    return found
 
 
 def _configuration(path: Path, found: Proposal, sampling_time: float | None) -> str:
@@ -106,6 +148,7 @@ def _columns(found: Proposal, sampling_time: float | None) -> str:
     lines = [
         f"      {signal}: {_flow(_shortest(column))}{_to_edit(column)}" for signal, column in found.columns.items()
     ]
+    lines += [f"      {signal}: null" for signal in found.left_out]
     head = ["    columns:                       # guessed: check them"] if lines else []
     step = found.sampling_time
     given = sampling_time is not None
@@ -130,7 +173,8 @@ def _shortest(column: Column) -> str | dict[str, str | int | float]:
 
 
 def _to_edit(column: Column) -> str:
-    return f"   # edit scale: how much SI is 1 {column.unit}" if column.scale is not None else ""
+    raw = column.unit is not None and UNITS[column.unit].raw
+    return f"   # edit scale: how much SI is 1 {column.unit}" if raw and column.scale is not None else ""
 
 
 def _quantity(column: Column) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from robotid.errors import ConfigError
 from robotid.model.array import Array
 from robotid.model.companion import CompanionKind
-from robotid.signals.readers.table import Table
+from robotid.signals.readers.table import CONTAINERS, Table
 from robotid.signals.units import SI, UNITS, Unit, parse, unit
 
 _ALIASES = {
@@ -79,10 +79,17 @@ class Signal:
     remark: str = ""
 
 
+def _last_part(name: str) -> str:
+    """What of a dotted name says what it is: logsout.torque.data -> torque."""
+    for container in CONTAINERS:
+        name = name.removesuffix(container)
+    return name.rsplit(".", 1)[-1]
+
+
 def short(name: str) -> str:
     """The last part of a dotted name in lower case, its words joined by _: rec.MotorAngle -> motor_angle."""
     plain = "".join(c for c in unicodedata.normalize("NFKD", name) if not unicodedata.combining(c))
-    words = re.sub(r"(?<=[a-z0-9])(?=[A-Z][a-z])", "_", plain.rsplit(".", 1)[-1])
+    words = re.sub(r"(?<=[a-z0-9])(?=[A-Z][a-z])", "_", _last_part(plain))
     return re.sub(r"\W+", "_", words).strip("_").lower()
 
 
@@ -94,6 +101,11 @@ def ending(name: str) -> tuple[str, Unit | None]:
     words = short(name).split("_")
     if words == ["grad"]:
         return "grad", UNITS["deg"]
+    written = re.fullmatch(r"(.*?[^\W_])[\s_]+([^\s_]+)", _last_part(name))
+    if written and (written[2] in UNITS or "/" in written[2]) and len(written[2]) > 1 and written[2] != "min":
+        # mNm would be torn apart, and the s of a unit that is unknown taken for seconds
+        unit = parse(written[2])
+        return (short(written[1]), unit) if unit is not None else ("_".join(words), None)
     if any(word in CURRENTS for word in words) and words[-1] in (*CURRENTS, "a"):
         return "_".join(words[:-1] if words[-1] == "a" else words), UNITS["A"]
     for count in range(min(3, len(words) - 1), 0, -1):

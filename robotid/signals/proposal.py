@@ -53,12 +53,14 @@ SIGNAL = {
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """Columns by signal and the sampling time [s], as guessed. remarks : what a person should check."""
+    """Columns by signal and the sampling time [s], as guessed. remarks : what a person should check; left_out : signals
+    that are not to be found by name either."""
 
     path: Path
     columns: dict[str, Column]
     sampling_time: float | None
     remarks: tuple[str, ...]
+    left_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,7 +31,14 @@ RAW = ("voltage", "current", "share", "count")
 _FACTORS: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0},
     "angle": {"rad": 1.0, "mrad": 1e-3, "deg": pi / 180, "mdeg": pi / 180e3, "arcmin": pi / 10800, "rev": 2 * pi},
-    "angular speed": {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": pi / 180, "rev/s": 2 * pi, "rpm": pi / 30},
+    "angular speed": {
+        "rad/s": 1.0,
+        "mrad/s": 1e-3,
+        "deg/s": pi / 180,
+        "mdeg/s": pi / 180e3,
+        "rev/s": 2 * pi,
+        "rpm": pi / 30,
+    },
     "torque": {"Nm": 1.0, "mNm": 1e-3, "Ncm": 1e-2, "kNm": 1e3},
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
     "speed": {"m/s": 1.0, "mm/s": 1e-3, "um/s": 1e-6, "m/min": 1 / 60, "mm/min": 1e-3 / 60},

@@ -1,82 +1,127 @@
-"""`make chaos`: kills and damaged files until both counts or ten minutes are reached, and a line of what held."""
+"""`make chaos`: kills, damaged files and bad inputs until all counts or ten minutes are reached, and what did not hold.
+
+Two kills are under way at a time, then two processes damage files: more processes would only wait for each other.
+"""
 
 from __future__ import annotations
 
 import argparse
 import random
 import shutil
+import subprocess
 import sys
 import tempfile
 import time
 import warnings
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 
-from chaos.kills import completion, duration, kill, moment
+from support.paths import ROOT
+
+from chaos.kills import completion, configuration, duration, kill, moment
 from chaos.mutations import complaint, mutated, subjects
 
 KILLS, MUTATIONS, SECONDS = 200, 10_000, 600.0
+AT_ONCE = 2
 SHARE = 0.6  # of the time that the kills may take
-COMPLETE_EVERY = 20  # kills, after which the run directory is completed and begun anew
+COMPLETE_EVERY = 10  # kills, after which the run directory is completed and begun anew
+BAD_INPUTS = ("tests/integration/test_bad_data.py", "tests/integration/test_bad_config.py")
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """What one worker does. folder : its own, where nobody else writes; run : a finished run directory; end : of the
+    time that it has, as time.time() counts."""
+
+    folder: Path
+    config: Path
+    run: Path
+    count: int
+    seed: int
+    end: float
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """How much was tried, and what did not hold."""
+
+    tried: int
+    wrong: tuple[str, ...]
 
 
 def main() -> int:
-    """Exit code 1 where anything did not hold."""
+    """Exit code 1 where anything did not hold, or less was tried than asked for."""
     parser = argparse.ArgumentParser(prog="python -m chaos", description=__doc__)
     parser.add_argument("--seed", type=int, default=16)
     parser.add_argument("--kills", type=int, default=KILLS)
     parser.add_argument("--mutations", type=int, default=MUTATIONS)
     parser.add_argument("--seconds", type=float, default=SECONDS)
     chosen = parser.parse_args()
-    begin = time.monotonic()
+    begin = time.time()
     with tempfile.TemporaryDirectory() as name:
-        folder, rng = Path(name), random.Random(chosen.seed)
-        whole = duration(folder / "run")
+        folder = Path(name)
+        config, run = configuration(folder), folder / "run"
+        whole = duration(config, run)
         print(f"seed {chosen.seed}, a whole run takes {whole:.1f} s", flush=True)
-        kills = _kills(folder / "killed", whole, chosen.kills, rng, begin + SHARE * chosen.seconds)
-        damaged = _mutations(folder, chosen.mutations, rng, begin + chosen.seconds)
-    results = [*kills, *damaged]
-    failed = [one for one in results if one]
-    print(f"{len(kills)} kills, {len(damaged)} damaged files in {time.monotonic() - begin:.0f} s")
-    print(f"{len(results) - len(failed)} passed, {len(failed)} failed")
-    return int(bool(failed))
+        wrong = _bad_inputs()
+        tasks = _tasks(folder, config, run, chosen.kills, chosen.seed, begin + SHARE * chosen.seconds)
+        with ThreadPoolExecutor(AT_ONCE) as pool:
+            kills = list(pool.map(_kills, tasks, [whole] * AT_ONCE))
+        print(f"{sum(k.tried for k in kills)} kills by {time.time() - begin:.0f} s", flush=True)
+        tasks = _tasks(folder, config, run, chosen.mutations, chosen.seed + AT_ONCE, begin + chosen.seconds)
+        with ProcessPoolExecutor(AT_ONCE) as pool:
+            damaged = list(pool.map(_mutations, tasks))
+    wrong += [line for one in (*kills, *damaged) for line in one.wrong]
+    print(*wrong, sep="\n", end="\n" if wrong else "")
+    tried = [sum(one.tried for one in group) for group in (kills, damaged)]
+    print(f"{tried[0]} kills, {tried[1]} damaged files in {time.time() - begin:.0f} s: {len(wrong)} failed")
+    return int(bool(wrong) or tried[0] < chosen.kills or tried[1] < chosen.mutations)
 
 
-def _kills(folder: Path, whole: float, count: int, rng: random.Random, end: float) -> list[str]:
-    """What did not hold, by kill; a run directory that is completed counts as one more."""
-    found: list[str] = []
-    for k in range(count):
-        if time.monotonic() > end:
-            break
+def _tasks(folder: Path, config: Path, run: Path, count: int, seed: int, end: float) -> list[Task]:
+    """So many tries on so many workers."""
+    shares = [count // AT_ONCE + (k < count % AT_ONCE) for k in range(AT_ONCE)]
+    return [Task(folder / f"seed{seed + k}", config, run, share, seed + k, end) for k, share in enumerate(shares)]
+
+
+def _bad_inputs() -> list[str]:
+    """What of the bad inputs does not hold."""
+    command = [sys.executable, "-m", "pytest", "-q", "--tb=line", *BAD_INPUTS]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    print(f"bad inputs: {(done.stdout.strip().splitlines() or [done.stderr])[-1]}", flush=True)
+    return [line for line in done.stdout.splitlines() if line.startswith("FAILED")] if done.returncode else []
+
+
+def _kills(task: Task, whole: float) -> Result:
+    """A run directory is completed once in a while, which counts as no try."""
+    rng, wrong, tried = random.Random(task.seed), [], 0
+    run = task.folder / "killed"
+    while tried < task.count and time.time() < task.end:
         number, after = moment(rng, whole)
-        made = kill(folder, number, after)
-        found.append(_shown(f"kill {k}, {number.name} after {after:.3f} s", "; ".join(made.wrong)))
-        if k % COMPLETE_EVERY == COMPLETE_EVERY - 1:
-            found.append(_shown(f"completion after kill {k}", "; ".join(completion(folder))))
-            shutil.rmtree(folder)
-    return found
+        made = kill(task.config, run, number, after)
+        wrong += [f"kill by {number.name} after {after:.3f} s (seed {task.seed}): {text}" for text in made.wrong]
+        tried += 1
+        if tried % COMPLETE_EVERY == 0 or tried == task.count:
+            wrong += [f"completion after kill {tried} (seed {task.seed}): {x}" for x in completion(task.config, run)]
+            shutil.rmtree(run, ignore_errors=True)
+    return Result(tried, tuple(wrong))
 
 
-def _mutations(folder: Path, count: int, rng: random.Random, end: float) -> list[str]:
-    """What did not hold, by damaged file."""
-    found: list[str] = []
-    made = subjects(folder, folder / "run")
+def _mutations(task: Task) -> Result:
+    rng, wrong, tried = random.Random(task.seed), [], 0
+    task.folder.mkdir(exist_ok=True)
+    made = subjects(task.folder, task.run)
     whole = {subject.file: subject.file.read_bytes() for subject in made}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        for k in range(count):
-            if time.monotonic() > end:
-                break
-            subject = made[k % len(made)]
-            wrong = complaint(subject, mutated(whole[subject.file], rng, binary=subject.binary))
-            found.append(_shown(f"damage {k} of {subject.file.name}", wrong))
-            shutil.rmtree(folder / f"run-{subject.file.suffix[1:]}", ignore_errors=True)
-    return found
-
-
-def _shown(what: str, wrong: str) -> str:
-    if wrong:
-        print(f"{what}: {wrong}", flush=True)
-    return wrong
+        while tried < task.count and time.time() < task.end:
+            subject = made[tried % len(made)]
+            text = complaint(subject, mutated(whole[subject.file], rng, binary=subject.binary))
+            wrong += [f"damage {tried} of {subject.file.name} (seed {task.seed}): {text}"] if text else []
+            tried += 1
+            shutil.rmtree(task.folder / f"run-{subject.file.suffix[1:]}", ignore_errors=True)
+    return Result(tried, tuple(wrong))
 
 
 if __name__ == "__main__":

@@ -18,7 +18,18 @@ from robotid.errors import InputError
 from robotid.pipeline.lock import LOCK
 from robotid.pipeline.table import STAGES
 
-SMOKE = ROOT / "configs" / "smoke.yaml"
+SMALL = """\
+robot: {name: axis, model: {motor: [inertia, viscous, coulomb]}}
+records:
+  - name: slow
+    excite: {kind: triangle, amplitude: 20, period: 2, sampling_time: 0.005}
+plant:
+  parameters: {motor.inertia.J: 0.01, motor.viscous.Fv: 0.02, motor.coulomb.Fc: 0.5}
+  controller: {kind: speed, kp: 0.5, ki: 5}
+  noise: {speed: 0.01}
+diagnose: {max_causes: 1, max_refits: 1}
+"""
+"""A configuration whose stages all do something, and whose run takes hardly longer than its imports."""
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 PATIENCE = 120.0  # [s] for any command
 
@@ -33,6 +44,14 @@ class Kill:
     wrong: tuple[str, ...]
 
 
+def configuration(folder: Path) -> Path:
+    """The small configuration as a file in a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / "axis.yaml"
+    file.write_text(SMALL)
+    return file
+
+
 def robotid(*arguments: str) -> subprocess.Popen[bytes]:
     """A command of robotid, in a process."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
@@ -40,10 +59,10 @@ def robotid(*arguments: str) -> subprocess.Popen[bytes]:
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment)
 
 
-def kill(folder: Path, number: signal.Signals, after: float) -> Kill:
-    """Start a run in a folder, send it a signal, and examine what is left."""
+def kill(config: Path, folder: Path, number: signal.Signals, after: float) -> Kill:
+    """Start a run of a configuration in a folder, send it a signal, and examine what is left."""
     began = time.monotonic()
-    process = robotid("run", str(SMOKE), "--out", str(folder), "--quiet")
+    process = robotid("run", str(config), "--out", str(folder), "--quiet")
     try:
         process.wait(after)
     except subprocess.TimeoutExpired:
@@ -75,10 +94,10 @@ def damage(folder: Path) -> list[str]:
     return wrong
 
 
-def completion(folder: Path) -> list[str]:
+def completion(config: Path, folder: Path) -> list[str]:
     """What is wrong with `status`, with the next run, or with what that leaves."""
     wrong = []
-    for arguments in (["status", str(SMOKE), "--json"], ["run", str(SMOKE), "--quiet"]):
+    for arguments in (["status", str(config), "--json"], ["run", str(config), "--quiet"]):
         process = robotid(*arguments, "--out", str(folder))
         _, err = process.communicate(timeout=PATIENCE)
         if process.returncode or err:
@@ -88,10 +107,10 @@ def completion(folder: Path) -> list[str]:
     return wrong + damage(folder)
 
 
-def duration(folder: Path) -> float:
+def duration(config: Path, folder: Path) -> float:
     """Seconds that a whole run takes here."""
     began = time.monotonic()
-    process = robotid("run", str(SMOKE), "--out", str(folder), "--quiet")
+    process = robotid("run", str(config), "--out", str(folder), "--quiet")
     process.communicate(timeout=PATIENCE)
     assert process.returncode == 0
     return time.monotonic() - began

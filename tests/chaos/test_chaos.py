@@ -9,31 +9,35 @@ from pathlib import Path
 
 import pytest
 
-from chaos.kills import completion, duration, kill, moment
+from chaos.kills import completion, configuration, duration, kill, moment
 from chaos.mutations import complaint, mutated, subjects
 
 SEED = 16
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, float]:
-    folder = tmp_path_factory.mktemp("chaos") / "run"
-    return folder, duration(folder)
+def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, float]:
+    """A configuration, the directory of a whole run of it, and the seconds that it took."""
+    folder = tmp_path_factory.mktemp("chaos")
+    config = configuration(folder)
+    return config, folder / "run", duration(config, folder / "run")
 
 
-def test_a_run_that_is_killed_is_whole_and_the_next_one_completes_it(run: tuple[Path, float], tmp_path: Path) -> None:
+def test_a_run_that_is_killed_is_whole_and_the_next_one_completes_it(
+    run: tuple[Path, Path, float], tmp_path: Path
+) -> None:
     rng = random.Random(SEED)
     for k in range(6):
-        number, after = moment(rng, 0.4 * run[1])
-        found = kill(tmp_path / "run", signal.SIGINT if k == 0 else number, after)
+        number, after = moment(rng, 0.7 * run[2])
+        found = kill(run[0], tmp_path / "run", signal.SIGINT if k == 0 else number, after)
         assert found.wrong == (), found
-    assert completion(tmp_path / "run") == []
+    assert completion(run[0], tmp_path / "run") == []
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_a_damaged_file_is_one_line_and_an_exit_code(run: tuple[Path, float], tmp_path: Path) -> None:
+def test_a_damaged_file_is_one_line_and_an_exit_code(run: tuple[Path, Path, float], tmp_path: Path) -> None:
     rng = random.Random(SEED)
-    found = subjects(tmp_path, run[0])
+    found = subjects(tmp_path, run[1])
     whole = {subject.file: subject.file.read_bytes() for subject in found}
     for k in range(240):
         subject = found[k % len(found)]

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+from math import pi
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.io import savemat
+from support.mistaken_logs import right_log
 
 from robotid.cli.app import main
 from robotid.config.columns import ColumnSettings
@@ -125,6 +128,89 @@ def test_a_wrong_choice_is_one_line(arguments: list[str], line: str, capsys: pyt
     write_log(Path("log.csv"), "a;b;c")
     assert main(["new", "mine", "--from-data", "log.csv", *arguments]) == 2
     assert capsys.readouterr() == ("", line)
+
+
+@pytest.mark.parametrize(
+    ("head", "change", "remark"),
+    [
+        (
+            "time,torque,angle",
+            {"phi_m": 180 / pi},
+            "the encoder's steps are those of degrees: phi_m is taken to be in deg",
+        ),
+        ("time,torque,angle,speed", {"phi_m": 180 / pi}, "phi_m is taken to be in deg"),
+        ("time,torque,angle,speed", {"dphi_m": 30 / pi}, "dphi_m is taken to be in rpm"),
+        (
+            "time,torque,angle,speed",
+            {"phi_m": 180 / pi, "dphi_m": 30 / pi},
+            "phi_m is taken to be in deg and dphi_m is taken to be in rpm",
+        ),
+        (
+            "time,torque,angle,speed",
+            {"dphi_m": 1.7},
+            "dphi_m is left out and derived from phi_m: the speed is 1.7 times",
+        ),
+        ("time,torque,angle,speed", {"dphi_m": 0.0}, "dphi_m is left out and derived from phi_m: the speed is 0 rad/s"),
+        (
+            "time,torque,angle",
+            {"tau_m": -1.0},
+            "torque and motion have opposite signs: tau_m is taken with the other one",
+        ),
+    ],
+)
+def test_what_the_check_finds_is_put_right_or_left_out(
+    head: str, change: dict[str, float], remark: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = {name: change.get(name, 1.0) * values[:1500] for name, values in right_log("rigid").items()}
+    columns = list(log.values())[: head.count(",") + 1]
+    np.savetxt("log.csv", np.column_stack(columns), delimiter=",", header=head, comments="", fmt="%.9g")
+    assert main(["new", "mine", "--from-data", "log.csv"]) == 0
+    assert remark in capsys.readouterr().out
+    assert main(["check", "mine.yaml"]) == 0
+
+
+def test_counts_want_a_scale_that_may_be_given(capsys: pytest.CaptureFixture[str]) -> None:
+    log = {name: values[:1500] for name, values in right_log("rigid").items()}
+    counts = np.rint(log["phi_m"] / (2 * pi) * 4096)
+    rows = np.column_stack([log["t"], log["tau_m"], counts])
+    np.savetxt("log.csv", rows, delimiter=",", header="time,torque,enc_counts", comments="", fmt="%.9g")
+    assert main(["new", "mine", "--from-data", "log.csv"]) == 4
+    assert capsys.readouterr().err.endswith("; say how many SI units one is, --scale phi_m=NUMBER\n")
+    assert not Path("mine.yaml").exists()
+    assert main(["new", "mine", "--from-data", "log.csv", "--scale", f"phi_m={2 * pi / 4096}"]) == 0
+    assert main(["check", "mine.yaml"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("scale", "line"),
+    [
+        ("tau_m", '--scale: "tau_m" is no SIGNAL=NUMBER; such as --scale tau_m=0.12\n'),
+        ("ref=2", '--scale: there is no column of "ref"; one of t, tau_m, phi_m\n'),
+    ],
+)
+def test_a_wrong_scale_is_one_line(scale: str, line: str, capsys: pytest.CaptureFixture[str]) -> None:
+    write_log(Path("log.csv"))
+    assert main(["new", "mine", "--from-data", "log.csv", "--scale", scale]) == 2
+    assert capsys.readouterr() == ("", line)
+
+
+def test_columns_that_make_no_sense_together_are_not_written(capsys: pytest.CaptureFixture[str]) -> None:
+    log = {name: values[:1500] for name, values in right_log("rigid").items()}
+    rows = np.column_stack([log["t"], log["phi_m"], log["phi_m"]])
+    np.savetxt("log.csv", rows, delimiter=",", header="time,torque,angle", comments="", fmt="%.9g")
+    assert main(["new", "mine", "--from-data", "log.csv"]) == 4
+    line = capsys.readouterr().err
+    assert line.startswith("log.csv: the torque is a copy of the motor angle")
+    assert line.endswith("; say which column is what by --column SIGNAL=NAME\n")
+    assert not Path("mine.yaml").exists()
+
+
+def test_a_matrix_of_simulink_by_its_columns() -> None:
+    log = {name: values[:1500] for name, values in right_log("rigid").items()}
+    savemat("log.mat", {"tout": log["t"], "simout": np.column_stack([log["tau_m"], log["phi_m"]])})
+    chosen = [word for pair in ("t=tout", "tau_m=simout[0]", "phi_m=simout[1]") for word in ("--column", pair)]
+    assert main(["new", "mine", "--from-data", "log.mat", *chosen]) == 0
+    assert main(["check", "mine.yaml"]) == 0
 
 
 def test_nothing_is_overwritten(capsys: pytest.CaptureFixture[str]) -> None:

@@ -17,7 +17,14 @@ def table(*names: str, **units: str) -> Table:
 
 
 @pytest.mark.parametrize(
-    ("name", "expected"), [("rec.MotorAngle", "motor_angle"), ("Motor Angle", "motor_angle"), ("phi_m", "phi_m")]
+    ("name", "expected"),
+    [
+        ("rec.MotorAngle", "motor_angle"),
+        ("q.signals.values", "q"),
+        ("logsout.angle.data", "angle"),
+        ("Motor Angle", "motor_angle"),
+        ("phi_m", "phi_m"),
+    ],
 )
 def test_short(name: str, expected: str) -> None:
     assert short(name) == expected
@@ -29,6 +36,11 @@ def test_short(name: str, expected: str) -> None:
         ("MotorAngle_deg", "motor_angle", "deg"),
         ("act_vel_deg_per_s", "act_vel", "deg/s"),
         ("time_s", "time", "s"),
+        ("effort_mNm", "effort", "mNm"),
+        ("Drehzahl_1/min", "drehzahl", "rpm"),
+        ("velocity_mdeg/s", "velocity", "mdeg/s"),
+        ("flow_litre/s", "flow_litre_s", None),
+        ("logsout.torque_Nm.data", "torque", "Nm"),
         ("u_volt", "u", "V"),
         ("phi_m", "phi_m", None),
         ("phi_a", "phi_a", None),

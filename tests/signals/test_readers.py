@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from robotid.errors import InputError
+from robotid.errors import ConfigError, InputError
 from robotid.signals.readers import Table, formats, read
 
 T = np.arange(5) * 0.01
@@ -121,6 +121,24 @@ def test_matlab_5_cells_and_arrays_of_structs(tmp_path: Path) -> None:
     table = read(tmp_path / "a.mat")
     assert set(table.columns) == {"signals.0.q", "signals.1.q", "cells.0"}
     np.testing.assert_array_equal(table.pick("signals.1.q"), 2 * T)
+
+
+def test_a_log_of_simulink_has_its_time_stamps_beside_each_signal(tmp_path: Path) -> None:
+    t, fine = np.arange(60) * 0.01, np.arange(120) * 0.005
+    log = {"torque": {"time": fine, "data": np.sin(fine)}, "angle": {"time": t, "signals": {"values": np.cos(t)}}}
+    savemat(tmp_path / "log.mat", {"logsout": log})
+    found = read(tmp_path / "log.mat")
+    assert found.clock("logsout.torque.data") == "logsout.torque.time"
+    assert found.clock("logsout.angle.signals.values") == "logsout.angle.time"
+
+
+def test_a_matrix_is_offered_by_its_columns(tmp_path: Path) -> None:
+    savemat(tmp_path / "log.mat", {"tout": np.arange(60) * 0.01, "simout": np.ones((60, 3))})
+    found = read(tmp_path / "log.mat")
+    assert found.offer() == "it holds tout, simout[0] to simout[2]"
+    for written in ("simout:1", "simout.1", "simout(:,1)", "simout(1)"):
+        with pytest.raises(ConfigError, match=r"did you mean simout\[1\]\? Columns of a matrix are counted from 0"):
+            found.pick(written)
 
 
 def test_matlab_73_cells(tmp_path: Path) -> None:

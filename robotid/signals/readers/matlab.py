@@ -19,7 +19,7 @@ from robotid.errors import InputError
 from robotid.model.array import Array
 from robotid.signals.readers.hdf5 import values_within
 from robotid.signals.readers.room import require_room
-from robotid.signals.readers.table import Columns, Deferred, Table, floats, numeric, numeric_parts, table
+from robotid.signals.readers.table import CONTAINERS, Columns, Deferred, Table, floats, numeric, numeric_parts, table
 
 SUFFIXES = (".mat",)
 MOST_ENTRIES = 64  # of a cell or struct array that are looked into
@@ -44,7 +44,15 @@ def read(path: Path) -> Table:
         raise
     except Exception as error:  # a damaged file makes the parser fail in ways that nobody has listed
         raise _damaged(path) from error
-    return table(str(path), columns)
+    return table(str(path), columns, clocks=_clocks(columns))
+
+
+def _clocks(columns: Columns) -> dict[str, str]:
+    """The time stamps of what Simulink logs: a struct of time and data, or of time and signals.values."""
+    ends = {name: next((end for end in CONTAINERS if name.endswith(end)), "") for name in columns}
+    times = {name: f"{name.removesuffix(end)}.time" for name, end in ends.items() if end}
+    found = {name: time for name, time in times.items() if time in columns and columns.shape(time)[-1] > 1}
+    return found if len(set(found.values())) > 1 else {}
 
 
 def _damaged(path: Path) -> InputError:

@@ -15,7 +15,12 @@ from robotid.model.array import Array
 
 SHOWN = 12  # names that a message lists
 INDEXED = re.compile(r"(.+)\[(\d+)\]")
+COUNTED = re.compile(r"(.+?)(?:[.:/]|\((?::,\s*)?)(\d+)\)?")  # how others write a column of a matrix
 LARGEST_EXACT = 2**53  # integer up to which a float holds every one
+
+
+CONTAINERS = (".signals.values", ".values", ".data")
+"""Ends of dotted names that say nothing: of what Simulink logs, the name stands before."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -130,6 +135,10 @@ class Table:
             raise ConfigError(
                 what, where=self.path, hint="name a column of numbers; for the time, sampling_time does as well"
             )
+        counted = COUNTED.fullmatch(name)
+        if counted and counted[1] in self.columns and len(self.shape(counted[1])) == 2:
+            hint = f"did you mean {counted[1]}[{counted[2]}]? Columns of a matrix are counted from 0"
+            raise ConfigError(f'there is no column "{name}"', where=self.path, hint=hint)
         by_case = {known.lower(): known for known in self.columns}
         close = get_close_matches(name.lower(), by_case, 1, 0.6)
         hint = f"did you mean {by_case[close[0]]}?" if close else self.offer()
@@ -137,8 +146,13 @@ class Table:
 
     def offer(self) -> str:
         """What the file holds, for a message."""
-        names = [*self.columns]
+        names = [self._offered(name) for name in self.columns]
         return "it holds " + ", ".join(names[:SHOWN]) + (", ..." if len(names) > SHOWN else "")
+
+    def _offered(self, name: str) -> str:
+        """A name; of a matrix that of its first column, and of its last."""
+        shape = self.shape(name)
+        return name if len(shape) == 1 else f"{name}[0] to {name}[{min(shape) - 1}]"
 
     def where(self, row: int) -> str:
         """A row as a place in the file."""
