@@ -18,7 +18,7 @@ class RecordSettings(Section):
     columns : which column of the file is what, absent: found by name. signals : companions by name, further columns
     that effects may read. sampling_time [s] : instead of a time column.
     start, stop [s] : the part of the file that is used, counted from its first sample. speed_delay [samples] : by which
-    the recorded speed is late.
+    the recorded speed is late. torque_delay [s] : by which the recorded torque is late against the motion.
     """
 
     name: Name
@@ -33,6 +33,7 @@ class RecordSettings(Section):
     start: NonNegative | None = None
     stop: Positive | None = None
     speed_delay: int = 0
+    torque_delay: float = 0.0
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -54,7 +55,7 @@ class RecordSettings(Section):
     def _one_source(self) -> Self:
         if (self.excite is None) == (self.file is None):
             raise ValueError("a record needs either excite or file" + ("" if self.file is None else ", not both"))
-        for key in ("columns", "signals", "sampling_time", "repair", "start", "stop", "speed_delay"):
+        for key in ("columns", "signals", "sampling_time", "repair", "start", "stop", "speed_delay", "torque_delay"):
             if self.excite is not None and getattr(self, key):
                 raise ValueError(f"{key} belongs to a record with a file")
         for name in self.signals:

@@ -16,6 +16,7 @@ from robotid.signals.record import Record
 from robotid.simulation.first_guess import MAD_OF_NORMAL
 
 DEVIATIONS = 5.0  # of a measured sample, within which its truth lies
+SHARE = 0.05  # of the RMS motion, by which a model of a real machine may err without its parameters paying for it
 INTERVALS = 2.0  # by which a sensor may be late, with the motion as it is there
 NEAR = 5  # samples that tell how the motion changes at the beginning
 SAMPLES = 4096  # that tell the noise
@@ -26,10 +27,11 @@ def first_state_limits(joint: Joint, record: Record) -> tuple[Array, Array]:
     measured, such as the gear's and those of memory, are without end."""
     measured, away = np.zeros(joint.nx), np.full(joint.nx, np.inf)
     measured[joint.motor_speed] = record.dphi_m[0]
-    away[joint.motor_speed] = DEVIATIONS * speed_accuracy(record) + INTERVALS * _largest_step(record.dphi_m)
+    away[joint.motor_speed] = DEVIATIONS * speed_accuracy(record) + _leeway(record.dphi_m, record.dphi_m)
     if joint.keeps_angle:
         measured[joint.motor_angle] = record.phi_m[0]
-        away[joint.motor_angle] = DEVIATIONS * angle_accuracy(record) + INTERVALS * _largest_step(record.phi_m)
+        travel = record.phi_m - record.phi_m.mean()
+        away[joint.motor_angle] = DEVIATIONS * angle_accuracy(record) + _leeway(record.phi_m, travel)
     return measured - away, measured + away
 
 
@@ -49,5 +51,7 @@ def _noise(signal: Array) -> float:
     return float(np.median(np.abs(np.diff(signal, 2))) / (MAD_OF_NORMAL * np.sqrt(6.0))) if len(signal) > 2 else 0.0
 
 
-def _largest_step(signal: Array) -> float:
-    return float(np.abs(np.diff(signal[:NEAR])).max(initial=0.0))
+def _leeway(signal: Array, motion: Array) -> float:
+    """What a late sensor and an imperfect model may add. signal : (n,); motion : (n,) whose RMS counts."""
+    step = float(np.abs(np.diff(signal[:NEAR])).max(initial=0.0))
+    return INTERVALS * step + SHARE * float(np.sqrt(np.mean(motion**2)))

@@ -47,6 +47,7 @@ def in_python(hint: str) -> str:
         (rf"\b({signal}): null", "{0}=None"),
         (r"set repair: \{(\w+): (\w+)\}", r'give repair={"\1": "\2"}'),
         (r"speed_delay: (-?\d+)", r"speed_delay=\1"),
+        (r"torque_delay: (-?[\d.e-]+)", r"torque_delay=\1"),
         (r"say which: \{name: (.+?), column: 0\}", r'say which: rid.Column("\1", column=0)'),
         (
             r"; a record's file is relative to the configuration|a record's file is relative to the configuration",

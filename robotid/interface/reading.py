@@ -47,6 +47,7 @@ class Columns(TypedDict, total=False):
     start: float
     stop: float
     speed_delay: int
+    torque_delay: float
     repair: Mapping[str, str]
 
 
@@ -73,7 +74,8 @@ def read(
     A column is a name, with its unit where the file does not tell it, "angle [deg]"; `rid.Column(name, unit=...,
     scale=..., offset=..., column=...)` turns volts into torque or picks a column of a matrix. A signal that is left out
     is found by its usual names; None means that there is none. A column without a unit is in SI.
-    start, stop [s] : the part that is used, from the first sample. speed_delay [samples] : by which the speed is late.
+    start, stop [s] : the part that is used, from the first sample. speed_delay [samples] : by which the speed is late;
+    torque_delay [s] : by which the torque is late against the motion.
     repair : what is done about flaws, {"nan": "interpolate", "gaps": "interpolate", "duplicates": "drop", "wrap":
     "unwrap"} or "refuse" for each; by default a few samples are repaired, with a remark, and more are refused.
 
@@ -192,11 +194,11 @@ def _column(signal: str, given: ColumnLike, table: Table) -> Column | None:
 
 def _rest(given: Columns) -> dict[str, Any]:
     """The settings that are no columns."""
-    others = ("start", "stop", "speed_delay", "repair")
+    others = ("start", "stop", "speed_delay", "torque_delay", "repair")
     for key in given:
         if key not in SIGNALS and key not in others:
             raise ConfigError(f'read takes no "{key}"', where="read", hint=suggest(key, [*SIGNALS, *others]))
-    rest: dict[str, Any] = {key: given[key] for key in others[:3] if key in given}  # type: ignore[literal-required]
+    rest: dict[str, Any] = {key: given[key] for key in others[:-1] if key in given}  # type: ignore[literal-required]
     repair = given.get("repair", {})
     for flaw, what in repair.items():
         if flaw not in REPAIRS:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import pi
+from math import ceil, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +29,8 @@ from robotid.signals.quality import MIN_SAMPLES, Report, inspect
 from robotid.signals.readers.table import Table
 from robotid.signals.record import OPERATORS, Quantity, Record, Role, SpeedOrigin, Use
 from robotid.signals.repair import repair
-from robotid.signals.resampling import speed_error
-from robotid.signals.sampling import NOTABLE_JITTER, ROUNDED, Findings, Grid, Policy, in_order, uninterrupted
+from robotid.signals.resampling import mean_over_intervals, speed_error
+from robotid.signals.sampling import HELD, NOTABLE_JITTER, ROUNDED, Findings, Grid, Policy, in_order, uninterrupted
 from robotid.signals.speed_check import speed_lag, speed_origin, speed_scale
 
 ANGLES = ("phi_m", "phi_a", "ref")
@@ -55,8 +55,9 @@ class Selection:
 
     columns : by signal (t, tau_m, phi_m, dphi_m, phi_a, ref, disturbance); one that is left out is found by its name,
     None says that there is none. sampling_time [s] : instead of a time column. start, stop [s] : the part that is used,
-    counted from the first sample. speed_delay [samples] : by which the recorded speed is late. linear : the axis
-    slides, and its position does not wrap around. companions : further signals by name.
+    counted from the first sample. speed_delay [samples] : by which the recorded speed is late. torque_delay [s] : by
+    which the recorded torque is late against the motion. linear : the axis slides, and its position does not wrap
+    around. companions : further signals by name.
     """
 
     name: str
@@ -67,6 +68,7 @@ class Selection:
     start: float | None = None
     stop: float | None = None
     speed_delay: int = 0
+    torque_delay: float = 0.0
     policy: Policy = field(default_factory=Policy)
     linear: bool = False
     companions: Mapping[str, CompanionColumn] = field(default_factory=dict)
@@ -248,6 +250,7 @@ def _kept(chosen: Selection, table: Table, n: int, t: Array | None) -> Mask:
 
 
 def _record(chosen: Selection, signals: dict[str, Array], h: float, found: Mapping[str, Signal]) -> Record:
+    signals = _without_torque_delay(chosen, signals, h)
     late = chosen.speed_delay if "dphi_m" in signals else 0
     n = len(signals["phi_m"])
     if abs(late) > n // 2:
@@ -285,6 +288,22 @@ def _companions(chosen: Selection, signals: Mapping[str, Array], h: float) -> di
     if "disturbance" in signals:
         kinds["disturbance"] = CompanionKind.DISTURBANCE
     return {name: Companion.of(kind, signals[name], h) for name, kind in kinds.items()}
+
+
+def _without_torque_delay(chosen: Selection, signals: dict[str, Array], h: float) -> dict[str, Array]:
+    """Signals where the torque, and what is part of it, is that of its time; the ends where it is not known are cut."""
+    late, n = chosen.torque_delay / h, len(signals["phi_m"])
+    if late == 0.0:
+        return signals
+    if abs(late) > n / 2:
+        what = f"torque_delay is {chosen.torque_delay:g} s, of {n * h:.6g} s"
+        raise ConfigError(what, where=chosen.name, hint="give seconds")
+    first, last = max(0, ceil(-late)), n - max(0, ceil(late))
+    at, moved = np.arange(n, dtype=np.float64), np.arange(first, last, dtype=np.float64) + late
+    return {
+        name: mean_over_intervals(at, values, moved) if name in HELD else values[first:last]
+        for name, values in signals.items()
+    }
 
 
 def _derived(angle: Array, h: float, origin: SpeedOrigin) -> Array:

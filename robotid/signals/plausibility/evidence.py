@@ -11,7 +11,8 @@ import numpy as np
 from robotid.model.array import Array
 from robotid.signals.differentiate import central_difference
 from robotid.signals.plausibility.alignment import Alignment, align_speed
-from robotid.signals.plausibility.regression import TorqueRegression, regress_torque
+from robotid.signals.plausibility.delay import torque_delay
+from robotid.signals.plausibility.regression import Determined, TorqueRegression, regress_torque
 from robotid.signals.quality import Report
 from robotid.signals.record import Record
 
@@ -67,6 +68,11 @@ class Evidence:
         record = self.record
         other = replace(record, tau_m=record.phi_m, phi_m=record.tau_m)
         return regress_torque(other, None if self.axis.linear else self.axis.gear_ratio or 1.0)
+
+    @cached_property
+    def torque_delay(self) -> Determined:
+        """By how much the torque is late against the motion [s]."""
+        return torque_delay(self.record)
 
     @property
     def units(self) -> dict[str, str]:

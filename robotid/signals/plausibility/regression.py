@@ -62,7 +62,7 @@ class TorqueRegression:
 def regress_torque(record: Record, turns: float | None) -> TorqueRegression:
     """Regression of a record's torque. turns : angle of the arm for one radian of the motor, whose sine and cosine
     gravity follows; None for an axis that slides."""
-    tried = [_Filtered.at(record, cutoff, turns) for cutoff in _cutoffs(record)]
+    tried = [_Filtered.at(record, cutoff, turns) for cutoff in cutoffs(record)]
     best = max(tried, key=lambda one: one.adjusted)
     solution = _Solution.of(best.columns, best.torque)
     explained, by_chance = _explained(record, best)
@@ -82,7 +82,7 @@ def regress_torque(record: Record, turns: float | None) -> TorqueRegression:
     )
 
 
-def _cutoffs(record: Record) -> list[float]:
+def cutoffs(record: Record) -> list[float]:
     """Cut-offs to try [Hz]: from the torque's bandwidth down to few periods in the record."""
     highest = bandwidth(record.tau_m, record.sampling_time) or 0.25 / record.sampling_time
     lowest = min(REGRESSION.min_periods / record.duration, highest)

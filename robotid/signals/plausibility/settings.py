@@ -64,5 +64,16 @@ class CheckSettings:
     late: float = 0.5  # samples of delay between torque and angle, and speed and angle, that are reported
 
 
+@dataclass(frozen=True, slots=True)
+class DelaySettings:
+    """How the delay of a torque is found."""
+
+    max_shift: int = 20  # samples to either side
+    samples_a_shift: int = 20  # of a record, at least
+    explained: float = 0.9  # share of the torque that the motion explains: less, and the axis is not rigid
+    blocks: int = 16  # of a record, whose scores give the standard deviation
+
+
 REGRESSION = RegressionSettings()
+DELAY = DelaySettings()
 CHECK = CheckSettings()

@@ -31,6 +31,7 @@ def measured_records(settings: RecordSettings, table: Table, *, linear: bool) ->
         start=settings.start,
         stop=settings.stop,
         speed_delay=settings.speed_delay,
+        torque_delay=settings.torque_delay,
         policy=Policy(**settings.repair.model_dump()) if settings.repair else Policy(),
         linear=linear,
         companions={

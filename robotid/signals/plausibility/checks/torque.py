@@ -180,6 +180,32 @@ def torque_sign(evidence: Evidence) -> Iterator[Remark]:
         )
 
 
+@check(
+    unless=(
+        "torque_copy",
+        "torque_spikes",
+        "torque_follows",
+        "torque_unrelated",
+        "torque_levels",
+        "torque_sign",
+        "speed_exchanged",
+    )
+)
+def torque_late(evidence: Evidence) -> Iterator[Remark]:
+    """The torque was recorded later or earlier than the motion that it makes."""
+    found, h = evidence.torque_delay, evidence.record.sampling_time
+    if abs(found.value) < CHECK.late * h or abs(found.ratio) < CHECK.sure:
+        return
+    where = "late" if found.value > 0.0 else "early"
+    yield Remark(
+        "warning",
+        f"the torque is {plain(1e3 * abs(found.value), 2)} ms ({plain(abs(found.value) / h, 2)} samples) {where}"
+        " against the motion that it makes",
+        "a delay passes for friction, or for a torque that lags",
+        f"set torque_delay: {found.value:.2g} of the record, or record both by one device",
+    )
+
+
 def _sure(ratio: float) -> str:
     """How sure a sign is, as part of a sentence."""
     return f" ({plain(abs(ratio), 2)} standard deviations from zero)" if np.isfinite(ratio) else ""

@@ -1,0 +1,93 @@
+"""The delay of a recorded torque against the motion that it makes, to a fraction of a sample.
+
+Recorded by another device, a torque may be early or late. What the motion of a rigid axis explains of it,
+
+    tau = J a + Fv v + Fc sgn v + c0 + c1 x,
+
+is then largest where the torque is moved by as much. The residual's energy over whole shifts has a smooth minimum, for
+all columns pass the same low-pass filter, and a parabola reads it between them. A torque that is held from sample to
+sample acts half a sample later than it is recorded, on average; that is no delay.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from robotid.model.array import Array
+from robotid.signals.differentiate import ParallelFilter, low_pass
+from robotid.signals.plausibility.regression import Determined, cutoffs
+from robotid.signals.plausibility.settings import DELAY
+from robotid.signals.record import Record
+
+UNKNOWN = Determined(0.0, np.inf)
+
+
+def torque_delay(record: Record) -> Determined:
+    """By how much the torque of a record is late [s], negative where it is early.
+
+    Of several cut-offs up to the torque's bandwidth, that which tells it best among those below which the motion
+    explains the torque. Unknown where there is none: the record is short, or the axis is not rigid there.
+    """
+    found = (_Lag.at(record, cutoff) for cutoff in cutoffs(record))
+    told = [one for one in found if one is not None and one.explained > DELAY.explained]
+    if not told:
+        return UNKNOWN
+    best = min(told, key=lambda one: one.std)
+    return Determined(best.value * record.sampling_time, best.std * record.sampling_time)
+
+
+@dataclass(frozen=True, slots=True)
+class _Lag:
+    """A lag with its standard deviation [samples], and the share of the torque that the motion explains there."""
+
+    value: float
+    std: float
+    explained: float
+
+    @classmethod
+    def at(cls, record: Record, cutoff: float) -> _Lag | None:
+        """The lag below a cut-off [Hz], None where the record is short or the best shift is the largest tried."""
+        n, most = len(record), min(DELAY.max_shift, len(record) // DELAY.samples_a_shift)
+        if most < 1:
+            return None
+        columns, torque = _filtered(record, cutoff)
+        basis = np.linalg.qr(columns[:, most : n - most].T)[0]
+        energy = np.array([_left(basis, torque[most + k : n - most + k]) for k in range(-most, most + 1)])
+        best = int(np.argmin(energy))
+        curvature = float(energy[best - 1] - 2 * energy[best] + energy[(best + 1) % len(energy)])
+        if best in (0, 2 * most) or curvature <= 0.0:
+            return None
+        lag = best - most + 0.5 * float(energy[best - 1] - energy[best + 1]) / curvature
+        explained = 1.0 - float(energy[best]) / (n * float(np.var(torque)))
+        return cls(lag, _deviation(basis, torque, lag, most), explained)
+
+
+def _filtered(record: Record, cutoff: float) -> tuple[Array, Array]:
+    """Columns of a rigid axis (5, n) and the torque as it acts at the samples (n,), through the same filter."""
+    h, parallel = record.sampling_time, ParallelFilter(cutoff)
+    motion = parallel.motion(record.phi_m, h)
+    acting = (record.tau_m + np.concatenate([record.tau_m[:1], record.tau_m[:-1]])) / 2
+    x = motion.position - motion.position.mean()
+    rows = np.stack([motion.acceleration, motion.speed, np.sign(motion.speed), np.ones_like(x), x])
+    size = np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
+    return low_pass(rows / size, h, cutoff), low_pass(acting, h, cutoff)
+
+
+def _left(basis: Array, torque: Array) -> float:
+    """Energy of a torque (n,) that a basis (n, p) leaves."""
+    return float(torque @ torque) - float(np.sum((basis.T @ torque) ** 2))
+
+
+def _deviation(basis: Array, torque: Array, lag: float, most: int) -> float:
+    """Standard deviation of a lag [samples], from the scores of blocks."""
+    at = np.arange(most, len(torque) - most) + lag
+    moved = np.interp(at, np.arange(len(torque)), torque)
+    slope = np.interp(at, np.arange(len(torque)), np.gradient(torque))
+    left, seen = moved - basis @ (basis.T @ moved), slope - basis @ (basis.T @ slope)
+    edges = np.linspace(0, len(left), DELAY.blocks + 1).astype(int).tolist()
+    scores = [float(seen[a:b] @ left[a:b]) for a, b in pairwise(edges)]
+    information = float(seen @ seen)
+    return float(np.linalg.norm(scores)) / information if information > 0.0 else np.inf

@@ -1,0 +1,87 @@
+"""The delay of a torque that another device recorded, and the setting that takes it out."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from support.mistaken_logs import FLEXIBLE, RATIO, RIGID, H, Log, log_of, swing
+
+from robotid.model.array import Array
+from robotid.signals.measured import Selection, measured_records
+from robotid.signals.plausibility import Axis, check_records
+from robotid.signals.plausibility.delay import torque_delay
+from robotid.signals.quality import Recordings, inspect
+from robotid.signals.readers.table import Table
+from robotid.signals.record import Record
+from robotid.signals.resampling import mean_over_intervals
+
+EDGE = 25
+
+
+@cache
+def log(kind: str) -> Log:
+    return log_of(RIGID, swing()) if kind == "rigid" else log_of(FLEXIBLE, swing(), ratio=RATIO)
+
+
+def late_log(samples: float, kind: str = "rigid") -> Log:
+    """A log whose torque was recorded late by some samples, its ends cut."""
+    given = log(kind)
+    n = len(given["t"])
+    kept = slice(EDGE, n - EDGE)
+    torque: Array = mean_over_intervals(np.arange(n) * 1.0, given["tau_m"], np.arange(EDGE, n - EDGE) - samples)
+    return {name: values[kept] for name, values in given.items()} | {"tau_m": torque}
+
+
+def record(columns: Log) -> Record:
+    return Record.from_arrays(columns["tau_m"], columns["phi_m"], H, speed=columns["dphi_m"], name="log")
+
+
+@pytest.mark.parametrize("samples", [0.0, 0.4, 1.0, -2.3, 6.0])
+def test_the_delay_is_found_to_a_fraction_of_a_sample(samples: float) -> None:
+    found = torque_delay(record(late_log(samples)))
+    assert found.value / H == pytest.approx(samples, abs=0.02)
+    assert found.std / H < 0.02
+
+
+def test_a_joint_that_flexes_tells_no_delay_of_less_than_its_deviation() -> None:
+    found = torque_delay(record(late_log(0.0, "flexible")))
+    assert abs(found.ratio) < 3.0
+
+
+def test_a_short_record_tells_none() -> None:
+    short = record(late_log(1.0)).piece(0, 15)
+    assert torque_delay(short).std == np.inf
+
+
+@pytest.mark.parametrize(("samples", "direction"), [(1.5, "late"), (-3.0, "early")])
+def test_a_delay_is_reported_with_the_setting_that_takes_it_out(samples: float, direction: str) -> None:
+    one = record(late_log(samples))
+    (finding,) = check_records(Recordings((one,), (inspect(one, "log"),)), Axis()).findings
+    assert (finding.name, finding.severity) == ("torque_late", "warning")
+    assert f"({abs(samples):g} samples) {direction}" in finding.what
+    assert f"set torque_delay: {samples * H:.2g}" in finding.cure
+
+
+@pytest.mark.parametrize("samples", [2.0, -3.0, 1.5])
+def test_the_setting_takes_it_out(samples: float) -> None:
+    columns = late_log(samples)
+    columns["t"] = columns["t"] - columns["t"][0]
+    ((found, _),) = measured_records(Selection("log", torque_delay=samples * H), Table("log", columns))
+    assert abs(torque_delay(found).value) < 0.02 * H
+    lost = int(np.ceil(abs(samples)))
+    assert len(found) == len(columns["t"]) - lost
+    first = lost if samples < 0 else 0
+    np.testing.assert_array_equal(found.phi_m, columns["phi_m"][first : first + len(found)])
+    if samples == round(samples):
+        true = log("rigid")["tau_m"][EDGE + first : EDGE + first + len(found)]
+        assert found.tau_m == pytest.approx(true, abs=1e-9)
+
+
+def test_without_a_delay_nothing_is_cut() -> None:
+    columns = late_log(0.0)
+    columns["t"] = columns["t"] - columns["t"][0]
+    ((plain, _),) = measured_records(Selection("log"), Table("log", columns))
+    assert len(plain) == len(columns["t"])
+    np.testing.assert_array_equal(plain.tau_m, columns["tau_m"])
