@@ -10,7 +10,7 @@ import pytest
 from scipy.io import savemat
 
 from robotid.errors import ConfigError, InputError
-from robotid.signals.readers import Table, formats, read
+from robotid.signals.readers import Table, delimited, formats, read
 
 T = np.arange(5) * 0.01
 MATRIX = np.arange(15.0).reshape(5, 3)
@@ -253,3 +253,19 @@ def test_a_position_counts_columns_of_text_too(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("state,t,u\nok,0,1\nok,1,2\nok,2,3\n")
     found = read(tmp_path / "a.csv")
     assert (found.at_position("2"), found.at_position("7"), found.at_position("u")) == ("u", "7", "u")
+
+
+def test_a_long_text_is_read_some_lines_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "log.csv"
+    rows = "\r\n".join(f"{0.001 * k:.3f};{k / 7:.4f}" + ("\r\n# pause" if k % 40 == 0 else "") for k in range(500))
+    file.write_text(f"# a log\r\nt [s];tau\r\n{rows.replace('.', ',')}\r\n", newline="")
+    whole = read(file)
+    monkeypatch.setattr(delimited, "CHUNK", 1_000)
+    parts = read(file)
+    assert whole.lines is not None
+    assert parts.lines is not None
+    np.testing.assert_array_equal(parts.lines, whole.lines)
+    for name in ("t", "tau"):
+        np.testing.assert_array_equal(parts.pick(name), whole.pick(name))
+    assert whole.pick("tau")[7] == 1.0
+    assert whole.where(1).endswith("log.csv:5")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from robotid.errors import InputError, printable
-from robotid.model.array import Array
+from robotid.model.array import Array, Index
 from robotid.signals.readers.room import require_room
 from robotid.signals.readers.table import Table
 from robotid.signals.units import parse
@@ -32,6 +32,7 @@ DATE = re.compile(
     r"\s?(?P<zone>Z|[+-]\d\d:?\d\d)?$"
 )
 HEAD_LINES = 60  # lines from which the layout is guessed
+CHUNK = 16_000_000  # characters of a text that are in memory as lines at once
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,12 +59,15 @@ def read(path: Path) -> Table:
 
     Raises InputError with the line of the first cell that is no number, or row that is too short or too long.
     """
-    lines = _text(path).replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    layout = _layout(path, lines)
+    content = _text(path)
+    if "\r" in content:
+        content = content.replace("\r\n", "\n").replace("\r", "\n")
+    layout = _layout(path, next(_chunks(content)))
+    found = _fast(content, layout)
+    if found is not None:
+        return _table(path, layout, *found, {})
+    lines = content.split("\n")
     rows = [k for k in range(layout.first, len(lines)) if _content(lines[k])]
-    values = _fast(lines, rows, layout)
-    if values is not None:
-        return _table(path, layout, values, rows, {})
     cells = _cells(path, lines, rows, layout)
     text = {
         j: cells[0][j] for j in range(len(layout.names)) if _is_text([row[j] for row in cells[:HEAD_LINES]], layout)
@@ -71,11 +75,11 @@ def read(path: Path) -> Table:
     dates = [j for j, cell in text.items() if DATE.match(cell)]
     text = {j: cell for j, cell in text.items() if j not in dates}
     values = _slow(path, cells, rows, layout, dict.fromkeys((*text, *dates), ""))
-    found = _table(path, layout, values, rows, text)
+    table = _table(path, layout, values, np.array(rows), text)
     times = {layout.names[j] or "time": _seconds(path, [row[j] for row in cells], rows) for j in dates}
     seconds = {printable(name): values for name, (_, values) in times.items()}
     origins = {printable(name): zero for name, (zero, _) in times.items()}
-    return replace(found.with_columns(seconds), units=found.units | dict.fromkeys(seconds, "s"), origins=origins)
+    return replace(table.with_columns(seconds), units=table.units | dict.fromkeys(seconds, "s"), origins=origins)
 
 
 def _text(path: Path) -> str:
@@ -181,16 +185,33 @@ def _named(path: Path, names: Sequence[str], units: Sequence[str]) -> tuple[list
     return kept, found
 
 
-def _fast(lines: Sequence[str], rows: list[int], layout: Layout) -> Array | None:
-    """All rows by numpy's parser, or None where a cell is not a plain number."""
-    body = [lines[k] for k in rows]
-    if layout.comma:
-        body = [line.replace(",", ".") for line in body]
-    try:
-        values = np.loadtxt(body, delimiter=layout.delimiter, ndmin=2, quotechar='"')
-    except ValueError:
-        return None
-    return values if values.shape == (len(rows), len(layout.names)) else None
+def _chunks(text: str) -> Iterator[list[str]]:
+    """All lines of a text, some millions of characters at a time."""
+    begin = 0
+    while begin <= len(text):
+        end = text.find("\n", begin + CHUNK)
+        end = len(text) if end < 0 else end
+        yield text[begin:end].split("\n")
+        begin = end + 1
+
+
+def _fast(text: str, layout: Layout) -> tuple[Array, Index] | None:
+    """All rows by numpy's parser with the numbers of their lines, or None where a cell is not a plain number."""
+    parts, numbers, before = [], [], 0
+    for lines in _chunks(text):
+        rows = [k for k in range(max(0, layout.first - before), len(lines)) if _content(lines[k])]
+        body = [lines[k].replace(",", ".") if layout.comma else lines[k] for k in rows]
+        if rows:
+            try:
+                values = np.loadtxt(body, delimiter=layout.delimiter, ndmin=2, quotechar='"')
+            except ValueError:
+                return None
+            if values.shape != (len(rows), len(layout.names)):
+                return None
+            parts.append(values)
+            numbers.append(before + np.array(rows))
+        before += len(lines)
+    return (np.concatenate(parts), np.concatenate(numbers)) if parts else None
 
 
 def _cells(path: Path, lines: Sequence[str], rows: list[int], layout: Layout) -> list[list[str]]:
@@ -262,7 +283,7 @@ def _slow(path: Path, cells: list[list[str]], rows: list[int], layout: Layout, t
     return values
 
 
-def _table(path: Path, layout: Layout, values: Array, rows: list[int], text: dict[int, str]) -> Table:
+def _table(path: Path, layout: Layout, values: Array, rows: Index, text: dict[int, str]) -> Table:
     numbers = {j: name for j, name in enumerate(layout.names) if name and j not in text}
     if not numbers:
         raise InputError("no column holds numbers", where=str(path), hint="record again, or name another file")
@@ -270,7 +291,7 @@ def _table(path: Path, layout: Layout, values: Array, rows: list[int], text: dic
         str(path),
         {printable(name): np.ascontiguousarray(values[:, j]) for j, name in numbers.items()},
         {printable(name): layout.units[j] for j, name in numbers.items() if layout.units[j]},
-        np.array(rows, dtype=np.float64) + 1,
+        rows.astype(np.float64) + 1,
         {layout.names[j]: cell for j, cell in text.items()},
         order=tuple(printable(name or "time") for name in layout.names),
     )
