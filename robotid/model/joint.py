@@ -110,7 +110,8 @@ class Joint(Layout):
         """Generalised force B u - sum S^T tau(x, v, 0), (nv, n)."""
         force: list[Array | float] = [0.0] * self.masses
         force[0] = u
-        _subtract_torques(force, zip(self.placed, self._port_motions(x, s, t, theta), strict=True), theta)
+        motions = self._port_motions(x, s, t, theta, parameters=False)
+        _subtract_torques(force, zip(self.placed, motions, strict=True), theta)
         return stacked(force, x)
 
     def slopes(self, x: Array, s: Array, t: Array, theta: Array) -> tuple[Array, Array]:
@@ -125,21 +126,22 @@ class Joint(Layout):
         """Directions of motion s (nv, n) and, below them, the sides of all edges, (nv + edges, n)."""
         if not self.edges:
             return s
-        motions = self._port_motions(x, s[: self.masses], t, theta)
-        sides = [motion.m.side for place, motion in zip(self.placed, motions, strict=True) if place.term.edges]
+        motions = self._port_motions(x, s[: self.masses], t, theta, self.before_edges, parameters=False)
+        sides = [motion.m.side for place, motion in zip(self.before_edges, motions, strict=True) if place.term.edges]
         return np.concatenate([s[: self.masses], *sides])
 
     def distances(self, x: Array, s: Array, t: Array, theta: Array) -> Array:
         """Distances of all edges, (edges, n)."""
-        return self._distances(self._port_motions(x, s, t, theta), x, theta)
+        motions = self._port_motions(x, s, t, theta, self.before_edges, parameters=False)
+        return self._distances(motions, x, theta)
 
     def distance_slopes(
         self, x: Array, s: Array, t: Array, theta: Array, columns: DerivativeColumns | None = None
     ) -> EdgeDistances:
         """Distances of all edges with their derivatives to the states and to what is wanted besides."""
-        motions = self._port_motions(x, s, t, theta)
+        motions = self._port_motions(x, s, t, theta, self.before_edges, parameters=columns is not None)
         found = Derivatives.zeros(self.edges, self.nx, x.shape[1], columns)
-        for place, motion in zip(self.placed, motions, strict=True):
+        for place, motion in zip(self.before_edges, motions, strict=True):
             partials = place.term.distance_partials(motion.m, place.values(theta))
             for row, d in enumerate(partials, start=place.side.start - self.masses):
                 found.add(row, motion.chain(d, place.tangent(d)))
@@ -164,7 +166,7 @@ class Joint(Layout):
         """
         linear = linear_part(self, theta) if linear is None else linear
         places, folded = (linear.others, None) if columns is None else (self.placed, linear.folded)
-        motions = self._port_motions(x, s, t, theta, places)
+        motions = self._port_motions(x, s, t, theta, places, parameters=columns is not None)
         evaluated = list(zip(places, motions, folded or (False,) * len(places), strict=True))
         sampled = [(place, motion) for place, motion, known in evaluated if not known]
         force, free = linear.force(x, u), _free(sticking, self.masses)
@@ -207,20 +209,31 @@ class Joint(Layout):
         return signal_matrix.of_signals(inverse(mass))
 
     def _port_motions(
-        self, x: Array, s: Array, t: Array, theta: Array, places: Sequence[Placed] | None = None
+        self,
+        x: Array,
+        s: Array,
+        t: Array,
+        theta: Array,
+        places: Sequence[Placed] | None = None,
+        *,
+        parameters: bool = True,
     ) -> list[PortMotion]:
         """The motion that the term at each place acts on: its port's, behind the transforms there, with the torque that
-        it reads."""
+        it reads. parameters : whether derivatives to those of the transforms are wanted."""
         places = self.placed if places is None else places
         ports = {port: self._raw(place, x, s, t) for port, place in {p.port: p for p in places}.items()}
         motions: dict[int, PortMotion] = {}
         transforms = [(k, place.transform) for k, place in enumerate(places) if place.transform is not None]
+        left = [place.port for place in places]
         # Errors of the teeth come before play between them, whatever the order of the list.
         for k, transform in sorted(transforms, key=lambda one: one[1].watches is None):
             place = places[k]
-            motions[k] = self._with_memory(place, ports[place.port], x, s, theta)
-            watched = self._watched(transform, x, s, t)
-            ports[place.port] = transformed(place, ports[place.port], motions[k].m, watched, place.values(theta))
+            before = ports[place.port]
+            motions[k] = self._with_memory(place, before, x, s, theta)
+            left.remove(place.port)
+            if place.port in left:
+                watched, p = self._watched(transform, x, s, t), place.values(theta)
+                ports[place.port] = transformed(place, before, motions[k].m, watched, p, parameters=parameters)
         for k, place in enumerate(places):
             if k not in motions:
                 motions[k] = self._with_memory(place, ports[place.port], x, s, theta)
@@ -246,11 +259,12 @@ class Joint(Layout):
             motion = replace(motion, m=replace(motion.m, w=w, dw=dw, ddw=ddw))
         if not term.states and not term.edges:
             return motion
-        m = replace(motion.m, z=x[place.z])
+        m = motion.m.remembering(x[place.z], motion.m.side)
         if term.edges:
             given = place.acts and len(s) > self.masses
-            m = replace(m, side=s[place.side] if given else np.sign(stacked(term.distance(m, place.values(theta)), x)))
-        return replace(motion, m=m)
+            side = s[place.side] if given else np.sign(stacked(term.distance(m, place.values(theta)), x))
+            m = m.remembering(m.z, side)
+        return PortMotion(m, motion.x, motion.v, motion.s, motion.tau, motion.levers)
 
     def _watched(self, transform: MotionTransform, x: Array, s: Array, t: Array) -> PortMotion | None:
         """The motion of the port that a transform watches, if it watches one."""
@@ -293,7 +307,7 @@ class Joint(Layout):
         return mass
 
     def _distances(self, motions: Sequence[PortMotion], x: Array, theta: Array) -> Array:
-        pairs = zip(self.placed, motions, strict=True)
+        pairs = zip(self.before_edges, motions, strict=True)
         found = [place.term.distance(motion.m, place.values(theta)) for place, motion in pairs]
         return stacked([distance for own in found for distance in own], x)
 

@@ -32,7 +32,8 @@ class Layout:
     """States and parameters of one joint.
 
     terms : (port, term) pairs; channels : (signal, channel) pairs; ratio : phi_a / phi_m.
-    angle : keep phi_m as a state even where no effect depends on it. positions (positions, nv) : d(position states)/dq.
+    angle : keep phi_m as a state even where no effect depends on it. before_edges : the places whose motion tells the
+    distances of all edges. positions (positions, nv) : d(position states)/dq.
     """
 
     def __init__(
@@ -153,6 +154,8 @@ class Layout:
         self.placed = tuple(placed)
         self.dry = tuple(int(j) for j in np.flatnonzero(dry))
         self.nx, self.n_theta, self.edges = memory, theta, sides - nv
+        edged = {place.port for place in placed if place.term.edges}
+        self.before_edges = tuple(p for p in placed if p.term.edges or (p.transform is not None and p.port in edged))
 
     def _lay_out_changes(self) -> None:
         """Parameters that differ in one record: the difference follows all other parameters."""

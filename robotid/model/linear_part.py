@@ -52,7 +52,8 @@ def linear_part(layout: Layout, theta: Array) -> LinearPart:
     slopes, mass = np.zeros((layout.masses, layout.nx)), np.zeros((layout.masses, layout.masses))
     folded = []
     for place in layout.placed:
-        plain = place.term.linear and not (reading or place.term.states or place.port in transformed)
+        term, between = place.term, place.port in transformed
+        plain = term.linear and not (reading or between or term.states or term.companion_name)
         d = _constant(place, theta) if plain else None
         folded.append(d is not None)
         if d is not None:

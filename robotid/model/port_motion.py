@@ -89,12 +89,18 @@ class PortMotion:
 
 
 def transformed(
-    place: Placed, before: PortMotion, m: Motion, watched: PortMotion | None, p: Sequence[float]
+    place: Placed,
+    before: PortMotion,
+    m: Motion,
+    watched: PortMotion | None,
+    p: Sequence[float],
+    *,
+    parameters: bool = True,
 ) -> PortMotion:
     """The motion of a port behind one more transform.
 
     before : in front of it; m : the same motion with the transform's own memory and sides; watched : the motion of the
-    port that the transform watches.
+    port that the transform watches; parameters : whether derivatives to those of the transform are wanted.
     """
     transform = place.transform
     assert transform is not None
@@ -103,8 +109,8 @@ def transformed(
     dx, dv, ds = transform.transform_partials(m, p)
 
     def tangent(d: Partials) -> Tangent:
-        watching = [] if watched is None else [(d.xw, watched.x), (d.vw, watched.v)]
-        return combine([(1.0, before.chain(d, place.tangent(d))), *watching])
+        along = before.chain(d, place.tangent(d, parameters=parameters))
+        return along if watched is None else combine([(1.0, along), (d.xw, watched.x), (d.vw, watched.v)])
 
     levers = before.levers
     if watched is not None:
@@ -115,7 +121,7 @@ def transformed(
     if not place.acts:
         return _at_null(place, before, (tangent(dx), tangent(dv), tangent(ds)), levers)
     x, v, s = transform.transform(m, p)
-    return PortMotion(replace(before.m, x=x, v=v, s=s), tangent(dx), tangent(dv), tangent(ds), before.tau, levers)
+    return PortMotion(before.m.moved(x, v, s), tangent(dx), tangent(dv), tangent(ds), before.tau, levers)
 
 
 def _at_null(

@@ -49,6 +49,16 @@ class Motion:
     dw: Array | float = 0.0
     ddw: Array | float = 0.0
 
+    def remembering(self, z: Array, side: Array) -> Motion:
+        """The same motion with a term's own states and sides. Written out, for it is made in every evaluation."""
+        return Motion(
+            self.x, self.v, self.a, self.s, self.t, z, self.tau, self.xw, self.vw, side, self.w, self.dw, self.ddw
+        )
+
+    def moved(self, x: Array, v: Array, s: Array) -> Motion:
+        """The same motion at another position, speed and direction."""
+        return Motion(x, v, self.a, s, self.t, self.z, self.tau, self.xw, self.vw, self.side, self.w, self.dw, self.ddw)
+
 
 @dataclass(slots=True)
 class Partials:
