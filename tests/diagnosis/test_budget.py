@@ -1,0 +1,79 @@
+"""A diagnosis within a budget of time: the best answer so far, and what was not examined."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from support.alike import alike
+from support.small_bench import QUICK, STRIBECK, fitted, records
+
+from robotid.diagnosis import DiagnosisOptions, diagnose
+from robotid.diagnosis.search import refits, search
+from robotid.extension import extension_task, with_gains
+from robotid.interrupt import OutOfTime, deadline
+from robotid.report.tables.diagnose import tables
+
+
+def test_without_time_nothing_is_named_and_nothing_is_called_clean() -> None:
+    made = records(STRIBECK)
+    found = diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=1e-6))
+    assert (found.verdict, found.causes) == ("unknown", ())
+    (remark,) = found.remarks
+    assert remark.startswith("the budget of 1e-06 s is spent; not examined: motor.stribeck")
+    assert remark.endswith("further causes, what no effect explains, what differs on the records held out")
+    assert found.rejected[0].why == "not examined: the time was up"
+
+
+def test_a_cause_that_was_found_in_time_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+    def too_late(*_: object) -> None:
+        raise OutOfTime
+
+    monkeypatch.setattr(search, "renew_noise", too_late)
+    made = records(STRIBECK)
+    found = diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=60.0))
+    assert [cause.effect for cause in found.causes] == ["motor.stribeck"]
+    assert found.remarks == (
+        "the budget of 60 s is spent; not examined: further causes, what no effect explains,"
+        " what differs on the records held out",
+    )
+
+
+def test_a_refit_that_takes_too_long_is_left_and_those_before_it_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    made, directly, asked = records(STRIBECK), refits._refit_directly, list[float]()
+
+    def slow(around: refits.Around, one: refits._Attempt) -> object:
+        asked.append(one.promised)
+        if len(asked) > 1:
+            raise OutOfTime
+        return directly(around, one)
+
+    monkeypatch.setattr(refits, "_refit_directly", slow)
+    monkeypatch.setattr(refits, "is_complete", lambda *_: False)
+    found = diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=60.0))
+    assert [cause.effect for cause in found.causes] == ["motor.stribeck"]
+    assert "not examined" in found.remarks[0]
+    assert any(one.why == "not examined: the time was up" for one in found.rejected)
+
+
+def test_a_budget_that_is_large_enough_changes_nothing() -> None:
+    made = records(STRIBECK)
+    fit = fitted(made)
+    assert alike(diagnose(fit, made, QUICK, DiagnosisOptions(budget=1e6)), diagnose(fit, made, QUICK))
+
+
+def test_progress_tells_the_round_the_candidate_and_the_time_left() -> None:
+    heard, made = list[str](), records(STRIBECK)
+    diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=1e6), heard.append)
+    assert any(line.startswith("round 1: refitting with motor.stribeck, 1 of ") for line in heard)
+    assert any(line.endswith(" s left") for line in heard)
+
+
+def test_gains_that_no_time_is_left_for_are_those_of_the_search() -> None:
+    made = records(STRIBECK)
+    fit = fitted(made)
+    found = diagnose(fit, made, QUICK)
+    with deadline(time.monotonic() - 1.0):
+        same = with_gains(found, extension_task(found, fit, made))
+    assert same.causes == found.causes
+    assert same.remarks[-1].startswith("the gains and parameters of the causes are those of the search")
