@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from robotid.config.schema import Config
 from robotid.estimate.flexible import FlexResult
@@ -14,9 +15,10 @@ from robotid.estimate.scrutiny import fit_and_scrutinise
 from robotid.estimate.sensing import default_output, joint_for
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
+from robotid.parallel import ahead
 from robotid.progress import Log, Step
 from robotid.signals.quality import Recordings
-from robotid.signals.record import Quantity
+from robotid.signals.record import Quantity, Record
 
 
 def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: FlexResult, log: Log | None = None) -> Fits:
@@ -33,13 +35,32 @@ def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: Flex
     parameters = start(settings, joint, rigid, flex)
     options = replace(fit_options(settings, output), interruptible=True)
     names = tuple(settings.fit.models)
-    for name, members in settings.fit.models.items():
-        line = None if log is None else (lambda iteration, name=name: log(Step(name, names, iteration)))
-        models[name] = fit_and_scrutinise(name, joint, parameters, recordings.of(members), options, line)
-        if models[name].end is End.INTERRUPTED:
-            break
+    items = [(name, recordings.of(members)) for name, members in settings.fit.models.items()]
+    samples = sum(len(record) for _, records in items for record in records) // len(items)
+    shared = _Common(joint, parameters, options, names)
+    with ahead(_fitted, shared, items, samples=samples, log=log, hands_on_interrupts=True) as found:
+        for name, result in zip(names, found, strict=True):
+            models[name] = result
+            if result.end is End.INTERRUPTED:
+                break
     best = settings.fit.best if settings.fit.best in models else list(models)[-1]
     return Fits(models, best)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Common:
+    """What the fits of all models share. names : of the models."""
+
+    joint: Joint
+    parameters: Parameters
+    options: FitOptions
+    names: tuple[str, ...]
+
+
+def _fitted(shared: _Common, item: tuple[str, Sequence[Record]], log: Log | None = None) -> FitResult:
+    name, records = item
+    line = None if log is None else (lambda iteration: log(Step(name, shared.names, iteration)))
+    return fit_and_scrutinise(name, shared.joint, shared.parameters, records, shared.options, line)
 
 
 def start(settings: Config, joint: Joint, rigid: RigidResult, flex: FlexResult) -> Parameters:

@@ -12,6 +12,7 @@ from robotid.estimate.fitted_model import FittedModel, Simulated, simulate_recor
 from robotid.estimate.result import FitResult, Fits
 from robotid.model.array import Array
 from robotid.model.joint import Joint
+from robotid.parallel import each
 from robotid.progress import Log, Progress
 from robotid.signals.differentiate import ParallelFilter
 from robotid.signals.frf import Frf
@@ -56,7 +57,9 @@ def validate_model(
     fit: FitResult | None = None,
 ) -> ModelValidation:
     """Validate a model on records, used for its fit or not. fit : what made the model, absent for the initial one."""
-    simulated, remarks = _simulate(model, records, options.horizon)
+    samples = sum(map(len, records)) // max(1, len(records))
+    found = each(_on_record, (model, options), records, samples=samples)
+    simulated = {record.name: one.simulated for record, one in zip(records, found, strict=True) if one.simulated}
     covariance = np.zeros((0, 0)) if fit is None else fit.covariance_robust
     return ModelValidation(
         names=model.parameters.names,
@@ -64,13 +67,31 @@ def validate_model(
         values=model.theta,
         output=model.output,
         structure=model.joint.structure,
-        records={name: validate_record(model, one, options) for name, one in simulated.items()},
+        records={record.name: one.validated for record, one in zip(records, found, strict=True) if one.validated},
         covariance=covariance,
         correlation=correlations(covariance),
         identifiability=() if fit is None else _identifiability(fit, simulated),
         bode=bode(model.joint, model.theta, frfs, records[0].sampling_time),
-        remarks=remarks,
+        remarks=tuple(one.remark for one in found if one.remark),
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _OnRecord:
+    """A model on a record; where it diverges, only a remark."""
+
+    simulated: Simulated | None = None
+    validated: RecordValidation | None = None
+    remark: str = ""
+
+
+def _on_record(shared: tuple[FittedModel, ValidationOptions], record: Record) -> _OnRecord:
+    model, options = shared
+    try:
+        simulated = simulate_record(model, record, options.horizon)
+    except NumericsError as error:
+        return _OnRecord(remark=f"{record.name}: {error.what}")
+    return _OnRecord(simulated, validate_record(model, simulated, options))
 
 
 def validate_models(
@@ -136,19 +157,6 @@ def validate_record(model: FittedModel, simulated: Simulated, options: Validatio
         trace=downsampled(record.t, measured, output, model.unit),
         remarks=(*remarks, *_moved(simulated, errors)),
     )
-
-
-def _simulate(
-    model: FittedModel, records: Sequence[Record], horizon: float | None
-) -> tuple[dict[str, Simulated], tuple[str, ...]]:
-    """A model on all records; those on which it diverges are only remarked."""
-    found, remarks = {}, []
-    for record in records:
-        try:
-            found[record.name] = simulate_record(model, record, horizon)
-        except NumericsError as error:
-            remarks.append(f"{record.name}: {error.what}")
-    return found, tuple(remarks)
 
 
 def _moved(simulated: Simulated, errors: Mapping[str, float]) -> Iterator[str]:

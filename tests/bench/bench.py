@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import resource
 import sys
 import tempfile
@@ -37,6 +38,7 @@ from robotid.estimate import lifted
 from robotid.estimate.least_squares import SolveOptions, linearise, solve
 from robotid.estimate.residual import OutputError
 from robotid.model.array import Array
+from robotid.parallel import working
 from robotid.pipeline.execute import execute
 from robotid.pipeline.run import Run
 from robotid.signals.record import Record
@@ -310,6 +312,24 @@ def bench_kuka() -> dict[str, float]:
     return {"kuka.seconds": sum(timed("kuka_axis1.yaml").values())}
 
 
+def bench_jobs() -> dict[str, float]:
+    """Returns how much faster a diagnosis of the paper's experiment is on all cores than on one."""
+    taken = {}
+    with tempfile.TemporaryDirectory() as folder:
+        run = Run(load(ROOT / "configs" / "paper.yaml", TWO_HIDDEN), Path(folder))
+        for stage in ("excite", "collect", "init-rigid", "init-flex", "fit"):
+            execute(run, stage)
+        for jobs in (1, None):
+            with working(jobs):
+                begin = time.perf_counter()
+                execute(run, "diagnose", force=True)
+                taken[jobs] = time.perf_counter() - begin
+    one, all_cores = taken[1], taken[None]
+    cores = len(os.sched_getaffinity(0))
+    print(f"diagnosis with one job {one:.1f} s, on {cores} cores {all_cores:.1f} s: {one / all_cores:.2f} times faster")
+    return {"jobs.speedup": one / all_cores, "jobs.cores": float(cores)}
+
+
 def bench_memory(n: int = 1_000_000) -> None:
     """Scoring a record of a million samples, in the stretches that a diagnosis looks at."""
     whole = long_record(n)
@@ -332,7 +352,7 @@ if __name__ == "__main__":
     parser.add_argument("--json", type=Path, help="a file for the figures: ratios, and seconds of this machine")
     options = parser.parse_args()
     bench_memory()
-    found = bench_length() | bench_catalogue() | bench_diagnosis() | bench_fit(not options.skip_scipy)
+    found = bench_length() | bench_catalogue() | bench_diagnosis() | bench_jobs() | bench_fit(not options.skip_scipy)
     found |= bench_kuka() | (bench_backlash() if not options.skip_backlash else {}) | bench_long_log(options.long)
     for name in ("diagnose_extend", "kuka", "backlash"):
         if f"{name}.seconds" in found:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array
 from robotid.model.units import on_axis
+from robotid.parallel import each
 from robotid.signals.record import Quantity
 from robotid.signals.trace import Trace, downsampled
 
@@ -44,8 +45,9 @@ def locate_misfit(
     noises_after = noise_levels(after, output) if after else ()
     behind = {_key(segment): noise for segment, noise in zip(after, noises_after, strict=True)}
     noises = [behind.get(_key(one), noise) for one, noise in zip(before, noise_levels(before, output), strict=True)]
-    found = list(_missing(before, noises, output))
-    left = _torques(_missing(after, noises_after, output))
+    missing = _missing([*before, *after], [*noises, *noises_after], output)
+    found = [one for one in missing[: len(before)] if one is not None]
+    left = _torques(one for one in missing[len(before) :] if one is not None)
     return MisfitLocation(
         floors=limited_floors(_record_floors(before, noises)),
         missing={name: _trace(name, found, left) for name in _torques(found)},
@@ -74,14 +76,18 @@ def limited_floors(floors: dict[str, float]) -> dict[str, float]:
 
 def _missing(
     segments: Sequence[SimulatedSegment], noises: Sequence[Noise], output: Quantity
-) -> Iterator[MissingTorque]:
-    """Of those segments on which some torque makes the model follow the measurement."""
-    for segment, noise in zip(segments, noises, strict=True):
-        try:
-            found = missing_torque(segment, output, noise.output, noise.torque)
-        except NumericsError:
-            continue
-        yield found
+) -> list[MissingTorque | None]:
+    """Of each segment, None where no torque makes the model follow the measurement."""
+    samples = sum(len(one.residual) for one in segments) // max(1, len(segments))
+    return each(_missing_of, output, list(zip(segments, noises, strict=True)), samples=samples)
+
+
+def _missing_of(output: Quantity, item: tuple[SimulatedSegment, Noise]) -> MissingTorque | None:
+    segment, noise = item
+    try:
+        return missing_torque(segment, output, noise.output, noise.torque)
+    except NumericsError:
+        return None
 
 
 def _torques(found: Iterable[MissingTorque]) -> dict[str, Array]:
