@@ -12,7 +12,6 @@ from robotid.diagnosis import DiagnosisOptions, diagnose
 from robotid.diagnosis.search import refits, search
 from robotid.extension import extension_task, with_gains
 from robotid.interrupt import OutOfTime, deadline
-from robotid.report.tables.diagnose import tables
 
 
 def test_without_time_nothing_is_named_and_nothing_is_called_clean() -> None:
@@ -49,6 +48,7 @@ def test_a_refit_that_takes_too_long_is_left_and_those_before_it_count(monkeypat
         return directly(around, one)
 
     monkeypatch.setattr(refits, "_refit_directly", slow)
+    monkeypatch.setattr(refits, "hopeful", list)
     monkeypatch.setattr(refits, "is_complete", lambda *_: False)
     found = diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=60.0))
     assert [cause.effect for cause in found.causes] == ["motor.stribeck"]
