@@ -58,14 +58,15 @@ def regress(joint: Joint, parameters: Parameters, record: Record, parallel: Para
     own: list[Array] = []
     motor_side: list[Array] = []
     known = np.zeros(len(record))
-    courses = record.courses
+    courses, t = record.courses, record.t
     for place, factor in moving(joint):
         p = list(parameters.values[place.at])
         course = courses.get(place.term.companion_name)
-        moving_port = _at(motion, record.t, factor, course)
+        moving_port = _at(motion, t, factor, course)
         known += factor * place.term.torque(moving_port, p)
         here = _columns(place, moving_port, factor, p)
-        there = here if factor == 1.0 else _columns(place, _at(motion, record.t, 1.0, course), 1.0, p)
+        there = here if factor == 1.0 else _columns(place, _at(motion, t, 1.0, course), 1.0, p)
+        del moving_port  # of a long record, as large as the record
         for k, declared in enumerate(place.term.parameters, start=place.at.start):
             if parameters.free[k] and not declared.is_shape:
                 names.append(joint.names[k])
@@ -121,8 +122,10 @@ def _columns(place: Placed, m: term.Motion, factor: float, p: list[float]) -> li
 
 def _at(motion: Kinematics, t: Array, factor: float, course: Course | None) -> term.Motion:
     """Motion of a port that moves factor times as fast as the motor. course : of the companion that is read."""
-    v = factor * motion.speed
-    m = term.Motion(factor * motion.position, v, factor * motion.acceleration, np.sign(v), t, np.zeros((0, len(t))))
+    x, v, a = motion.position, motion.speed, motion.acceleration
+    if factor != 1.0:
+        x, v, a = factor * x, factor * v, factor * a
+    m = term.Motion(x, v, a, np.sign(v), t, np.zeros((0, len(t))))
     if course is not None:
         m.w, m.dw, m.ddw = course.at(t)
     return m
