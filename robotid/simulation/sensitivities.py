@@ -58,11 +58,13 @@ def sensitivity_blocks(
     start = np.zeros((joint.nx, width))
     start[list(free_states), len(columns) + np.arange(len(free_states))] = 1.0
     yield slice(0, 1), start[list(rows), :, None]
+    buffer = np.empty(width * (min(n - 1, BLOCK) + 1) * joint.nx)  # one for all blocks: memory afresh is slow
     for at in blocks(n - 1, BLOCK):
         steps = trajectory.linearise(at, wanted)
         assert steps.S is not None
-        forcing = np.zeros((width, at.stop - at.start + 1, joint.nx)).transpose(2, 0, 1)
-        forcing[:, :, 0] = start
+        nodes = at.stop - at.start + 1
+        forcing = buffer[: width * nodes * joint.nx].reshape(width, nodes, joint.nx).transpose(2, 0, 1)
+        forcing[:, :first_force], forcing[:, :, 0] = 0.0, start
         for k, column in enumerate(moved):
             if column is None:
                 continue
@@ -74,7 +76,7 @@ def sensitivity_blocks(
         np.einsum("ijn,jqn->iqn", to_forces, forces[: len(wanted.forces), :, at], out=forcing[:, first_force:, 1:])
         z = solve_block_bidiagonal(steps.G, forcing)
         yield slice(at.start + 1, at.stop + 1), z[list(rows), :, 1:]
-        start = z[:, :, -1]
+        start = z[:, :, -1].copy()
 
 
 def force_gradient(trajectory: Trajectory, row: int, weights: Array) -> Array:

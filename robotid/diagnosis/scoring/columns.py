@@ -51,7 +51,7 @@ def columns(
         unknowns.parameters,
         output_rows(trajectory.joint, output, trajectory.speed_origin),
         unknowns.first_states,
-        np.concatenate([*driving, own], axis=1),
+        _joined([*driving, own]),
     )
     outer = output_columns(trajectory, output, unknowns.parameters, inner)
     p, s = len(unknowns.parameters), len(unknowns.first_states)
@@ -65,6 +65,12 @@ def columns(
         first = last
     found[~np.isfinite(found).all(axis=1)] = 0.0  # memory that runs away on this motion: there is nothing to score
     return Columns(outer[:p], outer[p : p + s], found, outer[first:])
+
+
+def _joined(forces: Sequence[Array]) -> Array:
+    """All forces (nv, k, n) beside each other; not copied where they are of one kind, for they are large."""
+    some = [one for one in forces if one.shape[1]] or list(forces[:1])
+    return some[0] if len(some) == 1 else np.concatenate(some, axis=1)
 
 
 def _groups(candidates: Sequence[EffectCandidate]) -> dict[type[EffectCandidate], list[int]]:

@@ -41,12 +41,8 @@ class TermCandidate(EffectCandidate):
     @classmethod
     def forces(cls, group: Sequence[Self], motion: Trajectory, record: Record) -> Array:
         """All terms are placed in one joint, and evaluated along the motion together; zero after the last sample."""
-        base, (joint, theta) = motion.joint, joint_with(motion, group)
-        wanted = [
-            placed.at.start - len(base.names) + k
-            for placed, one in zip(joint.candidates, group, strict=True)
-            for k in one.scored
-        ]
+        joint, theta = joint_with(motion, group)
+        wanted = [placed.at.start + k for placed, one in zip(joint.candidates, group, strict=True) for k in one.scored]
         n = len(motion.u)
         memory = _memory(motion, [one for one in group if one.effect.states])
         forces = np.zeros((joint.masses, scored_parameters(group), n))
@@ -54,7 +50,7 @@ class TermCandidate(EffectCandidate):
             at = slice(interval.start, interval.stop + 1)
             x = np.concatenate([motion.x[:, at], memory[:, at]])
             s = friction_mode(motion.step_inputs(at), motion.x[:, at]).s
-            forces[:, :, interval] = joint.candidate_forces(x, s, motion.t[at], theta)[:, wanted]
+            joint.candidate_forces(x, s, motion.t[at], theta, wanted, out=forces[:, :, interval])
         return forces
 
     @property
