@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robotid.model.array import Array
+from robotid.signals.differentiate import transform_length
 from robotid.signals.quality import quantum
 
 BANDS = (
@@ -30,7 +31,8 @@ def acceleration_noise(density: float, cutoff: float) -> float:
 
 def _floor(angle: Array, sampling_time: float) -> float:
     second = np.diff(angle, 2)
-    n = len(second)
+    n = transform_length(len(second))
+    second = second[:n]
     if n < 4 * BANDS:
         return 0.0
     window = np.hanning(n)

@@ -16,6 +16,8 @@ from robotid.model.array import Array
 NYQUIST_SHARE = 0.8  # a cut-off beyond this share of the Nyquist frequency filters nothing worth having
 SAMPLES_A_CUTOFF = 4.0  # samples kept a period of the cut-off
 FEW_SAMPLES = 20.0  # a period of the cut-off: half a sample is then a phase of nine degrees
+LONG = 1_000_000  # samples of a signal whose spectrum may do without the last ones
+TRANSFORM_BLOCK = 4_096  # samples: a multiple of it has no large prime factor
 POSITION_CUTOFF = 5.0  # of a position's filter, in cut-offs of the parallel filter: it must not shape what that passes
 
 
@@ -128,10 +130,17 @@ def bandwidth(signal: Array, sampling_time: float, share: float = 0.99) -> float
 
     The floor is the median of the upper half of the spectrum, where a white noise is all there is.
     """
-    n = len(signal)
+    n = transform_length(len(signal))
+    signal = signal[:n]
     power = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(n))) ** 2
     floor = np.median(power[len(power) // 2 :])
     energy = np.cumsum(np.maximum(power - floor, 0.0))
     if energy[-1] <= 0:
         return 0.0
     return float(np.fft.rfftfreq(n, sampling_time)[np.searchsorted(energy, share * energy[-1])])
+
+
+def transform_length(n: int) -> int:
+    """How many of n samples a spectrum is taken of: all, of a long signal all but some thousands. A Fourier transform
+    over a large prime number of samples takes many times the memory and the time."""
+    return n if n < LONG else n - n % TRANSFORM_BLOCK

@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robotid.signals.differentiate import bandwidth, central_difference, decimate, differentiate, low_pass
+from robotid.signals.differentiate import (
+    bandwidth,
+    central_difference,
+    decimate,
+    differentiate,
+    low_pass,
+    transform_length,
+)
 
 H = 1e-3
 T = np.arange(10_000) * H
@@ -66,3 +73,12 @@ def test_bandwidth_of_a_sine_in_noise() -> None:
 
 def test_bandwidth_of_a_constant() -> None:
     assert bandwidth(np.full(1000, 3.0), H) == 0.0
+
+
+def test_a_spectrum_of_a_long_signal_leaves_out_its_last_samples() -> None:
+    assert transform_length(999_983) == 999_983  # a prime
+    kept = transform_length(1_000_003)  # another
+    assert kept % 4_096 == 0
+    assert 1_000_003 - kept < 4_096
+    signal = np.sin(2 * np.pi * 5.0 * np.arange(1_000_003) * 1e-3)
+    assert bandwidth(signal, 1e-3) == bandwidth(signal[:kept], 1e-3)
