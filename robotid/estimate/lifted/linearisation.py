@@ -118,8 +118,8 @@ def _shown(problem: OutputError, k: int, segment: _Segment, changes: Array) -> L
 def _changes(problem: OutputError, segments: Sequence[_Segment]) -> list[Array]:
     """Changes of the nodes of records that share their parameters, (1 + m, n, nx) each.
 
-    The records' nodes stand in one row. The interval between the last node of one and the first of the next has no
-    length; its step leads to the next record's first node whatever came before.
+    The records' nodes stand in one row. The step from the last node of one leads to the first of the next whatever came
+    before, so what its interval yields does not count.
     """
     joint, columns = problem.joint.along(segments[0].record), problem.columns
     theta, name = segments[0].theta, segments[0].record.name
@@ -135,15 +135,16 @@ def _changes(problem: OutputError, segments: Sequence[_Segment]) -> list[Array]:
     starts, stops = x[:, :-1].copy(), x[:, 1:]
     starts[:, borders] = stops[:, borders]
     u, t = np.concatenate([s.u for s in segments])[:-1], np.concatenate([s.record.t for s in segments])[:-1]
-    h = np.repeat([s.record.sampling_time for s in segments], [len(s.record) for s in segments])[:-1]
-    h[borders] = 0.0
+    lengths = np.repeat([s.record.sampling_time for s in segments], [len(s.record) for s in segments])[:-1]
+    same = float(lengths[0]) if np.all(lengths == lengths[0]) else None  # what is the same throughout costs less
     channel = {c: np.concatenate([s.channel[c] for s in segments]) for c in segments[0].channel}
     found, begin = np.empty((width, x.shape[1], joint.nx)), begins[0]
     found[:, 0] = begin.T
     for first in range(0, len(u), BLOCK):
         last = min(len(u), first + BLOCK)
         block = slice(first, last)
-        inputs = StepInputs(joint, theta, u[block], t[block], h[block], DerivativeColumns(tuple(mechanical)))
+        h = lengths[block] if same is None else same
+        inputs = StepInputs(joint, theta, u[block], t[block], h, DerivativeColumns(tuple(mechanical)))
         steps = linearise_steps(inputs, starts[:, block], stops[:, block])
         assert steps.S is not None
         forcing = np.zeros((width, last - first + 1, joint.nx)).transpose(2, 0, 1)
