@@ -37,6 +37,7 @@ def extend(task: ExtensionTask, effects: Sequence[str]) -> Extension:
         tried = [one for one in tried[tried.index(effect) + 1 :] if one in leaner.kept]
         kept, whole = leaner.kept, leaner.scored
     after, scores, scores_before = whole.fit, whole.scores, base.scores
+    noise = {name: score.rmse for name, score in scores.items()}
     return Extension(
         model=before.name,
         output=before.output,
@@ -46,8 +47,8 @@ def extend(task: ExtensionTask, effects: Sequence[str]) -> Extension:
         added=tuple(kept),
         before=scores_before,
         after=scores,
-        bic_before=information_criterion(before, scores_before, task.records),
-        bic_after=information_criterion(after, scores, task.records),
+        bic_before=information_criterion(before, scores_before, noise, task.records),
+        bic_after=information_criterion(after, scores, noise, task.records),
         fit=after,
         dropped=tuple(dropped),
     )
@@ -79,9 +80,16 @@ def next_leaner(
     return None
 
 
-def information_criterion(fit: FitResult, scores: Mapping[str, Score], records: Sequence[Record]) -> float:
-    """Bayesian information criterion on the records of the fit, each with its own noise (Schwarz 1978)."""
-    used = [r for r in records if r.name in fit.records and r.name in scores]
+def information_criterion(
+    fit: FitResult, scores: Mapping[str, Score], noise: Mapping[str, float], records: Sequence[Record]
+) -> float:
+    """Bayesian information criterion on the records of the fit (Schwarz 1978).
+
+    noise : RMS error of the noise by record, the same for every model that is compared: a model that takes its own
+    misfit for noise is compared on another scale.
+    """
+    used = [r for r in records if r.name in fit.records and r.name in scores and r.name in noise]
     samples = sum(map(len, used))
-    likelihood = sum(len(r) * np.log(max(scores[r.name].rmse ** 2, np.finfo(np.float64).tiny)) for r in used)
+    variances = {r.name: max(noise[r.name] ** 2, np.finfo(np.float64).tiny) for r in used}
+    likelihood = sum(len(r) * (np.log(variances[r.name]) + scores[r.name].rmse ** 2 / variances[r.name]) for r in used)
     return float(likelihood + sum(not p.fixed for p in fit.parameters) * np.log(samples))

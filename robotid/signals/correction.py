@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import pi
 
+from robotid.numerals import plain
 from robotid.signals.plausibility import Finding
 from robotid.signals.plausibility.alignment import align_speed
 from robotid.signals.proposal import Proposal
@@ -38,7 +39,7 @@ def corrected(found: Proposal, record: Record, finding: Finding) -> Proposal | N
         scale = align_speed(record.phi_m, record.dphi_m, record.sampling_time).scale
         for factor, units in SPEED_UNITS.items():
             if abs(scale / factor - 1.0) < SAME:
-                fitting = _with_units(found, units, f"the speed is {scale:.3g} times the derivative of the angle")
+                fitting = _with_units(found, units, f"the speed is {plain(scale)} times the derivative of the angle")
                 return fitting or _without_speed(found, finding)
     if finding.name.startswith("speed_") and finding.name not in ("speed_size", "speed_exchanged"):
         return _without_speed(found, finding)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from robotid.errors import ConfigError, InputError, NumericsError
 from robotid.model.array import Array, Mask
 from robotid.model.companion import CompanionKind
+from robotid.numerals import plain
 from robotid.signals.clocks import on_one_clock
 from robotid.signals.columns import (
     ALIASES,
@@ -162,7 +163,7 @@ def _clock_remarks(chosen: Selection, grid: Grid, record: Record, *, derived: bo
     if not len(grid.late) or float(np.std(grid.late)) <= NOTABLE_JITTER * h:
         return []
     sizes = ((grid.jitter_rms, "RMS"), (grid.jitter, "at most"))
-    jitter = " and ".join(f"{1e3 * h * share:.2g} ms ({100 * share:.2g} %) {what}" for share, what in sizes)
+    jitter = " and ".join(f"{plain(1e3 * h * share, 2)} ms ({plain(100 * share, 2)} %) {what}" for share, what in sizes)
     if not grid.resampled:
         if float(np.abs(grid.late).max()) <= ROUNDED * grid.resolution:
             return []
@@ -171,7 +172,7 @@ def _clock_remarks(chosen: Selection, grid: Grid, record: Record, *, derived: bo
         ]
     cost = speed_error(grid.late, record.dphi_m, h, derived=derived)
     unit = "m/s" if chosen.linear else "rad/s"
-    ignored = f"ignored, the jitter would be an error of {cost:.2g} {unit} RMS in the speed"
+    ignored = f"ignored, the jitter would be an error of {plain(cost, 2)} {unit} RMS in the speed"
     return [f"sampling intervals jitter by {jitter}: resampled on the time stamps, every {1e3 * h:.6g} ms; {ignored}"]
 
 
@@ -320,7 +321,7 @@ def _speed_remarks(chosen: Selection, record: Record, *, derived: bool) -> list[
     remarks = [f"dphi_m is advanced by speed_delay: {chosen.speed_delay}"] if chosen.speed_delay else []
     scale = speed_scale(angle, speed, h)
     if scale is not None and abs(scale - 1) > NOTABLE:
-        remarks.append(f"dphi_m is {scale:.3g} times the derivative of phi_m; is one of them scaled wrong?")
+        remarks.append(f"dphi_m is {plain(scale)} times the derivative of phi_m; is one of them scaled wrong?")
     lag = speed_lag(angle, speed, h)
     if lag:
         much = f"{abs(lag):.1f} sample{'s' * (abs(lag) >= 1.05)} {'late' if lag > 0 else 'early'}"

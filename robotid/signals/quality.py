@@ -9,6 +9,7 @@ import numpy as np
 
 from robotid.errors import InputError, NumericsError
 from robotid.model.array import Array
+from robotid.numerals import plain
 from robotid.signals.differentiate import bandwidth
 from robotid.signals.record import Record
 from robotid.signals.repair import RepairedSignals
@@ -112,7 +113,7 @@ def _excited(record: Record, source: str, step: float) -> None:
     what = ""
     sizes = {name: float(np.abs(getattr(record, name)).max()) for name in ("tau_m", "phi_m", "dphi_m")}
     if absurd := [name for name, size in sizes.items() if not SMALLEST < size < LARGEST and (size or name != "dphi_m")]:
-        what = f"{absurd[0]} reaches {sizes[absurd[0]]:.3g}, which no sensor of a machine does"
+        what = f"{absurd[0]} reaches {plain(sizes[absurd[0]])}, which no sensor of a machine does"
     elif np.ptp(record.tau_m) == 0.0:
         what = "the torque never changes"
     elif np.ptp(record.phi_m) == 0.0:
@@ -128,13 +129,14 @@ def _flaws(record: Record, saturated: float) -> tuple[str, ...]:
     found = []
     if saturated:
         found.append(
-            f"the torque sits at its largest or smallest value in {100 * saturated:.2g} % of the samples: saturated?"
+            f"the torque sits at its largest or smallest value in {plain(100 * saturated, 2)} % of the samples:"
+            " saturated?"
         )
     k = jump(record.phi_m)
     if k is not None:
         size = abs(float(record.phi_m[k] - record.phi_m[k - 1]))
         found.append(
-            f"phi_m jumps by {size:.3g} within a sample at {k * record.sampling_time:.6g} s, unlike its neighbours"
+            f"phi_m jumps by {plain(size)} within a sample at {k * record.sampling_time:.6g} s, unlike its neighbours"
         )
     if record.sampling_time > 0.1 or record.sampling_time < 1e-6:
         found.append(f"a sampling time of {record.sampling_time:g} s is unusual: is the unit of time right?")

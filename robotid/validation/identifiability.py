@@ -8,6 +8,7 @@ import numpy as np
 
 from robotid.estimate.result import Estimate, FitResult
 from robotid.model.array import Array
+from robotid.numerals import plain
 from robotid.validation.results import Identifiability, Verdict
 from robotid.validation.torque_share import TorqueShare
 
@@ -71,8 +72,8 @@ def _judge(
 
 def _by_std(p: Estimate, relative: float) -> tuple[Verdict, str]:
     if relative > UNSEEN_STD:
-        return "unseen", f"{p.value:.3g} +- {p.std_robust:.2g} {p.unit} is not distinct from zero"
-    text = f"standard deviation {100 * relative:.2g} % of its value"
+        return "unseen", f"{plain(p.value)} +- {plain(p.std_robust, 2)} {p.unit} is not distinct from zero"
+    text = f"standard deviation {plain(100 * relative, 2)} % of its value"
     return ("weak" if relative > WEAK_STD else "seen"), text
 
 
@@ -87,7 +88,7 @@ def _by_share(share: TorqueShare | None, relative: float) -> tuple[Verdict, str]
         return "weak", text
     hidden = f"an error of {_percent(UNSEEN_SHARE)} anywhere else hides it"
     if relative <= UNSEEN_STD:
-        hidden += f", though against noise alone its standard deviation is {100 * relative:.2g} %"
+        hidden += f", though against noise alone its standard deviation is {plain(100 * relative, 2)} %"
     return "unseen", f"{text}: {hidden}"
 
 
@@ -103,4 +104,4 @@ def _by_cosine(fit: FitResult, k: int, cosine: float, correlation: Array) -> tup
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %"
+    return f"{plain(100 * share, 2)} %"

@@ -12,6 +12,7 @@ from robotid.estimate.fitted_model import FittedModel, Simulated, simulate_recor
 from robotid.estimate.result import FitResult, Fits
 from robotid.model.array import Array
 from robotid.model.joint import Joint
+from robotid.numerals import plain
 from robotid.parallel import each
 from robotid.progress import Log, Progress
 from robotid.signals.differentiate import ParallelFilter
@@ -166,7 +167,7 @@ def _moved(simulated: Simulated, errors: Mapping[str, float]) -> Iterator[str]:
     for quantity, (measured, found) in signals.items():
         moved = abs(float(found[0] - measured[0]))
         if moved > NOTABLE * errors[quantity]:
-            yield f"first {quantity} {moved:.2g} off the measured one"
+            yield f"first {quantity} {plain(moved, 2)} off the measured one"
 
 
 def _torque_error(joint: Joint, theta: Array, simulated: Simulated, options: ValidationOptions) -> float | None:

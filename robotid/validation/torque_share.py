@@ -12,6 +12,7 @@ from robotid.model.port import Port
 from robotid.model.port_motion import Placed
 from robotid.model.term import Motion
 from robotid.model.units import on_axis
+from robotid.numerals import plain
 from robotid.simulation.friction.mode import friction_mode
 from robotid.simulation.trajectory import BLOCK, Trajectory
 
@@ -101,7 +102,7 @@ def _motion_at(acting: _Acting, k: int, trajectory: Trajectory) -> str:
 
 
 def _number(signal: Array, k: int) -> str:
-    return f"{abs(float(signal[k if signal.size > 1 else 0])):.3g}"
+    return plain(abs(float(signal[k if signal.size > 1 else 0])))
 
 
 def _stretches(trajectory: Trajectory, places: Sequence[Placed]) -> Iterator[list[_Acting]]:

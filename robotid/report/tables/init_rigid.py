@@ -13,8 +13,9 @@ if TYPE_CHECKING:
 
 def tables(rigid: RigidResult) -> tuple[Table, ...]:
     """Parameters, and the torque error of each record."""
-    rows = tuple((p.name, number(p.value, 5), number(p.std, 2), p.unit, p.remark) for p in rigid.parameters)
-    note = "\n".join((f"condition number {number(rigid.condition_number, 3)}", *rigid.remarks))
+    rows = tuple((p.name, number(p.value, 5), number(p.std_robust, 2), p.unit, p.remark) for p in rigid.parameters)
+    robust = "sd: standard deviation that allows for coloured residuals"
+    note = "\n".join((robust, f"condition number {number(rigid.condition_number, 3)}", *rigid.remarks))
     errors = tuple(
         (name, fixed(error), number(rigid.cutoff.get(name), 3)) for name, error in rigid.torque_error_percent.items()
     )
