@@ -12,8 +12,8 @@ from robotid.errors import NumericsError
 from robotid.estimate import lifted
 from robotid.estimate.covariance import coloured_information, impulse_response
 from robotid.estimate.least_squares import Solution, SolveOptions, solve
-from robotid.estimate.noise.information import is_explained, noise_information
-from robotid.estimate.noise.levels import Residual, expected_levels, fit_levels, torque_floor
+from robotid.estimate.noise.information import is_explained, noise_information, upper_envelope
+from robotid.estimate.noise.levels import Residual, expected_levels, fit_levels, likely_levels, torque_floor
 from robotid.estimate.noise.response import torque_response
 from robotid.estimate.noise.whitening import NoiseLevels
 from robotid.estimate.residual import Evaluation, OutputError, measured_output, observed
@@ -274,7 +274,8 @@ class _RecordDerivatives:
 def _noise_information(problem: OutputError, theta: Array, records: Sequence[_RecordDerivatives]) -> list[Array]:
     """J R J' of every record, weighted by its square, R the covariance of its residual.
 
-    By the noises of output and torque where these explain the residual; else by an autoregression besides.
+    By the noises of output and torque where these explain the residual, averaged over what they may be. Else an
+    autoregression besides counts, too, in every direction the larger: what is not explained makes no interval shorter.
     """
     least = [_rounding(measured_output(record, problem.output)) for record in problem.records]
     if all(np.abs(one.residual).max() <= level for one, level in zip(records, least, strict=True)):
@@ -288,16 +289,19 @@ def _noise_information(problem: OutputError, theta: Array, records: Sequence[_Re
     likeliest = fit_levels(seen)
     found = [np.zeros_like(one.squared) for one in records]
     explained = all(is_explained(part, level) for part, level in zip(seen, likeliest, strict=True))
-    levels = _of_records(expected_levels(seen, likeliest), records) if explained else []
+    likely = [(s, _of_records(expected_levels(seen, one), records)) for s, one in likely_levels(seen, likeliest)]
     for k, (one, square) in enumerate(zip(records, problem.weights**2, strict=True)):
         for at, values in one.derivatives():
+            parts = [share * noise_information(values, responses[k], levels[k]) for share, levels in likely]
+            as_noise = np.asarray(np.sum(parts, axis=0))
             if explained:
-                found[k] += square * noise_information(values, responses[k], levels[k])
+                found[k] += square * as_noise
                 continue
             h = responses[k].sampling_time
             joint = problem.joint.along(problem.records[k])
             impulse = impulse_response(joint, theta, problem.row, h, at.stop - at.start)
-            found[k] += square * coloured_information(values, one.residual[at], impulse)
+            as_shown = coloured_information(values, one.residual[at], impulse)
+            found[k] += square * upper_envelope(as_noise, as_shown)
     return found
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robotid.errors import NumericsError
 from robotid.model.array import Array
 from robotid.model.geometry import Selection
 from robotid.model.layout import Layout
@@ -46,7 +47,10 @@ class LinearPart:
 
 
 def linear_part(layout: Layout, theta: Array) -> LinearPart:
-    """The linear part at parameters theta (p,). Terms whose torque others read are none of it."""
+    """The linear part at parameters theta (p,). Terms whose torque others read are none of it.
+
+    Raises NumericsError where the joint has no mass.
+    """
     reading = any(place.term.reads is not None for place in layout.placed)
     transformed = {place.port for place in layout.placed if place.transform is not None}
     slopes, mass = np.zeros((layout.masses, layout.nx)), np.zeros((layout.masses, layout.masses))
@@ -63,7 +67,11 @@ def linear_part(layout: Layout, theta: Array) -> LinearPart:
     others = tuple(place for place, known in zip(layout.placed, folded, strict=True) if not known)
     constant = not any(place.reads_acceleration for place in others)
     diagonal = not np.any(mass - np.diag(np.diag(mass)))
-    gain = of_numbers(np.asarray(np.linalg.inv(mass))) if constant else None
+    try:
+        gain = of_numbers(np.asarray(np.linalg.inv(mass))) if constant else None
+    except np.linalg.LinAlgError:
+        what = "a mass of the joint vanishes at these parameters"
+        raise NumericsError(what, hint="check the parameters' guesses and bounds") from None
     return LinearPart(of_numbers(-slopes), mass, tuple(folded), others, gain, diagonal)
 
 

@@ -21,6 +21,7 @@ from robotid.estimate.lifted.iterate import advanced_nodes, iterate
 from robotid.estimate.residual import OutputError
 from robotid.estimate.result import End
 from robotid.model.structure import change
+from robotid.progress import Iteration
 from robotid.signals.record import Quantity, Record
 from robotid.signals.reference import Reference
 from robotid.simulation.closed_loop.controller import Controller
@@ -221,3 +222,19 @@ def test_a_coarse_problem_holds_the_mean_torque_and_the_cost() -> None:
 def test_coarse_nodes_are_joined_by_straight_lines() -> None:
     x = np.array([[0.0, 4.0, 8.0]])
     assert refined(x, 4, 10)[0].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 8.0]
+
+
+def test_every_iterate_costs_what_it_costs_on_all_samples() -> None:
+    """The first iterates see every eighth sample only; their cost is that of all of them, and it falls."""
+    sought = problem()
+    assert coarse_factor(sought) > 1
+    logged = list[Iteration]()
+    found = lifted.solve(sought, sought.start(), OPTIONS, log=logged.append)
+    assert found.end is End.CONVERGED
+    assert np.all(np.diff(found.cost) < 2e-3 * np.array(found.cost[:-1]))  # straight between coarse nodes
+    assert found.cost[-1] == pytest.approx(found.evaluation.cost)
+    assert [one.number for one in logged] == list(range(1, len(found.cost)))
+    costs = [one.cost for one in logged]
+    assert np.all(np.diff(costs) < 2e-3 * np.array(costs[:-1]))
+    assert costs[0] == pytest.approx(found.cost[1])
+    assert costs[-1] == pytest.approx(found.cost[-1], rel=1e-3)

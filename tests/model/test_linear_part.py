@@ -7,6 +7,7 @@ import pytest
 from support.paper_joint import RATIO, STRUCTURE
 
 from robotid.catalogue import assemble
+from robotid.errors import NumericsError
 from robotid.model.array import Array
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
@@ -70,3 +71,9 @@ def test_linear_terms_are_folded_unless_something_comes_between() -> None:
     behind = assemble(STRUCTURE.extended("gear.backlash"))
     others = {p.term.name for p in linear_part(behind, behind.parameters().values).others}
     assert others == {"coulomb", "cubic_spring", "backlash", "spring", "damper"}
+
+
+def test_a_joint_without_mass_is_one_clear_error() -> None:
+    joint = assemble(Structure(("motor.inertia", "motor.viscous")))
+    with pytest.raises(NumericsError, match="a mass of the joint vanishes"):
+        linear_part(joint, np.zeros(2))

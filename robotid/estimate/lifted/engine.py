@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -100,7 +101,7 @@ def fits_in_memory(problem: OutputError) -> bool:
 def _solve(problem: OutputError, start: Array, options: SolveOptions, log: Callable[[Iteration], None] | None) -> Ended:
     factor = coarse_factor(problem)
     if factor > 1:
-        found = _coarse(coarsened(problem, factor), start, options, log)
+        found = _coarse(coarsened(problem, factor), start, options, log, lambda at: _full_cost(problem, at, factor))
         if found is not None:
             start = Bounds(*problem.bounds()).clip(found.at.unknowns)
             nodes = [refined(x, factor, len(r)) for x, r in zip(found.at.nodes, problem.records, strict=True)]
@@ -118,14 +119,31 @@ def _continued(log: Callable[[Iteration], None] | None, before: int) -> Callable
     return None if log is None else lambda one: log(replace(one, number=one.number + before))
 
 
+def _full_cost(problem: OutputError, at: Iterate, factor: int) -> float:
+    """What the motion of a coarse iterate costs on all samples, straight between its nodes."""
+    cost = 0.0
+    for k, (part, record) in enumerate(zip(at.parts, problem.records, strict=True)):
+        t = part.trajectory
+        x = refined(t.x + part.correction_of_nodes, factor, len(record))
+        u = effective_torque(t.joint, t.theta, record.sampling_time, record.tau_m)
+        nodes = Problem(t.joint, t.theta, u[:-1], record.sampling_time, x, begin=t.begin)
+        residual = problem.residual(k, trajectory_of(nodes, u, record, x))
+        cost += 0.5 * float(residual @ residual)
+    return cost
+
+
 def _coarse(
-    problem: OutputError, start: Array, options: SolveOptions, log: Callable[[Iteration], None] | None
+    problem: OutputError,
+    start: Array,
+    options: SolveOptions,
+    log: Callable[[Iteration], None] | None,
+    measure: Callable[[Iterate], float],
 ) -> Ended | None:
-    """Where a coarse problem ends, None where it leads nowhere."""
+    """Where a coarse problem ends, None where it leads nowhere. measure : the cost that is reported of its iterates."""
     samples = sum(map(len, problem.records))
     rough = replace(options, tolerance=max(options.tolerance, NOISE_SHARE * len(start) / samples))
     try:
-        ended = run(problem, iterate(problem, start, _first_nodes(problem, start)), rough, log)
+        ended = run(problem, iterate(problem, start, _first_nodes(problem, start)), rough, log, measure=measure)
     except NumericsError:
         return None
     return ended if len(ended.cost) > 1 else None
@@ -153,10 +171,11 @@ def run(
     log: Callable[[Iteration], None] | None = None,
     *,
     near: bool = False,
+    measure: Callable[[Iterate], float] = attrgetter("cost"),
 ) -> Ended:
     """Iterate from here until a full step promises less than the tolerance and the nodes are a simulation. near : the
-    nodes are close to one, so that first states may move at once."""
-    descent, end = Descent(problem, at, near), End.ITERATIONS
+    nodes are close to one, so that first states may move at once; measure : the cost that is reported of an iterate."""
+    descent, end = Descent(problem, at, near, measure), End.ITERATIONS
     try:
         while len(descent.cost) <= options.max_iterations:
             done = descent.ends(options)
@@ -164,9 +183,9 @@ def run(
                 end = done
                 break
             check()
-            before = descent.at.cost
             if descent.advance(options.tolerance) and log is not None:
-                log(Iteration(len(descent.cost) - 1, descent.at.cost, before - descent.at.cost))
+                before, cost = descent.cost[-2:]
+                log(Iteration(len(descent.cost) - 1, cost, before - cost))
     except NotSettling:
         end = End.STALLED
     except (Interrupted, KeyboardInterrupt):
@@ -178,7 +197,7 @@ def run(
 
 @dataclass(slots=True, eq=False)
 class Descent:
-    """Damped steps from an iterate, one after the other. near : as of `run`.
+    """Damped steps from an iterate, one after the other. near, measure : as of `run`.
 
     settled : the last iterate whose nodes are a simulation; rejected, small : steps in a row that were no good, and
     that gained little; settling : nodes are expected to settle by themselves.
@@ -187,6 +206,7 @@ class Descent:
     problem: OutputError
     at: Iterate
     near: bool
+    measure: Callable[[Iterate], float] = attrgetter("cost")
     cost: list[float] = field(init=False)
     settled: Iterate | None = field(init=False)
     damping: float = field(default=FIRST_DAMPING, init=False)
@@ -198,7 +218,7 @@ class Descent:
 
     def __post_init__(self) -> None:
         self.bounds = Bounds(*self.problem.bounds())
-        self.cost = [self.at.cost]
+        self.cost = [self.measure(self.at)]
         self.settled = self.at if self.at.largest <= TOLERANCE else None
 
     def ends(self, options: SolveOptions) -> End | None:
@@ -231,7 +251,7 @@ class Descent:
         self.damping, self.growth, self.rejected = next_damping(self.damping, trial.gain), DAMPING_GROWTH, 0
         self.small = self.small + 1 if self.at.merit - trial.after.merit < tolerance * self.at.merit else 0
         self.at = trial.after
-        self.cost.append(self.at.cost)
+        self.cost.append(self.measure(self.at))
         if self.at.largest <= TOLERANCE:
             self.settled = self.at
         return True

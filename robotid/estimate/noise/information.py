@@ -18,6 +18,7 @@ from robotid.model.array import Array
 from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
 
 SURPRISE = 4.0  # standard deviations of the mean of an octave of the whitened spectrum that pass for chance
+RANK = 1e-13  # smallest eigenvalue that counts, of the largest
 OCTAVE = 8  # lines of the narrowest one
 
 
@@ -39,6 +40,20 @@ def noise_information(jacobian: Array, response: TorqueResponse, levels: NoiseLe
         lasting[:, 1:] *= np.sqrt(1.0 - pole**2)
         found = found + levels.red * lasting @ lasting.T
     return np.asarray(found)
+
+
+def upper_envelope(one: Array, other: Array) -> Array:
+    """The matrix that is in every common direction of two positive semidefinite ones as large as the larger of them.
+    (m, m) each."""
+    total = one + other
+    scale = np.sqrt(np.maximum(np.diag(total), 1e-300))
+    values, vectors = np.linalg.eigh(total / np.outer(scale, scale))
+    kept = values > RANK * values[-1]
+    root = vectors[:, kept] * np.sqrt(values[kept])
+    into = vectors[:, kept] / np.sqrt(values[kept])
+    shares, directions = np.linalg.eigh(into.T @ (one / np.outer(scale, scale)) @ into)
+    spanned = root @ directions
+    return np.asarray((spanned * np.maximum(shares, 1.0 - shares)) @ spanned.T * np.outer(scale, scale))
 
 
 def is_explained(one: Residual, levels: NoiseLevels, settings: LevelSettings = SETTINGS) -> bool:

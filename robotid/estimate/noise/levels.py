@@ -31,7 +31,8 @@ class LevelSettings:
     crossings : how many frequencies, below which the torque's noise prevails, the first sweep tries. corner_step :
     factor from one corner of the red noise to the next. reach, scales : decades on either side of the likeliest level
     of the torque's noise, and how many levels in them, over which its mean is taken. full : leverage from which a
-    frequency tells nothing. band : relative width of the bands over which spectra are averaged."""
+    frequency tells nothing. band : relative width of the bands over which spectra are averaged. believable :
+    likelihood, relative to the largest, from which levels count in a mean over them."""
 
     sweeps: int = 8
     settled: float = 0.02
@@ -42,6 +43,7 @@ class LevelSettings:
     scales: int = 37
     full: float = 0.8
     band: float = 0.03
+    believable: float = 0.02
 
 
 SETTINGS = LevelSettings()
@@ -85,6 +87,24 @@ def fit_levels(residuals: Sequence[Residual], settings: LevelSettings = SETTINGS
         if done:
             break
     return levels
+
+
+def likely_levels(
+    residuals: Sequence[Residual], levels: Sequence[NoiseLevels], settings: LevelSettings = SETTINGS
+) -> list[tuple[float, tuple[NoiseLevels, ...]]]:
+    """Levels that explain residuals about as well as the likeliest, with the share of belief in each.
+
+    Short records hardly tell the memory of the torque's noise, and an interval is as long as that is: a mean over the
+    corners is fairer than the best of them (Hoeting et al. 1999). levels : the likeliest.
+    """
+    if not any(one.signal.any() for one in residuals):
+        return [(1.0, tuple(levels))]
+    choices = _choices(residuals, levels, settings)
+    least = min(criterion for criterion, _ in choices)
+    weighed = [(float(np.exp(-0.5 * (criterion - least))), one) for criterion, one in choices]
+    kept = [(weight, one) for weight, one in weighed if weight > settings.believable]
+    total = sum(weight for weight, _ in kept)
+    return [(weight / total, one) for weight, one in kept]
 
 
 def expected_levels(
@@ -209,6 +229,15 @@ class _Lines:
 def _refine(
     residuals: Sequence[Residual], levels: Sequence[NoiseLevels], settings: LevelSettings
 ) -> tuple[NoiseLevels, ...]:
+    """The choice that the criterion asks for."""
+    return min(_choices(residuals, levels, settings), key=lambda one: one[0])[1]
+
+
+def _choices(
+    residuals: Sequence[Residual], levels: Sequence[NoiseLevels], settings: LevelSettings
+) -> list[tuple[float, tuple[NoiseLevels, ...]]]:
+    """The likeliest levels with and without noise on the torque, white, and red of every corner, each with the
+    criterion of Bayes. levels : by which the residuals are whitened."""
     corners = _corners(residuals, settings)
     filters = [innovations_filter(one.response, level) for one, level in zip(residuals, levels, strict=True)]
     lines = [_lines(one, whiten, corners, settings) for one, whiten in zip(residuals, filters, strict=True)]
@@ -222,23 +251,20 @@ def _refine(
     choices: list[tuple[Array, bool, int | None]] = [(own, False, None), (np.vstack([own, torque]), True, None)]
     choices += [(np.vstack([own, torque, red[i : i + 1]]), True, i) for i in range(len(corners))]
     count = np.concatenate([one.count for one in lines])
-    best: tuple[float, Array, bool, int | None] = (np.inf, np.zeros(0), False, None)
-    for bases, white, corner in choices:
+    n, answer = len(lines), []
+    for bases, white, at in choices:
         found, cost = whittle(power, bases, count)
-        criterion = cost + len(bases) * np.log(count.sum())
-        if criterion < best[0]:
-            best = (criterion, found, white, corner)
-    _, found, white, at = best
-    n = len(lines)
-    return tuple(
-        NoiseLevels(
-            max(float(found[k]), one.least, TIE * float(np.mean(one.signal**2)) + SMALLEST),
-            min(float(found[n]), one.most_torque) if white else 0.0,
-            float(found[n + 1]) if at is not None else 0.0,
-            float(corners[at]) if at is not None else 1.0,
+        these = tuple(
+            NoiseLevels(
+                max(float(found[k]), one.least, TIE * float(np.mean(one.signal**2)) + SMALLEST),
+                min(float(found[n]), one.most_torque) if white else 0.0,
+                float(found[n + 1]) if at is not None else 0.0,
+                float(corners[at]) if at is not None else 1.0,
+            )
+            for k, one in enumerate(residuals)
         )
-        for k, one in enumerate(residuals)
-    )
+        answer.append((cost + len(bases) * float(np.log(count.sum())), these))
+    return answer
 
 
 def _corners(residuals: Sequence[Residual], settings: LevelSettings) -> Array:

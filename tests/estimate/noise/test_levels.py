@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from scipy.stats import kstest
 
 from robotid.estimate.noise.information import is_explained, noise_information
-from robotid.estimate.noise.levels import Residual, expected_levels, fit_levels, torque_floor, whittle
+from robotid.estimate.noise.levels import Residual, expected_levels, fit_levels, likely_levels, torque_floor, whittle
 from robotid.estimate.noise.response import TorqueResponse
 from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 from robotid.model.array import Array
@@ -139,8 +139,25 @@ def test_what_cannot_be_told_is_taken_as_it_is_on_average() -> None:
         assert level.torque > 0.0
 
 
+def test_a_short_record_leaves_the_memory_of_the_noise_open() -> None:
+    """The corner of a red noise on the torque is told by a long record only; its neighbours count with their share."""
+    drawn = residuals("speed", 0.005, 0.02, 0.99)
+    short = [replace(one, signal=one.signal[:800]) for one in drawn[:1]]
+    corners = []
+    for seen in (drawn, short):
+        found = likely_levels(seen, fit_levels(seen))
+        assert sum(share for share, _ in found) == pytest.approx(1.0)
+        assert max(share for share, _ in found) < 1.0
+        best = max(found, key=lambda one: one[0])[1]
+        assert best[0].corner == pytest.approx(fit_levels(seen)[0].corner)
+        corners.append(len({one[0].corner for _, one in found}))
+    assert corners[0] < corners[1]
+
+
 def test_a_residual_of_nothing_has_no_noise() -> None:
-    (level,) = fit_levels([Residual(np.zeros(SAMPLES), joint("speed"))])
+    nothing = [Residual(np.zeros(SAMPLES), joint("speed"))]
+    (level,) = fit_levels(nothing)
+    assert likely_levels(nothing, [level]) == [(1.0, (level,))]
     assert max(level.output, level.torque, level.red) < 1e-200
 
 
