@@ -73,6 +73,11 @@ class Candidate(ABC):
         return any(p.turns for p in self.parameters)
 
     @property
+    def variant(self) -> tuple[float, ...]:
+        """Which of several laws of one name it is: its shapes that no fit estimates."""
+        return tuple(v for v, p in zip(self.values, self.parameters, strict=True) if p.is_shape and not p.estimated)
+
+    @property
     def family(self) -> Hashable:
         """What it shares with other points of its grid that would be refined alike; None where a grid suffices."""
         return None

@@ -60,7 +60,7 @@ def refit_hopeful(state: SearchState, criteria: Criteria, log: Log) -> RefitRoun
         new = [s for s in significant if s.candidate.name not in failed]
         again = [s for s in significant if s.candidate.name in failed]
         best = hopeful(new)[: criteria.max_refits]
-        chosen = [*again, *best, *_elsewhere(best, state)]
+        chosen = [*again, *best, *_variants([*again, *best], points), *_elsewhere(best, state)]
         found = _refits(chosen, state, log)
         if found.refits:
             return RefitRound(tuple(in_order(found.refits, state.data, criteria)), found.unexamined)
@@ -75,6 +75,19 @@ def refit_hopeful(state: SearchState, criteria: Criteria, log: Log) -> RefitRoun
 def hopeful(scores: Sequence[Score]) -> list[Score]:
     """The scores that come near the best, which is the first."""
     return [s for s in scores if s.energy > CHOICE.hopeful_share * scores[0].energy]
+
+
+def _variants(best: Sequence[Score], points: Sequence[Score]) -> list[Score]:
+    """The best points of the same effects' other laws, from which a refit does not get to one another."""
+    names = {one.candidate.name for one in best}
+    found = {(one.candidate.name, one.candidate.variant) for one in best}
+    others = []
+    for one in points:
+        law = one.candidate.name, one.candidate.variant
+        if one.candidate.name in names and law not in found:
+            found.add(law)
+            others.append(one)
+    return others
 
 
 def _elsewhere(best: Sequence[Score], state: SearchState) -> list[Score]:
@@ -135,19 +148,29 @@ def rivals(one: Score, best: Score) -> bool:
 
 
 def is_complete(explained: float, misfit: float) -> bool:
-    """Whether a refit that removes this energy explains the whole misfit."""
-    return explained > CHOICE.complete_share * misfit
+    """Whether a refit that removes this energy explains the whole misfit; of what errors of the torque may be in any
+    case, nothing is known to be whole."""
+    return misfit > 0.0 and explained > CHOICE.complete_share * misfit
 
 
 def in_order(refits: Sequence[CandidateRefit], data: EvaluationData, criteria: Criteria) -> list[CandidateRefit]:
     """By the information criterion, each effect once; but what has fewer parameters goes before the best where the
-    difference is below the least improvement."""
+    difference is below the least improvement. Of several laws of one effect, the one that carries over best stands for
+    it, where there are records to carry over to."""
     each: dict[str, CandidateRefit] = {}
     for one in sorted(refits, key=lambda one: information_criterion(one.model)):
-        each.setdefault(one.effect, one)
-    ordered = list(each.values())
+        known = each.setdefault(one.effect, one)
+        law = one.score.candidate.variant
+        if data.validation and law != known.score.candidate.variant and _carries_further(one, known):
+            each[one.effect] = one
+    ordered = sorted(each.values(), key=lambda one: information_criterion(one.model))
     least = ordered[0].model.energy + criteria.min_improvement_sigma**2 * data.samples
     return sorted(ordered, key=lambda one: len(one.model.columns) if one.model.energy <= least else np.inf)
+
+
+def _carries_further(one: CandidateRefit, other: CandidateRefit) -> bool:
+    """Whether a refit leaves less on the records that it was not fitted to."""
+    return one.model.validation_energy < other.model.validation_energy
 
 
 def information_criterion(model: RefittedModel) -> float:
