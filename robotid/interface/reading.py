@@ -14,8 +14,9 @@ from robotid.config.suggest import suggest
 from robotid.errors import ConfigError
 from robotid.interface.dataset import Dataset
 from robotid.interface.hints import SIGNALS, in_python_terms
-from robotid.signals.columns import Column
-from robotid.signals.measured import Selection, measured_records
+from robotid.model.companion import CompanionKind
+from robotid.signals.columns import ALIASES, Column
+from robotid.signals.measured import CompanionColumn, Selection, measured_records
 from robotid.signals.readers import read as read_table
 from robotid.signals.readers.delimited import without_unit
 from robotid.signals.readers.table import Table, numeric
@@ -49,6 +50,7 @@ class Columns(TypedDict, total=False):
     speed_delay: int
     torque_delay: float
     repair: Mapping[str, str]
+    signals: Mapping[str, Mapping[str, Any]]
 
 
 def read(
@@ -74,6 +76,9 @@ def read(
     A column is a name, with its unit where the file does not tell it, "angle [deg]"; `rid.Column(name, unit=...,
     scale=..., offset=..., column=...)` turns volts into torque or picks a column of a matrix. A signal that is left out
     is found by its usual names; None means that there is none. A column without a unit is in SI.
+    signals : companions by name, further columns that effects may read, {"q2": {"name": "axis2", "unit": "deg",
+    "kind": "angle"}}; kind is angle (of another axis), temperature, torque (that acts beside the motor's), voltage, or
+    disturbance.
     start, stop [s] : the part that is used, from the first sample. speed_delay [samples] : by which the speed is late;
     torque_delay [s] : by which the torque is late against the motion.
     repair : what is done about flaws, {"nan": "interpolate", "gaps": "interpolate", "duplicates": "drop", "wrap":
@@ -110,6 +115,7 @@ def read(
             columns={SIGNALS[key]: column for key, column in named.items()},
             sampling_time=sampling_time,
             linear=linear,
+            companions={key: _companion(key, given, table) for key, given in columns.get("signals", {}).items()},
             **_rest(columns),
         )
         pairs = measured_records(selection, table)
@@ -192,9 +198,23 @@ def _column(signal: str, given: ColumnLike, table: Table) -> Column | None:
     return Column(**given)
 
 
+def _companion(signal: str, given: Mapping[str, Any], table: Table) -> CompanionColumn:
+    """A companion as `read` was given it."""
+    where, kinds = f"read, signals, {signal}", [str(kind) for kind in CompanionKind]
+    if signal in ALIASES:
+        raise ConfigError(f"{signal} is a signal of the joint itself", where=where, hint="give it another name")
+    if not isinstance(given, Mapping) or "kind" not in given:
+        hint = f'give {{"name": ..., "kind": ...}}, its kind {", ".join(kinds[:-1])} or {kinds[-1]}'
+        raise ConfigError("a companion needs a column and a kind", where=where, hint=hint)
+    kind = CompanionKind(_one_of(f"signals, {signal}, kind", given["kind"], kinds))
+    column = _column(f"signals, {signal}", {key: value for key, value in given.items() if key != "kind"}, table)
+    assert column is not None
+    return CompanionColumn(kind, column)
+
+
 def _rest(given: Columns) -> dict[str, Any]:
     """The settings that are no columns."""
-    others = ("start", "stop", "speed_delay", "torque_delay", "repair")
+    others = ("start", "stop", "speed_delay", "torque_delay", "repair", "signals")
     for key in given:
         if key not in SIGNALS and key not in others:
             raise ConfigError(f'read takes no "{key}"', where="read", hint=suggest(key, [*SIGNALS, *others]))

@@ -198,3 +198,26 @@ def test_a_real_log_of_a_sliding_axis() -> None:
     fit = rid.fit(model, data, options=rid.Options(output="position", horizon=5))
     assert fit["motor.inertia.J"].value == pytest.approx(95.1, rel=0.02)  # Janot et al. 2019
     assert "kg " in str(fit)
+
+
+def test_companions_are_further_columns() -> None:
+    log = motor_log() | {"axis2": np.linspace(0.0, 90.0, 2000)}
+    data = rid.read(log, signals={"q2": {"name": "axis2", "unit": "deg", "kind": "angle"}})
+    found = data[0].companions["q2"]
+    assert (str(found.kind), found.unit) == ("angle", "rad")
+    np.testing.assert_allclose(found.values[[0, -1]], [0.0, np.pi / 2], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("signals", "words"),
+    [
+        ({"q2": {"name": "axis2"}}, "needs a column and a kind"),
+        ({"q2": {"name": "axis2", "kind": "angel"}}, "'angel' is unknown"),
+        ({"phi_m": {"name": "axis2", "kind": "angle"}}, "a signal of the joint itself"),
+        ({"q2": {"name": "axis3", "kind": "angle"}}, 'there is no column "axis3"'),
+    ],
+)
+def test_a_companion_that_is_none_is_refused(signals: dict[str, dict[str, str]], words: str) -> None:
+    with pytest.raises(rid.RobotidError) as caught:
+        rid.read(motor_log() | {"axis2": np.linspace(0.0, 1.0, 2000)}, signals=signals)
+    assert words in str(caught.value)
