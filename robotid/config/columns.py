@@ -41,11 +41,10 @@ class ColumnSettings(Section):
 class CompanionSettings(ColumnSettings):
     """A further signal that may explain the joint: a column as any other, and its kind.
 
-    angle : of another axis; temperature : kept in degC; torque : that acts beside the motor's; voltage : of the supply;
-    disturbance : the part of tau_m that the controller did not command.
+    angle : of another axis; temperature : kept in degC; torque : that acts beside the motor's; voltage : of the supply.
     """
 
-    kind: Literal["angle", "temperature", "torque", "voltage", "disturbance"]
+    kind: Literal["angle", "temperature", "torque", "voltage"]
 
 
 class ColumnsSettings(Section):

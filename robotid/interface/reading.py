@@ -77,8 +77,7 @@ def read(
     scale=..., offset=..., column=...)` turns volts into torque or picks a column of a matrix. A signal that is left out
     is found by its usual names; None means that there is none. A column without a unit is in SI.
     signals : companions by name, further columns that effects may read, {"q2": {"name": "axis2", "unit": "deg",
-    "kind": "angle"}}; kind is angle (of another axis), temperature, torque (that acts beside the motor's), voltage, or
-    disturbance.
+    "kind": "angle"}}; kind is angle (of another axis), temperature, torque (that acts beside the motor's) or voltage.
     start, stop [s] : the part that is used, from the first sample. speed_delay [samples] : by which the speed is late;
     torque_delay [s] : by which the torque is late against the motion.
     repair : what is done about flaws, {"nan": "interpolate", "gaps": "interpolate", "duplicates": "drop", "wrap":
@@ -200,7 +199,10 @@ def _column(signal: str, given: ColumnLike, table: Table) -> Column | None:
 
 def _companion(signal: str, given: Mapping[str, Any], table: Table) -> CompanionColumn:
     """A companion as `read` was given it."""
-    where, kinds = f"read, signals, {signal}", [str(kind) for kind in CompanionKind]
+    where, kinds = (
+        f"read, signals, {signal}",
+        [str(kind) for kind in CompanionKind if kind is not CompanionKind.DISTURBANCE],
+    )
     if signal in ALIASES:
         raise ConfigError(f"{signal} is a signal of the joint itself", where=where, hint="give it another name")
     if not isinstance(given, Mapping) or "kind" not in given:
@@ -218,7 +220,7 @@ def _rest(given: Columns) -> dict[str, Any]:
     for key in given:
         if key not in SIGNALS and key not in others:
             raise ConfigError(f'read takes no "{key}"', where="read", hint=suggest(key, [*SIGNALS, *others]))
-    rest: dict[str, Any] = {key: given[key] for key in others[:-1] if key in given}  # type: ignore[literal-required]
+    rest: dict[str, Any] = {key: given[key] for key in others[:4] if key in given}  # type: ignore[literal-required]
     repair = given.get("repair", {})
     for flaw, what in repair.items():
         if flaw not in REPAIRS:

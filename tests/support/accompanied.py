@@ -65,7 +65,7 @@ def record(effect: str = "", seed: int = 1, role: Role = "estimate", **values: f
     joint = assemble(structure, angle=True).along(Beside("made up", courses))
     own = {f"{effect}.{symbol}": value for symbol, value in values.items()}
     theta = joint.parameters().with_values(TRUTH | own).values
-    robot = VirtualRobot(joint, theta, Controller("speed", 0.3, 2.0), 2 * np.pi / 65536, 0.005, 0.0, seed=seed)
+    robot = VirtualRobot(joint, theta, Controller("speed", 0.3, 2.0), 2 * np.pi / 65536, 0.005, 0.01, seed=seed)
     name = f"set{seed}"
     made = robot.record(Reference(name, H, _speeds(seed, samples), "speed"), seed)
     return replace(made, role=role, companions=beside)
