@@ -112,7 +112,7 @@ def _excited(record: Record, source: str, step: float) -> None:
     """Raises NumericsError where the torque is constant or the motor stands."""
     what = ""
     sizes = {name: float(np.abs(getattr(record, name)).max()) for name in ("tau_m", "phi_m", "dphi_m")}
-    if absurd := [name for name, size in sizes.items() if not SMALLEST < size < LARGEST and (size or name != "dphi_m")]:
+    if absurd := [name for name, size in sizes.items() if size and not SMALLEST < size < LARGEST]:
         what = f"{absurd[0]} reaches {plain(sizes[absurd[0]])}, which no sensor of a machine does"
     elif np.ptp(record.tau_m) == 0.0:
         what = "the torque never changes"
