@@ -6,14 +6,15 @@ from robotid.catalogue import EFFECTS
 from robotid.config.suggest import suggest
 from robotid.errors import ConfigError
 from robotid.model.channel import Channel
+from robotid.model.companion import companion_of
 from robotid.model.describe import describe
 from robotid.model.term import Term
 
 
 def effect_named(name: str) -> Term | Channel:
-    """The effect that a name means: `coulomb`, `arm.coulomb` or `arm.coulomb.Fc`. Raises ConfigError where there is
-    none, or where it does not act there."""
-    words = name.split(".")
+    """The effect that a name means: `coulomb`, `arm.coulomb`, `arm.coulomb.Fc` or `arm.coupling[q2]`. Raises ConfigError
+    where there is none, or where it does not act there."""
+    words = companion_of(name)[0].split(".")
     place, effect = (words[0], words[1]) if len(words) > 1 else ("", words[0])
     if effect not in EFFECTS:
         hint = suggest(effect, EFFECTS, many=0) or "`robotid explain` lists them all"

@@ -12,7 +12,8 @@ from robotid.model.term import Term
 
 @dataclass(frozen=True, slots=True)
 class Description:
-    """An effect in words. ports : where it may act, the usual place first; the signals of a channel."""
+    """An effect in words. ports : where it may act, the usual place first; the signals of a channel. companion : the
+    kind of the recorded signal that it reads, empty where it reads none."""
 
     name: str
     kind: Literal["term", "channel"]
@@ -21,6 +22,7 @@ class Description:
     parameters: tuple[Parameter, ...]
     source: str
     signature: str
+    companion: str = ""
 
 
 def describe(effect: Term | Channel) -> Description:
@@ -34,4 +36,5 @@ def describe(effect: Term | Channel) -> Description:
         parameters=effect.parameters,
         source=effect.source,
         signature=effect.signature,
+        companion=effect.companion or "",
     )

@@ -10,6 +10,7 @@ from robotid.catalogue import EFFECTS
 from robotid.diagnosis.results import Cause, Diagnosis
 from robotid.estimate.result import Estimate
 from robotid.extension.results import Extension, Score
+from robotid.model.companion import companion_of
 from robotid.model.structure import RECORD_CHANGE, changed
 from robotid.numerals import ROUNDING, fixed, listed, percent, significant
 from robotid.report.drawing.location import best_of_each, variable
@@ -202,8 +203,8 @@ def _cause(f: Findings, cause: Cause) -> str:
         record, name = changed(cause.effect)
         by = next((f" by {significant(p.value)} {f.units(p.unit)}" for p in cause.parameters), "")
         description = f"differs in {record}{by}; "
-    elif cause.effect.rpartition(".")[2] in EFFECTS:
-        description = f"{EFFECTS[cause.effect.rpartition('.')[2]].signature}; "
+    elif (effect := companion_of(cause.effect.rpartition(".")[2])[0]) in EFFECTS:
+        description = f"{EFFECTS[effect].signature}; "
     of = f" of {cause.explained_of}" if cause.explained_of else ""
     return f"{name} ({description}explains {percent(cause.explained, 0)} %{of})"
 

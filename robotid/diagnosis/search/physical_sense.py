@@ -13,6 +13,7 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.measured_motion import with_angle
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.model.array import Array
+from robotid.model.companion import companion_of
 from robotid.model.parameters import Parameter
 from robotid.model.physical import PortRange
 from robotid.model.units import on_axis
@@ -53,7 +54,7 @@ def is_uncertain(step: Step, criteria: Criteria) -> str | None:
 
 def declarations(effect: str) -> Iterator[tuple[str, Parameter]]:
     """The parameters of an effect by dotted name, as they are declared; none of a change of a record."""
-    known = EFFECTS.get(effect.rpartition(".")[2])
+    known = EFFECTS.get(companion_of(effect.rpartition(".")[2])[0])
     for p in known.parameters if known is not None else ():
         yield f"{effect}.{p.symbol}", p
 

@@ -21,6 +21,7 @@ def tables(effect: Description) -> tuple[Table, ...]:
     facts = (
         ("torque absorbed" if effect.kind == "term" else "signal after it", effect.formula),
         ("acts at", ", ".join(effect.ports)),
+        *([("reads", _companion(effect))] if effect.companion else []),
         ("shows itself as", effect.signature),
         ("source", effect.source),
     )
@@ -36,6 +37,7 @@ def document(effect: Description) -> Json:
         "kind": effect.kind,
         "ports": effect.ports,
         "formula": effect.formula,
+        "companion": effect.companion or None,
         "parameters": {
             p.symbol: {
                 "unit": p.unit,
@@ -51,6 +53,10 @@ def document(effect: Description) -> Json:
         "source": effect.source,
         "shows_itself_as": effect.signature,
     }
+
+
+def _companion(effect: Description) -> str:
+    return f"a companion w of kind {effect.companion}, written {effect.name}[NAME]"
 
 
 def _row(p: Parameter) -> tuple[str, ...]:

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
+import numpy as np
 import pytest
 from support.small_bench import QUICK, STRIBECK, begun, records
 
+from robotid.catalogue import reading
+from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.candidate import Candidate
+from robotid.diagnosis.scoring.catalogue_candidates import term_candidate
 from robotid.diagnosis.scoring.ranking import Round
+from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search import refits
-from robotid.diagnosis.search.refits import CandidateRefit, refit_hopeful
+from robotid.diagnosis.search.refits import CandidateRefit, in_order, refit_hopeful
+from robotid.model.port import Port
+from robotid.terms import TERMS
 
 
 def refit_but(
@@ -70,3 +77,37 @@ def test_only_what_is_significant_and_worth_it_is_refitted() -> None:
     assert tried(2.0 * p)
     assert not tried(p)
     assert not tried(2.0 * p, 1.01 * worth)
+
+
+@dataclass(frozen=True)
+class Stand:
+    """What ordering asks of a refitted model."""
+
+    energy: float
+    validation_energy: float
+    samples: int = 1000
+    columns: tuple[int, ...] = (0, 1)
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What ordering asks of the data."""
+
+    validation: tuple[int, ...]
+    samples: int = 1000
+
+
+def lever(psi: float, energy: float, validation_energy: float) -> CandidateRefit:
+    candidate = term_candidate(Port.MOTOR, reading(TERMS["pose_lever"], "q2"), (0.0, psi))
+    score = Score(candidate, energy, (1.0,), np.eye(3)[:, :1], np.zeros(3))
+    return CandidateRefit(score, Stand(energy, validation_energy))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("validation", "psi"), [((1,), 0.0), ((), np.pi / 2)])
+def test_of_several_laws_the_one_that_carries_over_stands_for_the_effect(
+    validation: tuple[int, ...], psi: float
+) -> None:
+    """The cosine fits better, the sine leaves less of what was held out."""
+    laws = [lever(np.pi / 2, 700.0, 4000.0), lever(0.0, 760.0, 1700.0)]
+    (found,) = in_order(laws, Kept(validation), Criteria())  # type: ignore[arg-type]
+    assert found.score.candidate.variant == (psi,)

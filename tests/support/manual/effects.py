@@ -42,6 +42,7 @@ def _section(told: Description) -> str:
         f"### {told.name}",
         f"- {what[0].upper()}{what[1:]}: `{told.formula}`",
         f"- Acts {'at' if told.kind == 'term' else 'on'}: {', '.join(told.ports)}",
+        *([f"- Reads: a companion `w` of kind {told.companion}, `{told.name}[NAME]`"] if told.companion else []),
         f"- Shows itself as: {told.signature}",
         f"- Source: {told.source}",
     ]
