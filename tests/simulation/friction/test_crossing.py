@@ -1,0 +1,58 @@
+"""Linearised steps: in parts as at once, of one length as of many, and across kinks as in steps that end there."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.paper_joint import RATIO, STRUCTURE, TRUTH
+
+from robotid.catalogue import assemble
+from robotid.model.array import Array
+from robotid.model.derivatives import DerivativeColumns
+from robotid.model.structure import Structure
+from robotid.simulation.friction import crossing
+from robotid.simulation.friction.crossing import linearise_steps
+from robotid.simulation.friction.step import StepInputs, Steps
+
+H = 5e-4
+
+
+def inputs(h: Array | float = H) -> tuple[StepInputs, Array, Array]:
+    """Forty steps of the paper's joint, reversals among them, at nodes that are no simulation."""
+    joint = assemble(STRUCTURE)
+    theta = joint.parameters().with_values(TRUTH).values
+    rng, t = np.random.default_rng(3), np.arange(41) * H
+    x = np.stack([2e-4 * np.sin(40 * t), 0.4 * np.sin(300 * t + 0.1), 0.4 * RATIO * np.sin(300 * t)])
+    steps = StepInputs(joint, theta, rng.standard_normal(40), t[:-1], h, DerivativeColumns(tuple(range(7))))
+    return steps, x[:, :-1], x[:, 1:]
+
+
+def assert_alike(found: Steps, expected: Steps) -> None:
+    assert found.S is not None
+    assert expected.S is not None
+    for one, other in ((found.G, expected.G), (found.c, expected.c), (found.S, expected.S), (found.end, expected.end)):
+        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12 * np.abs(other).max())
+
+
+def test_steps_in_parts_are_those_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    at_once = linearise_steps(*inputs())
+    monkeypatch.setattr(crossing, "BLOCK_ENTRIES", 45 * 7)
+    assert_alike(linearise_steps(*inputs()), at_once)
+
+
+def test_one_length_for_all_is_that_length_for_each() -> None:
+    assert_alike(linearise_steps(*inputs()), linearise_steps(*inputs(np.full(40, H))))
+
+
+@pytest.mark.parametrize("share", [0.03, 0.37, 0.9])
+def test_a_reversal_is_where_the_speed_vanishes(share: float) -> None:
+    """A free motor that brakes: the instant of its reversal, and all that follows, are known in closed form."""
+    joint = assemble(Structure(("motor.inertia", "motor.coulomb")))
+    J, Fc, u = 0.01, 0.5, -2.0
+    braking, after = (u - Fc) / J, (u + Fc) / J
+    v0 = -braking * share * H
+    steps = linearise_steps(
+        StepInputs(joint, np.array([J, Fc]), np.array([u]), np.zeros(1), H), np.array([[v0]]), np.array([[v0]])
+    )
+    assert v0 + steps.c[0, 0] == pytest.approx(after * (1.0 - share) * H, rel=1e-9)
+    assert steps.G[0, 0, 0] == pytest.approx(after / braking, rel=1e-9)  # a faster start reverses later
