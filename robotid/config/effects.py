@@ -12,8 +12,8 @@ from robotid.model.term import Term
 
 
 def effect_named(name: str) -> Term | Channel:
-    """The effect that a name means: `coulomb`, `arm.coulomb`, `arm.coulomb.Fc` or `arm.coupling[q2]`. Raises ConfigError
-    where there is none, or where it does not act there."""
+    """The effect that a name means: `coulomb`, `arm.coulomb`, `arm.coulomb.Fc` or `arm.coupling[q2]`. Raises
+    ConfigError where there is none, or where it does not act there."""
     words = companion_of(name)[0].split(".")
     place, effect = (words[0], words[1]) if len(words) > 1 else ("", words[0])
     if effect not in EFFECTS:
