@@ -92,10 +92,11 @@ def asking(question: Callable[[], None]) -> Iterator[None]:
 
 
 @contextmanager
-def interruptible() -> Iterator[None]:
+def interruptible(*, last: bool = False) -> Iterator[None]:
     """Let SIGINT and SIGTERM set the flag that `check` asks for.
 
-    A signal that the caller's shell has switched off stays so. Without effect inside another, and in a thread that may
+    last : the process ends afterwards, and a signal that arrives while it does changes its exit code no more. A signal
+    that the caller's shell has switched off stays so. Without effect inside another, and in a thread that may
     not handle signals.
     """
     global _requests
@@ -112,7 +113,7 @@ def interruptible() -> Iterator[None]:
     finally:
         for number, handler in former.items():
             if handler not in (signal.SIG_IGN, None):
-                signal.signal(number, handler)
+                signal.signal(number, signal.SIG_IGN if last else handler)
         _requests = None
 
 

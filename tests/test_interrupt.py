@@ -96,3 +96,19 @@ with interruptible():
 def test_the_second_signal_ends_at_once() -> None:
     done = subprocess.run([sys.executable, "-c", ENDLESS], capture_output=True, timeout=30, env=dict(os.environ))
     assert (done.returncode, done.stdout, done.stderr) == (130, b"", b"")
+
+
+ENDING = """
+import os, signal
+from robotid.interrupt import interruptible
+with interruptible(last=True):
+    pass
+os.kill(os.getpid(), signal.SIGTERM)
+os.kill(os.getpid(), signal.SIGINT)
+print("ended by itself")
+"""
+
+
+def test_a_signal_while_the_process_ends_changes_nothing() -> None:
+    done = subprocess.run([sys.executable, "-c", ENDING], capture_output=True, timeout=30, env=dict(os.environ))
+    assert (done.returncode, done.stdout.strip()) == (0, b"ended by itself")

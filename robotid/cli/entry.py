@@ -13,7 +13,7 @@ def main() -> int:
     if not sys.warnoptions:
         # what a library remarks on is no message to whoever types a command; python -W shows it
         warnings.simplefilter("ignore")
-    with interruptible():
+    with interruptible(last=True):
         from robotid.cli.app import main
 
         return main()
