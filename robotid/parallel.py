@@ -105,10 +105,9 @@ def each(
     *,
     samples: int,
     log: Event | None = None,
-    contiguous: bool = False,
 ) -> list[Result]:
     """The results of task(shared, item) of all items. Arguments and errors as of `ahead`."""
-    with ahead(task, shared, items, samples=samples, log=log, contiguous=contiguous) as results:
+    with ahead(task, shared, items, samples=samples, log=log) as results:
         return list(results)
 
 
@@ -120,16 +119,14 @@ def ahead(
     *,
     samples: int,
     log: Event | None = None,
-    contiguous: bool = False,
     hands_on_interrupts: bool = False,
 ) -> Iterator[Sequence[Result]]:
     """The results of task(shared, item), each there when it is asked for: several processes work ahead, one works when
     asked. What is not asked for within the block is dropped.
 
     samples : over which a task runs, to tell whether it is worth a process. log : what tasks report; they are called
-    with it as log=, and reports arrive in the order in which results are asked for. contiguous : all arrays of the
-    objects, items and results are so already, as those of records and trajectories; here they need no pickling then.
-    hands_on_interrupts : an interrupt goes to the tasks, which end early; else it ends the wait.
+    with it as log=, and reports arrive in the order in which results are asked for. hands_on_interrupts : an interrupt
+    goes to the tasks, which end early; else it ends the wait.
 
     Raises, when a result is asked for, what its task raised.
     """
@@ -140,8 +137,7 @@ def ahead(
             if results is not None:
                 yield results
                 return
-    sent = _same if contiguous else _as_sent
-    yield _OneByOne(task, sent(shared), items, log, crew, sent)
+    yield _OneByOne(task, _as_sent(shared), items, log, crew)
 
 
 def expect(samples: int) -> None:
@@ -169,7 +165,7 @@ class _Crew:
     broken: bool = False
 
     def pool(self, seconds: float) -> _Pool | None:
-        """The processes that work which takes about so long is worth."""
+        """The processes that work which takes about so long is worth; while they start, short work is done here."""
         if self.jobs < 2 or self.broken or seconds < HAND_OVER:
             return None
         if self.started is None and self.spent + seconds > START_UP:
@@ -177,7 +173,8 @@ class _Crew:
                 self.started = _Pool(self)
             except (ImportError, OSError):  # a system without semaphores or shared folders: one process will do
                 self.broken = True
-        return self.started
+        ready = self.started is not None and (self.started.first.done() or seconds > START_UP)
+        return self.started if ready else None
 
     def dismiss(self) -> None:
         """End the processes."""
@@ -221,21 +218,15 @@ class _OneByOne(_Lazily[Result], Generic[Item, Result]):
     """Results of this process."""
 
     def __init__(
-        self,
-        task: Callable[..., Result],
-        shared: Any,
-        items: Sequence[Item],
-        log: Event | None,
-        crew: _Crew | None,
-        sent: Callable[[Any], Any],
+        self, task: Callable[..., Result], shared: Any, items: Sequence[Item], log: Event | None, crew: _Crew | None
     ) -> None:
         super().__init__(len(items))
         self._task = task if log is None else partial(task, log=log)
-        self._shared, self._items, self._crew, self._sent = shared, items, crew, sent
+        self._shared, self._items, self._crew = shared, items, crew
 
     def _result(self, k: int) -> Result:
         begin = time.perf_counter()
-        found: Result = self._sent(self._task(self._shared, self._sent(self._items[k])))
+        found: Result = _as_sent(self._task(self._shared, _as_sent(self._items[k])))
         if self._crew is not None:
             self._crew.spent += time.perf_counter() - begin
         return found
@@ -248,6 +239,7 @@ class _Pool:
     crew: _Crew
     folder: Path = field(init=False)
     executor: ProcessPoolExecutor = field(init=False)
+    first: Future[None] = field(init=False)
     calls: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
@@ -259,7 +251,7 @@ class _Pool:
                 self.crew.jobs, initializer=_begin, initargs=(os.getpid(), str(self.folder)), env=ONE_THREAD
             )
             with _interrupts_blocked():
-                self.executor.submit(_nothing)  # processes start at the first task
+                self.first = self.executor.submit(_nothing)  # processes start at the first task
         except BaseException:
             shutil.rmtree(self.folder, ignore_errors=True)
             raise
@@ -343,7 +335,7 @@ class _FromProcesses(_Lazily[Result], Generic[Item, Result]):
             self._pool.crew.broken = True
             task, shared, items = self._work
             if self._alone is None:
-                self._alone = _OneByOne(task, _as_sent(shared), items, self._log, self._pool.crew, _as_sent)
+                self._alone = _OneByOne(task, _as_sent(shared), items, self._log, self._pool.crew)
             return self._alone[k]
 
 
@@ -391,10 +383,6 @@ def _as_sent(content: Any) -> Any:
     buffers: list[pickle.PickleBuffer] = []
     image = pickle.dumps(content, protocol=5, buffer_callback=buffers.append)
     return pickle.loads(image, buffers=[buffer.raw().toreadonly() for buffer in buffers])
-
-
-def _same(content: Any) -> Any:
-    return content
 
 
 def _write(file: Path, content: Any) -> None:

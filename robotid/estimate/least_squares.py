@@ -14,10 +14,8 @@ from robotid.errors import NumericsError
 from robotid.estimate.residual import Evaluation, Linearisation, OutputError
 from robotid.estimate.result import End
 from robotid.interrupt import Interrupted, check
-from robotid.model.array import Array, Index, Mask
-from robotid.parallel import each
+from robotid.model.array import Array, Mask
 from robotid.progress import Iteration
-from robotid.simulation.trajectory import Trajectory
 
 MIN_DAMPING, MAX_DAMPING = 1e-14, 1e10  # of columns of unit norm
 FIRST_DAMPING = 1e-3
@@ -129,47 +127,34 @@ def linearise(problem: OutputError, at: Evaluation) -> Linearisation:
     not finite."""
     m = len(at.unknowns)
     factor, gradient = np.zeros((0, m)), np.zeros(m)
-    items = list(zip(range(len(at.residuals)), at.trajectories, at.residuals, strict=False))
-    parts = each(_factored, problem, items, samples=problem.effort, contiguous=True)
-    for part in parts:
-        block = np.zeros((len(part.unknowns), m))
-        block[:, part.unknowns] = part.factor
+    states: list[Array | None] = []
+    for k, residual in enumerate(at.residuals):
+        if not problem.predicts(k):
+            unknowns = problem.unknowns_of(k)
+            block = np.zeros((len(unknowns), m))
+            block[:, unknowns], own = _of_long_record(problem, at, k)
+            factor = np.asarray(np.linalg.qr(np.vstack([factor, block]), mode="r"))
+            gradient[unknowns] += own
+            states.append(None)
+            continue
+        jacobian = problem.jacobian(at, k)
+        block = np.zeros((len(jacobian.unknowns), m))
+        block[:, jacobian.unknowns] = np.linalg.qr(jacobian.values.T, mode="r")
         factor = np.asarray(np.linalg.qr(np.vstack([factor, block]), mode="r"))
-        gradient[part.unknowns] += part.gradient
-    return Linearisation(at, factor, gradient, tuple(part.states for part in parts))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Factored:
-    """A record's Jacobian J, of which only this is kept: the unknowns (m,) that concern it, the triangular factor
-    (m, m), the gradient J^T r (m,), and the states' derivatives as of `Jacobian`."""
-
-    unknowns: Index
-    factor: Array
-    gradient: Array
-    states: Array | None
-
-
-def _factored(problem: OutputError, item: tuple[int, Trajectory, Array]) -> _Factored:
-    k, trajectory, residual = item
-    if not problem.predicts(k):
-        return _Factored(problem.unknowns_of(k), *_of_long_record(problem, item), None)
-    jacobian = problem.derivatives(k, trajectory)
-    factor = np.ascontiguousarray(np.linalg.qr(jacobian.values.T, mode="r"))
-    states = None if jacobian.states is None else np.ascontiguousarray(jacobian.states)
-    return _Factored(jacobian.unknowns, factor, jacobian.values @ residual, states)
+        gradient[jacobian.unknowns] += jacobian.values @ residual
+        states.append(jacobian.states)
+    return Linearisation(at, factor, gradient, tuple(states))
 
 
 @np.errstate(all="ignore")  # derivatives that are not finite are reported
-def _of_long_record(problem: OutputError, item: tuple[int, Trajectory, Array]) -> tuple[Array, Array]:
+def _of_long_record(problem: OutputError, at: Evaluation, k: int) -> tuple[Array, Array]:
     """Triangular factor (m, m) of record k's own unknowns and the gradient (m,), gathered block by block of samples."""
-    k, trajectory, residual = item
     m = len(problem.unknowns_of(k))
-    factor, gradient = np.zeros((m, m)), np.zeros(m)
-    for block, values in problem.derivative_blocks(trajectory, k):
+    factor, gradient, residual = np.zeros((m, m)), np.zeros(m), at.residuals[k]
+    for block, values in problem.derivative_blocks(at, k):
         factor = np.asarray(np.linalg.qr(np.vstack([factor, values.T]), mode="r"))
         gradient += values @ residual[block]
-    return np.ascontiguousarray(factor), gradient
+    return factor, gradient
 
 
 def predicted_reduction(at: Linearisation, bounds: Bounds) -> float:

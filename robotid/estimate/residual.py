@@ -16,7 +16,6 @@ from robotid.model.array import Array, Index
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.port import Signal
-from robotid.parallel import ahead
 from robotid.signals.record import OPERATORS, Quantity, Record, SpeedOrigin
 from robotid.simulation.first_guess import initial_state
 from robotid.simulation.sensitivities import sensitivities, sensitivity_blocks
@@ -26,7 +25,6 @@ from robotid.simulation.trajectory import Trajectory
 
 FARTHEST_PREDICTION = 1.0  # root mean square of a predicted change, of the state's own
 SENSOR_MARGIN = 2_000  # samples on either side of a block, across which a sensor's delay or operator reaches
-SIMULATIONS_OF_A_FIT = 5  # about, to tell whether a simulation is worth another process
 MAX_PREDICTION = 5_000_000  # derivatives kept of one record to predict its next trajectory: 40 MB
 
 
@@ -160,37 +158,29 @@ class OutputError:
         Raises NumericsError where a simulation diverges.
         """
         theta, cost = self.theta(unknowns), 0.0
-        residuals, trajectories, runs = list[Array](), list[Trajectory](), list[_Run]()
-        for k in range(len(self.records)):
+        residuals, trajectories = [], []
+        for k, record in enumerate(self.records):
             guess = guesses[k] if guesses else None
             if near is not None:
                 guess = self._predict(k, near, unknowns)
-            runs.append(_Run(k, self.first_state(unknowns, k), None if guess is None else np.ascontiguousarray(guess)))
-        with ahead(_simulated, (self, theta), runs, samples=self.effort, contiguous=True) as simulated:
-            for k in range(len(self.records)):
-                residuals.append(self.residual(k, simulated[k]))
-                trajectories.append(simulated[k])
-                cost += 0.5 * float(residuals[-1] @ residuals[-1])
-                if cost > max_cost:
-                    break
+            trajectory = simulate(
+                self.joint, theta, record, self.first_state(unknowns, k), guess, self.max_failed_windows
+            )
+            residuals.append(self.residual(k, trajectory))
+            trajectories.append(trajectory)
+            cost += 0.5 * float(residuals[-1] @ residuals[-1])
+            if cost > max_cost:
+                break
         return Evaluation(unknowns, tuple(residuals), tuple(trajectories))
 
-    @property
-    def effort(self) -> int:
-        """Samples of a fit of a record that cost as much as its simulation."""
-        return sum(map(len, self.records)) // (SIMULATIONS_OF_A_FIT * max(1, len(self.records)))
-
+    @np.errstate(all="ignore")  # derivatives that are not finite are reported below
     def jacobian(self, at: Evaluation, k: int) -> Jacobian:
         """Derivatives of record k's weighted residual. Raises NumericsError where they are not finite, as where a state
         begins far beyond its limits."""
-        return self.derivatives(k, at.trajectories[k])
-
-    @np.errstate(all="ignore")  # derivatives that are not finite are reported below
-    def derivatives(self, k: int, trajectory: Trajectory) -> Jacobian:
-        """The same along a trajectory of record k."""
+        trajectory = at.trajectories[k]
         if not self.predicts(k):
             values = np.empty((len(self.unknowns_of(k)), len(self.records[k])))
-            for block, part in self.derivative_blocks(trajectory, k):
+            for block, part in self.derivative_blocks(at, k):
                 values[:, block] = part
             return Jacobian(self.unknowns_of(k), values)
         seen = output_rows(self.joint, self.output, trajectory.speed_origin)
@@ -203,12 +193,12 @@ class OutputError:
         width = len(self.columns) + len(self.free_states)
         return self.joint.nx * width * len(self.records[k]) <= MAX_PREDICTION
 
-    def derivative_blocks(self, trajectory: Trajectory, k: int) -> Iterator[tuple[slice, Array]]:
+    def derivative_blocks(self, at: Evaluation, k: int) -> Iterator[tuple[slice, Array]]:
         """Derivatives of record k's weighted residual, block by block of samples: the block, and (m, its samples).
 
         In one block where a filter whitens the residual. Raises NumericsError as `jacobian` does.
         """
-        n = len(self.records[k])
+        trajectory, n = at.trajectories[k], len(self.records[k])
         seen = output_rows(self.joint, self.output, trajectory.speed_origin)
         arguments = (trajectory, self.records[k], self.columns, seen, self.free_states)
         if self.whiten:
@@ -258,21 +248,6 @@ class OutputError:
         change = np.einsum("k,xkn->xn", step, derivatives)
         far = np.sum(change**2, axis=1) > FARTHEST_PREDICTION**2 * np.sum(x**2, axis=1)
         return x if np.any(far & x.any(axis=1)) else np.asarray(x + change)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Run:
-    """A simulation of record k from a first state (nx,), near a guess (nx, n) where there is one."""
-
-    k: int
-    first_state: Array
-    guess: Array | None
-
-
-def _simulated(shared: tuple[OutputError, Array], run: _Run) -> Trajectory:
-    problem, theta = shared
-    record, most = problem.records[run.k], problem.max_failed_windows
-    return simulate(problem.joint, theta, record, run.first_state, run.guess, most)
 
 
 def measured_output(record: Record, output: Quantity) -> Array:

@@ -53,7 +53,7 @@ class Spans:
             return
         left = list(self.cuts)
         parts: list[Array] = []
-        for block, values in self.problem.derivative_blocks(self.at.trajectories[self.k], self.k):
+        for block, values in self.problem.derivative_blocks(self.at, self.k):
             first, part = block.start, values
             while part.shape[1]:
                 taken = min(part.shape[1], left[0].stop - first)

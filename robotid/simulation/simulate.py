@@ -66,7 +66,7 @@ def trajectory_of(
     problem: Problem, u: Array, record: Record, x: Array, fallback_windows: tuple[tuple[int, int], ...] = ()
 ) -> Trajectory:
     """The trajectory of a record that states x (nx, n) make. u (n,) : the effective torque."""
-    joint, theta, x = problem.joint, problem.theta, np.ascontiguousarray(x)
+    joint, theta = problem.joint, problem.theta
     dphi = x[joint.motor_speed]
     phi = x[joint.motor_angle] if joint.keeps_angle else record.phi_m[0] + integrated(dphi, record.sampling_time)
     return Trajectory(

@@ -16,24 +16,20 @@ from robotid.model.array import Array
 
 @dataclass
 class Linear:
-    """Residuals J x - b within bounds, as far as the iteration asks. A trajectory is the unknowns themselves."""
+    """Residuals J x - b within bounds, as far as the iteration asks."""
 
     J: Array
     b: Array
     lower: Array
-    effort: int = 1
 
     def bounds(self) -> tuple[Array, Array]:
         return self.lower.copy(), np.full(len(self.lower), np.inf)
 
     def evaluate(self, unknowns: Array, near: Linearisation | None = None, *, max_cost: float = np.inf) -> Evaluation:
-        return Evaluation(unknowns, (self.J @ unknowns - self.b,), (unknowns,))  # type: ignore[arg-type]
+        return Evaluation(unknowns, (self.J @ unknowns - self.b,), ())
 
-    def predicts(self, k: int) -> bool:
-        return True
-
-    def derivatives(self, k: int, trajectory: Array) -> Jacobian:
-        return Jacobian(np.arange(len(trajectory)), self.J.T)
+    def jacobian(self, at: Evaluation, k: int) -> Jacobian:
+        return Jacobian(np.arange(len(at.unknowns)), self.J.T)
 
 
 def test_a_step_that_its_bounds_turn_uphill_is_shortened() -> None:
@@ -51,10 +47,10 @@ def test_a_step_that_its_bounds_turn_uphill_is_shortened() -> None:
 class Explosive(Linear):
     """The same, but that derivatives are finite at the start alone."""
 
-    def derivatives(self, k: int, trajectory: Array) -> Jacobian:
-        if trajectory.any():
+    def jacobian(self, at: Evaluation, k: int) -> Jacobian:
+        if at.unknowns.any():
             raise NumericsError("the derivatives are not finite")
-        return super().derivatives(k, trajectory)
+        return super().jacobian(at, k)
 
 
 def test_it_ends_before_an_iterate_without_finite_derivatives() -> None:

@@ -42,7 +42,7 @@ def test_a_long_record_is_linearised_block_by_block(derived: bool, monkeypatch: 
     np.testing.assert_allclose(blocks.gradient, whole.gradient, rtol=1e-9)
     scale = np.abs(derivatives).max(axis=1, keepdims=True)
     np.testing.assert_allclose(one.jacobian(at, 0).values / scale, derivatives / scale, atol=1e-9)
-    assert max(part.shape[1] for _, part in one.derivative_blocks(at.trajectories[0], 0)) < len(one.records[0])
+    assert max(part.shape[1] for _, part in one.derivative_blocks(at, 0)) < len(one.records[0])
 
 
 @pytest.mark.parametrize("friction", [0.644, 0.6])  # the noise explains the residual, and does not
