@@ -28,6 +28,9 @@ class Linear:
     def evaluate(self, unknowns: Array, near: Linearisation | None = None, *, max_cost: float = np.inf) -> Evaluation:
         return Evaluation(unknowns, (self.J @ unknowns - self.b,), ())
 
+    def predicts(self, k: int) -> bool:
+        return True
+
     def jacobian(self, at: Evaluation, k: int) -> Jacobian:
         return Jacobian(np.arange(len(at.unknowns)), self.J.T)
 
