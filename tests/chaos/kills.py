@@ -61,6 +61,7 @@ def robotid(*arguments: str) -> subprocess.Popen[bytes]:
 
 def kill(config: Path, folder: Path, number: signal.Signals, after: float) -> Kill:
     """Start a run of a configuration in a folder, send it a signal, and examine what is left."""
+    before = _remains(folder)  # of a run that was killed: this one may end before it comes to remove them
     began = time.monotonic()
     process = robotid("run", str(config), "--out", str(folder), "--quiet")
     try:
@@ -69,9 +70,15 @@ def kill(config: Path, folder: Path, number: signal.Signals, after: float) -> Ki
         process.send_signal(number)
     _, err = process.communicate(timeout=PATIENCE)
     wrong = [*_wrong_end(number, process.returncode, err), *damage(folder)]
-    if number is not signal.SIGKILL and folder.exists():
-        wrong += [f"{name} is left" for name in os.listdir(folder) if name.endswith(".part") or name == LOCK]
+    if number is not signal.SIGKILL:
+        wrong += [f"{name} is left" for name in sorted(_remains(folder) - before)]
     return Kill(number, time.monotonic() - began, process.returncode, tuple(wrong))
+
+
+def _remains(folder: Path) -> set[str]:
+    """Names in a folder that a run leaves there only while it works."""
+    names = os.listdir(folder) if folder.exists() else []
+    return {name for name in names if name.endswith(".part") or name == LOCK}
 
 
 def _wrong_end(number: signal.Signals, code: int, err: bytes) -> list[str]:
