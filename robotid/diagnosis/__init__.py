@@ -6,9 +6,10 @@ Order of reading, each room using only those before it:
 2. `misfit`: the torque that is missing, and the variables of the motion that order it.
 3. `refit`: a model fitted as a whole through the whitening, and measured on validation records.
 4. `scoring`: what every effect of the catalogue would explain, without a refit.
-5. `nonparametric`: what a torque of any shape along one variable would explain.
-6. `search`: score, refit the best few, accept what carries over, and repeat.
-7. `verdict`: the verdict on the model; `experiment`: what would tell two causes apart that these records do not.
+5. `events`: what happened once in a record, and is no effect of the machine.
+6. `nonparametric`: what a torque of any shape along one variable would explain.
+7. `search`: score, refit the best few, accept what carries over, and repeat.
+8. `verdict`: the verdict on the model; `experiment`: what would tell two causes apart that these records do not.
 
 `criteria` is what a user demands of a cause, `results` what a diagnosis comes to, `procedure` the whole of it.
 """

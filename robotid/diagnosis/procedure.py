@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.events.applied import without_events
 from robotid.diagnosis.experiment import Experiments, with_experiments
 from robotid.diagnosis.results import Diagnosis
 from robotid.diagnosis.search.data import Evidence
@@ -76,6 +77,9 @@ def diagnose(
     validation = [part for part in parts if part.name not in model.records]
     with deadline(None if options.budget is None else begin + options.budget):
         found = search(Evidence(model, fitted, validation, options.horizon), criteria, log)
+    if found.events:
+        model = replace(model, parameters=found.first.parameters, first_states={})
+        simulated = [simulate_record(model, without_events(part, found.events), options.horizon) for part in parts]
     log("measuring where the misfit sits")
     diagnosis = verdict(model, simulated, found, criteria)
     diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *remarks, *_unexamined(found, options.budget)))

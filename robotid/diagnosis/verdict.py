@@ -80,6 +80,7 @@ def verdict(
         refitted=dict(zip(found.last.parameters.names, found.last.parameters.values.tolist(), strict=True)),
         remarks=_remarks(word, found),
         remaining_share=share,
+        events=found.events,
         limits=detection_limits(found.rounds[-1], criteria or Criteria(), found.last.structure.effects),
     )
 

@@ -6,9 +6,12 @@ from dataclasses import replace
 from itertools import pairwise
 
 from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
+from robotid.diagnosis.results import Event
 from robotid.diagnosis.search.acceptance import accept_best, accept_pair, drop_worthless
 from robotid.diagnosis.search.data import Evidence, first_state, renew_noise
+from robotid.diagnosis.search.events import largest_event, without_event
 from robotid.diagnosis.search.record_changes import find_record_changes
 from robotid.diagnosis.search.refits import refit_hopeful
 from robotid.diagnosis.search.settings import ACCEPTANCE
@@ -27,11 +30,30 @@ def search(evidence: Evidence, criteria: Criteria, log: Log) -> SearchResult:
     """What a model lacks, by the noise of the sensors; and where that is out of reach and names nothing, as it is on
     most machines, by that of torque errors besides.
 
+    What happened once is set aside first; and where it shows only beside the causes, these are sought again without it.
     Raises NumericsError where the model cannot be simulated.
     """
-    log("measuring the noise")
-    with deadline(None):  # without the noise there is no answer at all
-        start = first_state(evidence, criteria)
+    events = list[Event]()
+    while True:
+        log("measuring the noise")
+        with deadline(None):  # without the noise there is no answer at all
+            start = first_state(evidence, criteria)
+        more = len(events) < EVENTS.max_events
+        if more:
+            log("looking for events")
+        seen = largest_event(evidence, start.first, start.data, criteria) if more else None
+        if seen is None or not seen.leading:
+            result = _by_either_noise(evidence, start, criteria, log)
+            if more and result.causes and not result.late:
+                seen = largest_event(evidence, result.last, result.data, criteria)
+            if seen is None or result.late:
+                return replace(result, events=tuple(events))
+        events.append(seen.event)
+        evidence = without_event(evidence, seen.event)
+
+
+def _by_either_noise(evidence: Evidence, start: SearchState, criteria: Criteria, log: Log) -> SearchResult:
+    """By the noise of the sensors, and where it names nothing, by that of torque errors."""
     result = find_causes(start, criteria, log)
     if result.causes or result.late or start.data.noise_reached:
         return result

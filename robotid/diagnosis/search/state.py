@@ -11,7 +11,7 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refitted_model import RefittedModel
-from robotid.diagnosis.results import Confounded
+from robotid.diagnosis.results import Confounded, Event
 from robotid.diagnosis.scoring.ranking import CandidateScan, Round, rank, scan_candidates
 from robotid.diagnosis.search.record_changes import RecordChange
 
@@ -106,7 +106,8 @@ class SearchResult:
     first, last : the model before and with all causes; data : the records, with the noise behind the last. curve : the
     free curve that explains most of what the causes leave, None where that is nothing; curve_share : of the first
     model's misfit that it explains. changes : what differs on validation records. unexamined : what no time was left
-    for, candidates by name, then the rest in words; late : whether the time was up before the end.
+    for, candidates by name, then the rest in words; late : whether the time was up before the end. events : what
+    happened once; all else is of records without them.
     """
 
     data: EvaluationData
@@ -120,6 +121,7 @@ class SearchResult:
     changes: tuple[RecordChange, ...] = ()
     unexamined: tuple[str, ...] = ()
     late: bool = False
+    events: tuple[Event, ...] = ()
 
     @property
     def remaining_share(self) -> float:

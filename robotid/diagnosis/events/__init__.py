@@ -1,0 +1,7 @@
+"""What happened once in a record, and is no property of the machine: a push, a knock, a jump of friction, a drift.
+
+Order of reading: `applied` (the torque of a known event, and records without it), `bins` (the answer of the output to a
+torque in each short stretch of a record, from which that to any longer one is a sum), `shapes` (the events that are
+compared: where they begin and end, and what each explains), `detection` (the largest event of all records, and its
+significance against what the rest of its record holds). `settings` holds the tuning constants.
+"""

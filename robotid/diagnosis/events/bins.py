@@ -1,0 +1,144 @@
+"""The answer of the output to a torque in every short stretch of a record, beyond what is known.
+
+Each bin of time has two columns, of a torque at the motor and of one against the motion. The answer to a longer event
+is the sum of those of its bins, and so are all inner products: one banded solve a record serves for every event. What
+the fitted parameters, and on demand all effects of the catalogue, could take is projected out for all records at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from robotid.diagnosis.events.applied import direction
+from robotid.diagnosis.events.settings import EVENTS
+from robotid.diagnosis.refit.refitted_model import Unknowns
+from robotid.diagnosis.scoring.columns import columns
+from robotid.diagnosis.scoring.scan import Scan
+from robotid.model.array import Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BinnedRecord:
+    """All bins of one record, in order of time.
+
+    edges (B + 1,) : of the bins [s]. product (2, B, 2, B) and moment (2, B) : inner products of the columns, of torque
+    and of friction, with each other and with the residual, what is known projected out; taken (2, B, m) : what of each
+    lay along what is known, by which bins of different records are connected; whole (2, B) : squared length of the
+    columns before.
+    """
+
+    record: str
+    edges: Array
+    product: Array
+    moment: Array
+    taken: Array
+    whole: Array
+
+    @property
+    def count(self) -> int:
+        """Number of bins."""
+        return len(self.edges) - 1
+
+    def along(self, event: BinnedRecord, column: int, weights: Array) -> Array:
+        """Inner products (2, B) of all columns with those of an event, of bins (B',) of the same or another record."""
+        if event.record == self.record:
+            return np.asarray(np.einsum("aibj,j->aib", self.product, weights)[:, :, column])
+        return np.asarray(-self.taken @ (weights @ event.taken[column]))
+
+    def without(self, event: BinnedRecord, column: int, weights: Array) -> BinnedRecord:
+        """The same with an event projected out. column : 0 of torque, 1 of friction; weights : of the event's bins."""
+        size = float(weights @ event.product[column, :, column] @ weights)
+        along = self.along(event, column, weights)
+        moment = self.moment - float(weights @ event.moment[column]) / size * along
+        product = self.product - np.einsum("ai,bj->aibj", along, along) / size
+        return BinnedRecord(self.record, self.edges, product, moment, self.taken, self.whole)
+
+
+def even_edges(scans: Sequence[Scan], record: str) -> Array:
+    """Borders of bins of equal length over all segments of a record [s]."""
+    own = [one.segment.record for one in scans if one.segment.record.name == record]
+    return np.linspace(own[0].begin, own[-1].begin + own[-1].duration, EVENTS.bins + 1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """What is known of every segment, its first states projected out: known (m, n) columns and residual (n,) of each,
+    and for all together a basis (m, r) in which they are orthonormal, and the residual's part along it (r,)."""
+
+    scans: tuple[Scan, ...]
+    known: tuple[Array, ...]
+    residuals: tuple[Array, ...]
+    basis: Array
+    moment: Array
+
+
+def known_columns(scans: Sequence[Scan], *, catalogue: bool) -> Known:
+    """The columns of the fitted parameters, and of all effects of the catalogue where these are to be known, too."""
+    columns_of, residuals = [], []
+    for one in scans:
+        whitened = one.whitened
+        own = _beyond_all(whitened[one.states :], whitened[: one.states])
+        columns_of.append(own[: -1 if catalogue else len(one.unknowns.parameters)])
+        residuals.append(own[-1])
+    pairs = list(zip(columns_of, residuals, strict=True))
+    total = np.sum([own @ own.T for own, _ in pairs], axis=0)
+    moment = np.sum([own @ left for own, left in pairs], axis=0)
+    basis = _basis(total)
+    return Known(tuple(scans), tuple(columns_of), tuple(residuals), basis, basis.T @ moment)
+
+
+def binned(known: Known, edges: Mapping[str, Array]) -> list[BinnedRecord]:
+    """The bins of every record that has edges, what is known projected out."""
+    parts: dict[str, list[tuple[Array, Array, Array]]] = {name: [] for name in edges}
+    for one, columns_of, residual in zip(known.scans, known.known, known.residuals, strict=True):
+        name = one.segment.record.name
+        if name in edges:
+            own = _answers(one, edges[name])
+            parts[name].append((own @ own.T, own @ residual, own @ columns_of.T))
+    return [_joined(name, edges[name], found, known) for name, found in parts.items()]
+
+
+def _joined(name: str, edges: Array, parts: Sequence[tuple[Array, Array, Array]], known: Known) -> BinnedRecord:
+    """The segments of a record together; a bin of one has no answer in another, for every segment starts afresh."""
+    product, own, across = (np.sum([part[k] for part in parts], axis=0) for k in range(3))
+    whole, b = np.diag(product).reshape(2, -1), len(edges) - 1
+    taken = across @ known.basis
+    left, moment = product - taken @ taken.T, own - taken @ known.moment
+    return BinnedRecord(
+        name, edges, left.reshape(2, b, 2, b), moment.reshape(2, b), taken.reshape(2, b, taken.shape[1]), whole
+    )
+
+
+def _answers(one: Scan, edges: Array) -> Array:
+    """The whitened output's answer to a unit torque in each bin, and then to unit friction, (2 B, n), beyond the first
+    states."""
+    record, b = one.segment.record, len(edges) - 1
+    t, h = record.t, record.sampling_time
+    shares = np.stack([np.clip(np.minimum(t + h, hi) - np.maximum(t, lo), 0.0, h) / h for lo, hi in pairwise(edges)])
+    forces = np.zeros((one.segment.trajectory.joint.masses, 2 * b, len(record)))
+    forces[0, :b], forces[0, b:] = shares, -direction(record.dphi_m) * shares
+    acting = np.flatnonzero(forces.any(axis=(0, 2)))  # bins outside this segment have no answer
+    answers = columns(one.segment.trajectory, record, Unknowns(one.unknowns.output), (), forces[:, acting]).forces
+    found = np.zeros((2 * b, len(record)))
+    found[acting] = _beyond_all(one.whitening(answers), one.whitening(one.signals[: one.states]))
+    return found
+
+
+def _beyond_all(signals: Array, others: Array) -> Array:
+    """What of each of the signals (m, n) lies along none of the others (k, n)."""
+    if not len(others):
+        return signals
+    basis = np.linalg.qr(others.T)[0]
+    return np.asarray(signals - (signals @ basis) @ basis.T)
+
+
+def _basis(total: Array) -> Array:
+    """Combinations (m, r) of columns with these inner products that are orthonormal, along all that they determine."""
+    scale = np.sqrt(np.maximum(np.diag(total), 1e-300))
+    values, vectors = np.linalg.eigh(total / np.outer(scale, scale))
+    kept = values > EVENTS.dependent * max(values[-1], 1e-300) if len(values) else np.zeros(0, dtype=bool)
+    return np.asarray(vectors[:, kept] / np.sqrt(values[kept]) / scale[:, None])

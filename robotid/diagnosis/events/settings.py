@@ -1,0 +1,27 @@
+"""Tuning constants of the detection of events."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class EventSettings:
+    """How finely events are placed in time, and what they are compared with."""
+
+    bins: int = 48  # of a record, in which an event may begin or end
+    fine_bins: int = 16  # into which the two bins about a begin or an end are cut, twice over
+    longest_bump: float = 0.4  # of a record: a longer one cannot be compared with the rest of it
+    standstill: float = 0.02  # of the largest speed of a record: below it the direction of friction fades
+    step_ways: int = 6  # independent steps in the rest of a record, by which one is judged
+    drift_ways: int = 5  # half cosines after the first, by which a drift is judged
+    hopeful_share: float = 0.5  # of the largest event's energy: those below it are not placed finely
+    leading_share: float = 0.2  # of what the best effect explains: an event that explains more goes before it
+    chance: float = 3.0  # standard deviations of the energy of noise: less holds no event
+    pieces: int = 12  # of a record, simulated afresh: an event soon leads a whole record astray
+    max_events: int = 4  # that are set aside: a record with more is no record of a machine at work
+    dependent: float = 1e-9  # relative eigenvalue from which a direction of all known columns counts as none
+    least_left: float = 1e-4  # of an event's energy that known columns must leave, lest it is one of their effects
+
+
+EVENTS = EventSettings()

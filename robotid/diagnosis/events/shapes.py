@@ -1,0 +1,152 @@
+"""Events as sums of bins: where they begin and end, what each explains, and what the rest of the record says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import f as fisher
+
+from robotid.diagnosis.events.bins import BinnedRecord
+from robotid.diagnosis.events.settings import EVENTS
+from robotid.diagnosis.results import EventKind
+from robotid.model.array import Array
+
+TORQUE, FRICTION = 0, 1
+"""Columns of `BinnedRecord`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """An event over the bins first .. last - 1 of a record. column : TORQUE or FRICTION."""
+
+    kind: EventKind
+    column: int
+    first: int
+    last: int
+
+    def weights(self, edges: Array) -> Array:
+        """Of each of the bins between these edges (B + 1,), (B,)."""
+        at = np.arange(len(edges) - 1)
+        if self.kind == "drift":
+            return np.asarray(((edges[1:] + edges[:-1]) / 2 - edges[0]) / (edges[-1] - edges[0]))
+        return np.where((at >= self.first) & (at < self.last), 1.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Strength:
+    """What an event explains. energy : in variances of the noise; amplitude, std [Nm] : its size, and the standard
+    deviation at unit noise."""
+
+    energy: float
+    amplitude: float
+    std: float
+
+
+def strength(seen: BinnedRecord, shape: Shape) -> Strength:
+    """Of an event, nothing where known columns leave nothing of it."""
+    w, k = shape.weights(seen.edges), shape.column
+    size, along = float(w @ seen.product[k, :, k] @ w), float(w @ seen.moment[k])
+    if size <= EVENTS.least_left * float(w**2 @ seen.whole[k]):
+        return Strength(0.0, 0.0, np.inf)
+    return Strength(along**2 / size, along / size, size**-0.5)
+
+
+def best_shapes(seen: BinnedRecord) -> Iterator[Shape]:
+    """The bump of torque that explains most of each octave of lengths, the best steps of torque and of friction, and
+    both drifts."""
+    count = seen.count
+    energy = window_energies(seen, TORQUE)
+    first, last = np.triu_indices(count + 1, 1)
+    length = last - first
+    longest = max(1, int(EVENTS.longest_bump * count))
+    shortest = 1
+    while shortest <= longest:
+        # A bump ends before the record does.
+        chosen = (length >= shortest) & (length < 2 * shortest) & (length <= longest) & (last < count)
+        if chosen.any():
+            k = int(np.argmax(np.where(chosen & (first > 0), energy[first, last], -1.0)))
+            yield Shape("bump", TORQUE, int(first[k]), int(last[k]))
+        shortest *= 2
+    for column in (TORQUE, FRICTION):
+        steps = window_energies(seen, column)[1:count, count]
+        yield Shape("step", column, int(np.argmax(steps)) + 1, count)
+        yield Shape("drift", column, 0, count)
+
+
+def window_energies(seen: BinnedRecord, column: int) -> Array:
+    """Energy that an event over the bins first .. last - 1 explains, (B + 1, B + 1) by first and last, 0 where it is
+    empty or next to nothing of it is left."""
+    along = np.concatenate([[0.0], np.cumsum(seen.moment[column])])
+    whole = np.concatenate([[0.0], np.cumsum(seen.whole[column])])
+    products = np.zeros((seen.count + 1,) * 2)
+    products[1:, 1:] = np.cumsum(np.cumsum(seen.product[column, :, column], axis=0), axis=1)
+    own = np.diag(products)
+    size = own[None, :] + own[:, None] - products - products.T
+    numerator = (along[None, :] - along[:, None]) ** 2
+    visible = np.triu(size > EVENTS.least_left * (whole[None, :] - whole[:, None]), 1) & (size > 0.0)
+    return np.where(visible, numerator / np.where(visible, size, 1.0), 0.0)
+
+
+def significance(
+    seen: BinnedRecord, shape: Shape, tries: int, others: Sequence[BinnedRecord] = ()
+) -> tuple[float, float]:
+    """p-value of an event among so many, and the energy by which it was judged: that of the like elsewhere in its
+    record, once the event is taken out, and in the other records. It is one where the noise is as it is taken to be.
+
+    What a misfit of another origin leaves is spread over the records, and raises the measure; an event is what stands
+    out of it.
+    """
+    found = strength(seen, shape)
+    if found.energy <= 0.0:
+        return 1.0, 1.0
+    weights, span = shape.weights(seen.edges), seen.edges[[shape.first, shape.last]]
+    alike = [_like(one.without(seen, shape.column, weights), shape, span) for one in (seen, *others)]
+    ways = sum(count for energies, count in alike if len(energies))
+    if ways < 1:
+        return 1.0, 1.0
+    mean = sum(count * float(np.mean(energies)) for energies, count in alike if len(energies)) / ways
+    usual = max(1.0, mean)
+    return float(min(1.0, tries * fisher.sf(found.energy / usual, 1, ways))), usual
+
+
+def _like(rest: BinnedRecord, shape: Shape, span: Array) -> tuple[Array, int]:
+    """Energies of events of the same kind elsewhere in a record, and how many of them are independent. span (2,) :
+    begin and end of the event [s]."""
+    if shape.kind == "bump":
+        return _like_bumps(rest, shape, span)
+    if shape.kind == "step":
+        return _like_steps(rest, shape, span), EVENTS.step_ways
+    return _like_drifts(rest, shape), EVENTS.drift_ways
+
+
+def _like_bumps(rest: BinnedRecord, shape: Shape, span: Array) -> tuple[Array, int]:
+    """Energies of all windows as long as the event that do not touch it, and how many find room side by side."""
+    edges, energies = rest.edges, window_energies(rest, shape.column)
+    start, end, whole = span[0], span[1], edges[-1] - edges[0]
+    length = max(end - start, whole / EVENTS.bins)  # a shorter one is compared with the shortest
+    first = np.arange(rest.count)
+    last = np.searchsorted(edges, edges[:-1] + length - 0.25 * whole / EVENTS.bins)
+    apart = (last < rest.count) & ((edges[np.minimum(last, rest.count)] <= start) | (edges[:-1] >= end))
+    return energies[first[apart], last[apart]], max(0, int((whole - length) / length))
+
+
+def _like_steps(rest: BinnedRecord, shape: Shape, span: Array) -> Array:
+    """Energies of steps at all other times but those next to the event's."""
+    edges = rest.edges
+    apart = np.abs(edges - span[0]) > 1.5 * (edges[-1] - edges[0]) / EVENTS.bins
+    at = np.flatnonzero(apart[1:-1]) + 1
+    return np.asarray(window_energies(rest, shape.column)[at, rest.count])
+
+
+def _like_drifts(rest: BinnedRecord, shape: Shape) -> Array:
+    """Energies of slow waves, half a period more each."""
+    at = Shape("drift", shape.column, 0, rest.count).weights(rest.edges)
+    found = []
+    for halves in range(2, EVENTS.drift_ways + 2):
+        w, k = np.cos(np.pi * halves * at), shape.column
+        size = float(w @ rest.product[k, :, k] @ w)
+        if size > EVENTS.least_left * float(w**2 @ rest.whole[k]):
+            found.append(float(w @ rest.moment[k]) ** 2 / size)
+    return np.array(found)
