@@ -19,6 +19,7 @@ class EventSettings:
     leading_share: float = 0.2  # of what the best effect explains: an event that explains more goes before it
     chance: float = 3.0  # standard deviations of the energy of noise: less holds no event
     pieces: int = 12  # of a record, simulated afresh: an event soon leads a whole record astray
+    max_resizings: int = 3  # of an event, each beside the parameters refitted without it
     max_events: int = 4  # that are set aside: a record with more is no record of a machine at work
     dependent: float = 1e-9  # relative eigenvalue from which a direction of all known columns counts as none
     least_left: float = 1e-4  # of an event's energy that known columns must leave, lest it is one of their effects

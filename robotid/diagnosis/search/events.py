@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.events.applied import without_events
+from robotid.diagnosis.events.applied import event_torque, without_events
 from robotid.diagnosis.events.detection import find_event
 from robotid.diagnosis.events.pieces import scan_pieces
 from robotid.diagnosis.events.settings import EVENTS
+from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.refit.refit import CAREFUL, refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.scoring.catalogue_candidates import candidates
 from robotid.diagnosis.scoring.projection import project
+from robotid.diagnosis.scoring.scan import scans
 from robotid.diagnosis.scoring.score_test import score
 from robotid.diagnosis.search.data import Evidence
 from robotid.errors import NumericsError
-from robotid.estimate.fitted_model import simulate_record
+from robotid.estimate.fitted_model import FittedModel, simulate_record
 from robotid.interrupt import OutOfTime
+from robotid.signals.record import Record
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +59,47 @@ def largest_event(
     return SeenEvent(found.event, found.energy > EVENTS.leading_share * rival)
 
 
+def placed_again(
+    evidence: Evidence, event: Event, model: RefittedModel, data: EvaluationData, criteria: Criteria
+) -> Event:
+    """An event as it shows beside a model that was refitted without it, in records that have it still: parameters that
+    it has led astray hide when it began. data : of the records without it."""
+    back = replace(event, torque=-event.torque)
+    segments = [replace(one, record=without_events(one.record, [back])) for one in (*data.fitted, *data.validation)]
+    missing = candidates(model.structure, model.output, criteria.skip)
+    try:
+        found = find_event(scan_pieces(evidence.model, model, segments, missing), criteria.significance)
+    except (NumericsError, OutOfTime):
+        return event
+    same = found is not None and _what(found.event) == _what(event)
+    return found.event if found is not None and same else event
+
+
+def _what(event: Event) -> tuple[str, str, bool]:
+    return event.record, event.kind, event.friction
+
+
+def resized(event: Event, model: RefittedModel) -> Event:
+    """An event with the size that whole records ask for, beside a model that was refitted without it as it was. One on
+    a validation record stays as it is."""
+    if all(one.record.name != event.record for one in model.fitted):
+        return event
+    unit, forces = replace(event, torque=1.0), []
+    for one in model.fitted:
+        force = np.zeros((model.joint.masses, 1, len(one.record)))
+        if one.record.name == event.record:
+            force[0, 0] = event_torque(unit, one.record)
+        forces.append(force)
+    projected = project(scans(model.fitted, model.unknowns, (), forces))
+    column = projected.missing[:, 0]
+    size = float(column @ column)
+    if size <= EVENTS.least_left * float(projected.length[0]) ** 2:
+        return event
+    inflation = max(1.0, model.energy / model.samples)
+    change, std = float(column @ projected.residual) / size, float(np.sqrt(inflation / size))
+    return replace(event, torque=event.torque + change, std=std)
+
+
 def leaves_something(model: RefittedModel, data: EvaluationData) -> bool:
     """Whether the residuals of a model have more energy than noise has by chance, on the fitted or on the validation
     segments."""
@@ -62,11 +108,26 @@ def leaves_something(model: RefittedModel, data: EvaluationData) -> bool:
 
 
 def without_event(evidence: Evidence, event: Event) -> Evidence:
-    """The evidence as it would be without an event."""
-    fitted = [
-        simulate_record(evidence.model, without_events(run.record, [event]), evidence.horizon)
-        if run.record.name == event.record
-        else run
-        for run in evidence.fitted
-    ]
-    return replace(evidence, fitted=fitted, validation=[without_events(r, [event]) for r in evidence.validation])
+    """The evidence as it would be without an event, the model fitted to the records without it."""
+    records = [without_events(run.record, [event]) for run in evidence.fitted]
+    validation = [without_events(record, [event]) for record in evidence.validation]
+    model = _fitted_to(records, evidence) if event.record in {r.name for r in records} else evidence.model
+    fitted = [simulate_record(model, record, evidence.horizon) for record in records]
+    return replace(evidence, model=model, fitted=fitted, validation=validation)
+
+
+def _fitted_to(records: Sequence[Record], evidence: Evidence) -> FittedModel:
+    """The model of the evidence fitted to other records, by plain least squares of the output as fits are: the noise
+    behind parameters that an event has led astray is not known."""
+    model = evidence.model
+    pieces = [piece for record in records for piece in record.pieces(evidence.horizon)]
+    data = EvaluationData(
+        fitted=tuple(Segment(piece, UNIT_WHITENING) for piece in pieces),
+        validation=(),
+        output=model.output,
+        estimate_states=model.estimate_states,
+        noise_reached=False,
+        torque_errors=False,
+    )
+    refitted = refit(model.joint.structure, [model.parameters], data, options=CAREFUL)
+    return replace(model, parameters=refitted.parameters, first_states={})

@@ -11,7 +11,7 @@ from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.search.acceptance import accept_best, accept_pair, drop_worthless
 from robotid.diagnosis.search.data import Evidence, first_state, renew_noise
-from robotid.diagnosis.search.events import largest_event, without_event
+from robotid.diagnosis.search.events import largest_event, placed_again, resized, without_event
 from robotid.diagnosis.search.record_changes import find_record_changes
 from robotid.diagnosis.search.refits import refit_hopeful
 from robotid.diagnosis.search.settings import ACCEPTANCE
@@ -48,8 +48,21 @@ def search(evidence: Evidence, criteria: Criteria, log: Log) -> SearchResult:
                 seen = largest_event(evidence, result.last, result.data, criteria)
             if seen is None or result.late:
                 return replace(result, events=tuple(events))
-        events.append(seen.event)
-        evidence = without_event(evidence, seen.event)
+        with deadline(None):
+            events.append(_settled(evidence, seen.event, criteria))
+        evidence = without_event(evidence, events[-1])
+
+
+def _settled(evidence: Evidence, event: Event, criteria: Criteria) -> Event:
+    """An event placed and sized beside parameters that it no longer leads astray."""
+    first = first_state(without_event(evidence, event), criteria)
+    event = placed_again(evidence, event, first.first, first.data, criteria)
+    for _ in range(EVENTS.max_resizings):
+        before, first = event, first_state(without_event(evidence, event), criteria)
+        event = resized(event, first.first)
+        if abs(event.torque - before.torque) < event.std:
+            break
+    return event
 
 
 def _by_either_noise(evidence: Evidence, start: SearchState, criteria: Criteria, log: Log) -> SearchResult:
