@@ -46,13 +46,18 @@ def find_event(scans: Sequence[Scan], level: float) -> FoundEvent | None:
     even = {name: even_edges(scans, name) for name in names}
     plain, beside = (known_columns(scans, catalogue=catalogue) for catalogue in (False, True))
     coarse = [_Placed(seen, shape) for seen in binned(plain, even) for shape in best_shapes(seen)]
-    largest = max((one.energy for one in coarse), default=0.0)
-    hopeful = [one for one in coarse if one.energy > EVENTS.hopeful_share * largest]
     tries, others = 2 * EVENTS.bins * len(names), binned(beside, even)
     found = [
-        _judged(placed, plain, beside, even[placed.seen.record], others, tries) for placed in _best_of_each(hopeful)
+        _judged(placed, plain, beside, even[placed.seen.record], others, tries)
+        for placed in _best_of_each(hopeful(coarse))
     ]
     return max((one for one in found if one.event.p_value < level), key=lambda one: one.energy, default=None)
+
+
+def hopeful(placed: Sequence[_Placed]) -> list[_Placed]:
+    """Those that come near the largest."""
+    largest = max((one.energy for one in placed), default=0.0)
+    return [one for one in placed if one.energy > EVENTS.hopeful_share * largest]
 
 
 def _best_of_each(placed: Sequence[_Placed]) -> list[_Placed]:

@@ -56,7 +56,7 @@ def largest_event(
     if found is None:
         return None
     rival = max((one.energy for one in score(project(seen), missing)), default=0.0)
-    return SeenEvent(found.event, found.energy > EVENTS.leading_share * rival)
+    return SeenEvent(found.event, leads(found.energy, rival))
 
 
 def placed_again(
@@ -98,6 +98,11 @@ def resized(event: Event, model: RefittedModel) -> Event:
     inflation = max(1.0, model.energy / model.samples)
     change, std = float(column @ projected.residual) / size, float(np.sqrt(inflation / size))
     return replace(event, torque=event.torque + change, std=std)
+
+
+def leads(energy: float, rival: float) -> bool:
+    """Whether an event that explains so much comes before the causes, where the best of them explains `rival`."""
+    return energy > EVENTS.leading_share * rival
 
 
 def leaves_something(model: RefittedModel, data: EvaluationData) -> bool:

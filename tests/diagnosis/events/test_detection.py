@@ -1,0 +1,72 @@
+"""What happened once is found with its time and size, and what a machine always does is no event."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.eventful import DRIFT, KNOCK, PUSH, STEP, eventful, found
+from support.small_bench import fitted
+
+from robotid.diagnosis import Criteria, diagnose
+from robotid.diagnosis.events.applied import event_torque, without_events
+from robotid.diagnosis.results import Event
+from robotid.extension import extension_task
+
+
+@pytest.mark.parametrize("event", [PUSH, KNOCK, STEP, DRIFT], ids=["push", "knock", "step", "drift"])
+def test_an_event_is_found_with_its_time_and_size(event: Event) -> None:
+    seen = found(event)
+    assert seen is not None
+    assert (seen.event.record, seen.event.kind, seen.event.friction) == (event.record, event.kind, event.friction)
+    assert seen.event.start == pytest.approx(event.start, abs=0.02)
+    assert seen.event.end == pytest.approx(event.end, abs=0.02)
+    assert seen.event.torque == pytest.approx(event.torque, rel=0.2)
+    assert seen.event.p_value < 1e-3
+
+
+def test_a_push_beside_a_missing_effect_is_found_too() -> None:
+    seen = found(PUSH, "stribeck")
+    assert seen is not None
+    assert (seen.event.record, seen.event.kind) == ("slow", "bump")
+    assert seen.event.torque == pytest.approx(PUSH.torque, rel=0.4)
+
+
+@pytest.mark.parametrize("lacking", ["nothing", "stribeck"])
+def test_noise_and_what_a_machine_always_does_are_no_events(lacking: str) -> None:
+    assert found(None, lacking) is None
+
+
+def test_taking_an_event_out_undoes_it() -> None:
+    plain, pushed = eventful(None)[0], eventful(PUSH)[0]
+    assert np.allclose(without_events(pushed, [PUSH]).tau_m, plain.tau_m)
+    assert without_events(plain, [KNOCK]) is plain
+    half = pushed.piece(len(pushed) // 2, len(pushed))
+    assert np.allclose(without_events(half, [PUSH]).tau_m, plain.tau_m[len(plain) // 2 :])
+
+
+def test_friction_that_jumps_opposes_the_motion_from_then_on() -> None:
+    record = eventful(None)[0]
+    torque, t = event_torque(STEP, record), record.t
+    assert not torque[t < 2.19].any()
+    fast = (t > 2.21) & (np.abs(record.dphi_m) > 1.0)
+    assert np.allclose(torque[fast], -STEP.torque * np.sign(record.dphi_m[fast]))
+
+
+def test_an_edge_between_two_samples_counts_in_part() -> None:
+    record = eventful(None)[0]
+    h = record.sampling_time
+    torque = event_torque(Event("slow", "bump", False, 10.25 * h, 12.5 * h, 1.0, 0.0, 0.0), record)
+    assert torque[9:14] == pytest.approx([0.0, 0.75, 1.0, 0.5, 0.0])
+
+
+def test_a_push_is_reported_beside_the_verdict_and_no_cause_is_named_for_it() -> None:
+    made = eventful(PUSH)
+    fit = fitted(list(made))
+    d = diagnose(fit, made, Criteria(max_refits=1, max_causes=1, skip=("power_friction", "record_change")))
+    (push,) = d.events
+    assert (d.verdict, d.causes) == ("clean", ())
+    assert (push.start, push.end) == pytest.approx((1.7, 2.5), abs=0.01)
+    assert push.torque == pytest.approx(0.05, abs=4 * push.std)
+    assert d.misfit < d.noise_floor
+    cleaned = extension_task(d, fit, made).records
+    assert np.allclose(cleaned[0].tau_m, eventful(None)[0].tau_m, atol=0.06)

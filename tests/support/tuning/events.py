@@ -1,0 +1,151 @@
+"""Checks of the constants of the detection of events."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.stats import f as fisher
+
+from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.events.applied import direction
+from robotid.diagnosis.events.bins import BinnedRecord, _basis, even_edges
+from robotid.diagnosis.events.detection import _cut, _Placed, hopeful
+from robotid.diagnosis.events.settings import EVENTS
+from robotid.diagnosis.events.shapes import TORQUE, Shape, _like_drifts, best_shapes, significance, strength
+from robotid.diagnosis.results import Event
+from robotid.diagnosis.search import search as searching
+from robotid.diagnosis.search.data import Evidence
+from robotid.diagnosis.search.events import SeenEvent, leads, leaves_something
+from robotid.diagnosis.search.state import SearchResult
+from robotid.model.array import Array
+from support.eventful import PUSH, scanned
+from support.plain_models import plain_data, plain_model
+from support.tuning import sees
+
+
+def binned(moment: Array, *, left: float = 1.0) -> BinnedRecord:
+    """A record of ten seconds whose bins have nothing to do with each other; of each a part is left."""
+    count = moment.shape[1]
+    product = left * np.eye(2 * count).reshape(2, count, 2, count)
+    return BinnedRecord(
+        "a", np.linspace(0.0, 10.0, count + 1), product, moment, np.zeros((2, count, 0)), 1 + 0 * moment
+    )
+
+
+def spike(size: float, count: int = 48) -> BinnedRecord:
+    """One bin stands out."""
+    moment = np.zeros((2, count))
+    moment[TORQUE, 20] = size
+    return binned(moment)
+
+
+@sees(EVENTS, "bins")
+def check_a_record_has_four_dozen_bins() -> None:
+    assert len(even_edges(scanned(None), "slow")) == 49
+
+
+@sees(EVENTS, "fine_bins")
+def check_an_edge_is_placed_to_an_eighth_of_a_bin() -> None:
+    assert np.diff(_cut(np.arange(10.0), 5)) == pytest.approx(1 / 8)
+
+
+@sees(EVENTS, "longest_bump")
+def check_no_bump_is_longer_than_two_fifths() -> None:
+    moment = np.zeros((2, 48))
+    moment[TORQUE, 1:40] = 1.0
+    longest = max(shape.last - shape.first for shape in best_shapes(binned(moment)) if shape.kind == "bump")
+    assert longest == 19
+
+
+@sees(EVENTS, "standstill")
+def check_direction_fades_at_a_fiftieth_of_the_speed() -> None:
+    speed = np.array([0.01, 0.02, 0.1, 1.0])
+    assert direction(speed) == pytest.approx([0.5, 1.0, 1.0, 1.0])
+
+
+@sees(EVENTS, "step_ways")
+def check_a_step_is_judged_by_six_others() -> None:
+    moment = np.zeros((2, 48))
+    moment[TORQUE, 24:] = 3.0
+    p, usual = significance(binned(moment), Shape("step", TORQUE, 24, 48), 1)
+    assert usual == 1.0
+    assert p == pytest.approx(fisher.sf(24 * 3.0**2, 1, 6))
+
+
+@sees(EVENTS, "drift_ways")
+def check_a_drift_is_judged_by_five_waves() -> None:
+    assert len(_like_drifts(spike(1.0), Shape("drift", TORQUE, 0, 48))) == 5
+
+
+@sees(EVENTS, "dependent")
+def check_what_differs_by_less_than_a_billionth_is_one_direction() -> None:
+    def directions(apart: float) -> int:
+        return _basis(np.array([[1.0, 1.0 - apart], [1.0 - apart, 1.0]])).shape[1]
+
+    assert (directions(4e-9), directions(1e-9)) == (2, 1)
+
+
+@sees(EVENTS, "least_left")
+def check_an_event_of_which_a_ten_thousandth_is_left_is_none() -> None:
+    moment = spike(1.0).moment
+    for left, seen in ((2e-4, True), (5e-5, False)):
+        one = binned(moment, left=left)
+        assert (strength(one, Shape("bump", TORQUE, 20, 21)).energy > 0.0) is seen
+
+
+@sees(EVENTS, "hopeful_share")
+def check_half_of_the_largest_event_is_hopeful() -> None:
+    shape = Shape("bump", TORQUE, 20, 21)
+    placed = [_Placed(spike(float(np.sqrt(energy))), shape) for energy in (100.0, 55.0, 45.0)]
+    assert len(hopeful(placed)) == 2
+
+
+@sees(EVENTS, "leading_share")
+def check_an_event_goes_before_effects_from_a_fifth_of_what_they_explain() -> None:
+    assert leads(21.0, 100.0)
+    assert not leads(19.0, 100.0)
+
+
+@sees(EVENTS, "chance")
+def check_three_deviations_of_the_energy_of_noise_are_chance() -> None:
+    deviation = np.sqrt(2000.0)
+    assert leaves_something(plain_model(1000.0 + 3.1 * deviation), plain_data())
+    assert not leaves_something(plain_model(1000.0 + 2.9 * deviation), plain_data())
+
+
+@sees(EVENTS, "pieces")
+def check_records_are_cut_into_a_dozen_pieces() -> None:
+    assert sum(one.segment.record.name == "slow" for one in scanned.__wrapped__(None)) == 12
+
+
+@sees(EVENTS, "max_events")
+def check_four_events_are_set_aside() -> None:
+    result = SearchResult(plain_data(), plain_model(1.0), plain_model(1.0), (), (), ())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(searching, "first_state", lambda *_: SimpleNamespace(first=None, data=None))
+        patch.setattr(searching, "largest_event", lambda *_: SeenEvent(PUSH, leading=True))
+        patch.setattr(searching, "_settled", lambda _, event, __: event)
+        patch.setattr(searching, "without_event", lambda evidence, _: evidence)
+        patch.setattr(searching, "_by_either_noise", lambda *_: result)
+        found = searching.search(Evidence(SimpleNamespace(), [], []), Criteria(), lambda _: None)  # type: ignore[arg-type]
+    assert len(found.events) == 4
+
+
+@sees(EVENTS, "max_resizings")
+def check_an_event_is_sized_three_times() -> None:
+    sized = list[Event]()
+
+    def larger(event: Event, _: object) -> Event:
+        sized.append(replace(event, torque=event.torque + 1.0, std=0.1))
+        return sized[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(searching, "first_state", lambda *_: SimpleNamespace(first=None, data=None))
+        patch.setattr(searching, "placed_again", lambda _, event, *__: event)
+        patch.setattr(searching, "without_event", lambda evidence, _: evidence)
+        patch.setattr(searching, "resized", larger)
+        searching._settled(None, PUSH, Criteria())  # type: ignore[arg-type]
+    assert len(sized) == 3
