@@ -77,12 +77,19 @@ class Known:
 
 
 def known_columns(scans: Sequence[Scan], *, catalogue: bool) -> Known:
-    """The columns of the fitted parameters, and of all effects of the catalogue where these are to be known, too."""
+    """The columns of the fitted parameters; and, where the catalogue is to be known, too, those of all its effects, and
+    of the parameters as different in every record."""
     columns_of, residuals = [], []
+    names = list(dict.fromkeys(one.segment.record.name for one in scans))
     for one in scans:
         whitened = one.whitened
         own = _beyond_all(whitened[one.states :], whitened[: one.states])
-        columns_of.append(own[: -1 if catalogue else len(one.unknowns.parameters)])
+        parameters = own[: len(one.unknowns.parameters)]
+        if catalogue:
+            changed = [(name == one.segment.record.name) * parameters for name in names[1:]]
+            columns_of.append(np.concatenate([own[:-1], *changed]))
+        else:
+            columns_of.append(parameters)
         residuals.append(own[-1])
     pairs = list(zip(columns_of, residuals, strict=True))
     total = np.sum([own @ own.T for own, _ in pairs], axis=0)

@@ -93,9 +93,14 @@ def _judged(
         end=float(ends[1]),
         torque=found.amplitude,
         std=found.std * float(np.sqrt(usual)),
-        p_value=p,
+        p_value=p if is_its_own(strength(left, shape).energy, found.energy) else 1.0,
     )
     return FoundEvent(event, found.energy)
+
+
+def is_its_own(left: float, energy: float) -> bool:
+    """Whether the effects of the catalogue and changes of the record leave enough of what an event explains."""
+    return left > EVENTS.own_share * energy
 
 
 def _finer(plain: Known, coarse: _Placed) -> _Placed:

@@ -70,8 +70,8 @@ def best_shapes(seen: BinnedRecord) -> Iterator[Shape]:
             yield Shape("bump", TORQUE, int(first[k]), int(last[k]))
         shortest *= 2
     for column in (TORQUE, FRICTION):
-        steps = window_energies(seen, column)[1:count, count]
-        yield Shape("step", column, int(np.argmax(steps)) + 1, count)
+        steps = window_energies(seen, column)[2 : count - 1, count]  # else it is the whole record that differs
+        yield Shape("step", column, int(np.argmax(steps)) + 2, count)
         yield Shape("drift", column, 0, count)
 
 

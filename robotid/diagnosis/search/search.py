@@ -33,12 +33,12 @@ def search(evidence: Evidence, criteria: Criteria, log: Log) -> SearchResult:
     What happened once is set aside first; and where it shows only beside the causes, these are sought again without it.
     Raises NumericsError where the model cannot be simulated.
     """
-    events = list[Event]()
+    events, settled = list[Event](), False
     while True:
         log("measuring the noise")
         with deadline(None):  # without the noise there is no answer at all
             start = first_state(evidence, criteria)
-        more = len(events) < EVENTS.max_events
+        more = not settled and len(events) < EVENTS.max_events
         if more:
             log("looking for events")
         seen = largest_event(evidence, start.first, start.data, criteria) if more else None
@@ -49,8 +49,11 @@ def search(evidence: Evidence, criteria: Criteria, log: Log) -> SearchResult:
             if seen is None or result.late:
                 return replace(result, events=tuple(events))
         with deadline(None):
-            events.append(_settled(evidence, seen.event, criteria))
-        evidence = without_event(evidence, events[-1])
+            event = _settled(evidence, seen.event, criteria)
+        settled = abs(event.torque) < ACCEPTANCE.amplitude_sigma * event.std
+        if not settled:
+            events.append(event)
+            evidence = without_event(evidence, event)
 
 
 def _settled(evidence: Evidence, event: Event, criteria: Criteria) -> Event:

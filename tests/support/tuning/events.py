@@ -12,7 +12,7 @@ from scipy.stats import f as fisher
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.applied import direction
 from robotid.diagnosis.events.bins import BinnedRecord, _basis, even_edges
-from robotid.diagnosis.events.detection import _cut, _Placed, hopeful
+from robotid.diagnosis.events.detection import _cut, _Placed, hopeful, is_its_own
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.events.shapes import TORQUE, Shape, _like_drifts, best_shapes, significance, strength
 from robotid.diagnosis.results import Event
@@ -103,6 +103,12 @@ def check_half_of_the_largest_event_is_hopeful() -> None:
     assert len(hopeful(placed)) == 2
 
 
+@sees(EVENTS, "own_share")
+def check_an_event_is_its_own_from_a_fiftieth_that_effects_leave() -> None:
+    assert is_its_own(2.1, 100.0)
+    assert not is_its_own(1.9, 100.0)
+
+
 @sees(EVENTS, "leading_share")
 def check_an_event_goes_before_effects_from_a_fifth_of_what_they_explain() -> None:
     assert leads(21.0, 100.0)
@@ -126,7 +132,7 @@ def check_four_events_are_set_aside() -> None:
     result = SearchResult(plain_data(), plain_model(1.0), plain_model(1.0), (), (), ())
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(searching, "first_state", lambda *_: SimpleNamespace(first=None, data=None))
-        patch.setattr(searching, "largest_event", lambda *_: SeenEvent(PUSH, leading=True))
+        patch.setattr(searching, "largest_event", lambda *_: SeenEvent(replace(PUSH, std=0.001), leading=True))
         patch.setattr(searching, "_settled", lambda _, event, __: event)
         patch.setattr(searching, "without_event", lambda evidence, _: evidence)
         patch.setattr(searching, "_by_either_noise", lambda *_: result)
