@@ -16,7 +16,9 @@ class EventSettings:
     step_ways: int = 6  # independent steps in the rest of a record, by which one is judged
     drift_ways: int = 5  # half cosines after the first, by which a drift is judged
     hopeful_share: float = 0.5  # of the largest event's energy: those below it are not placed finely
-    own_share: float = 0.02  # of an event's energy that all effects and changes of records leave: less, and it is theirs
+    own_share: float = (
+        0.02  # of an event's energy that all effects and changes of records leave: less, and it is theirs
+    )
     leading_share: float = 0.2  # of what the best effect explains: an event that explains more goes before it
     chance: float = 3.0  # standard deviations of the energy of noise: less holds no event
     pieces: int = 12  # of a record, simulated afresh: an event soon leads a whole record astray

@@ -47,7 +47,7 @@ def search(evidence: Evidence, criteria: Criteria, log: Log) -> SearchResult:
             if more and result.causes and not result.late:
                 seen = largest_event(evidence, result.last, result.data, criteria)
             if seen is None or result.late:
-                return replace(result, events=tuple(events))
+                return replace(result, events=tuple(events)) if events else result
         with deadline(None):
             event = _settled(evidence, seen.event, criteria)
         settled = abs(event.torque) < ACCEPTANCE.amplitude_sigma * event.std
