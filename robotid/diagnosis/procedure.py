@@ -18,6 +18,7 @@ from robotid.estimate.fitted_model import FittedModel, Simulated, fitted_model, 
 from robotid.estimate.result import FitResult
 from robotid.interrupt import deadline
 from robotid.parallel import each, expect
+from robotid.signals.plausibility.checks.recording import repeats
 from robotid.signals.record import Record
 from robotid.signals.stretches import stretches
 
@@ -82,7 +83,8 @@ def diagnose(
         simulated = [simulate_record(model, without_events(part, found.events), options.horizon) for part in parts]
     log("measuring where the misfit sits")
     diagnosis = verdict(model, simulated, found, criteria)
-    diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *remarks, *_unexamined(found, options.budget)))
+    told = (*remarks, *_repeated(records, model), *_unexamined(found, options.budget))
+    diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *told))
     return (
         diagnosis
         if options.experiments is None or found.late
@@ -93,6 +95,15 @@ def diagnose(
 def _simulated(shared: tuple[FittedModel, float | None], part: Record) -> Simulated:
     model, horizon = shared
     return simulate_record(model, part, horizon)
+
+
+def _repeated(records: Sequence[Record], model: FittedModel) -> Iterator[str]:
+    """Held-out records on which no cause can fail, in a sentence each."""
+    for record in records:
+        fitted = (other for other in records if other.name in model.records)
+        same = next((other.name for other in fitted if repeats(record, other)), None)
+        if record.name not in model.records and same is not None:
+            yield f"{record.name} repeats the motion of {same}, which is fitted: a gain on it proves little"
 
 
 def _unexamined(found: SearchResult, budget: float | None) -> Iterator[str]:

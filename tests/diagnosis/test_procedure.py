@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import pytest
@@ -61,3 +62,10 @@ def test_an_extension_shows_the_gains_that_the_diagnosis_reports() -> None:
     gained = extension.after["check"].fit_percent - extension.before["check"].fit_percent
     assert cause.heldout_gain == pytest.approx(gained, abs=1e-6)
     assert {p.name: p.value for p in cause.parameters}.keys() == STRIBECK.keys()
+
+
+def test_a_held_out_record_that_repeats_a_fitted_motion_proves_little() -> None:
+    again = replace(made()[0], name="again", role="validate")
+    remarks = diagnose(fitted(list(made())), [*made()[:2], again], CRITERIA).remarks
+    assert "again repeats the motion of slow, which is fitted: a gain on it proves little" in remarks
+    assert not any("repeats the motion" in remark for remark in found().remarks)

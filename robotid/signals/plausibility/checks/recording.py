@@ -118,7 +118,7 @@ def reversals(evidence: Evidence) -> Iterator[Remark]:
 def repetition(evidence: Evidence) -> Iterator[Remark]:
     """A validation record repeats the motion of a record of the fit."""
     for other in evidence.others:
-        if abs(other.sampling_time / evidence.record.sampling_time - 1) < 1e-6 and _alike(evidence.record, other):
+        if repeats(evidence.record, other):
             yield Remark(
                 "note",
                 f"it repeats the motion of {other.name}, which is fitted",
@@ -128,7 +128,12 @@ def repetition(evidence: Evidence) -> Iterator[Remark]:
             return
 
 
-def _alike(one: Record, other: Record) -> bool:
+def repeats(one: Record, other: Record) -> bool:
+    """Whether two records of one sampling time hold the same motion."""
+    return abs(other.sampling_time / one.sampling_time - 1) < 1e-6 and _same_motion(one, other)
+
+
+def _same_motion(one: Record, other: Record) -> bool:
     """Whether two records hold the same motion, one perhaps later: peak of the correlation of their angles where they
     overlap by half of the shorter one at least."""
     step = -(-max(len(one), len(other)) // COMPARED)
