@@ -19,7 +19,7 @@ class EventSettings:
     own_share: float = (
         0.02  # of an event's energy that all effects and changes of records leave: less, and it is theirs
     )
-    leading_share: float = 0.2  # of what the best effect explains: an event that explains more goes before it
+    leading_share: float = 0.8  # of what the best effect explains: an event that explains more goes before it
     chance: float = 3.0  # standard deviations of the energy of noise: less holds no event
     pieces: int = 12  # of a record, simulated afresh: an event soon leads a whole record astray
     max_resizings: int = 3  # of an event, each beside the parameters refitted without it

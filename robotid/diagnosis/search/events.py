@@ -31,10 +31,11 @@ from robotid.signals.record import Record
 @dataclass(frozen=True, slots=True)
 class SeenEvent:
     """An event; leading : it explains so much beside the best effect of the catalogue that no cause can be sought
-    before it is out of the way."""
+    before it is out of the way. energy : that it explains, in variances of the noise."""
 
     event: Event
     leading: bool
+    energy: float = np.inf
 
 
 def largest_event(
@@ -56,7 +57,7 @@ def largest_event(
     if found is None:
         return None
     rival = max((one.energy for one in score(project(seen), missing)), default=0.0)
-    return SeenEvent(found.event, leads(found.energy, rival))
+    return SeenEvent(found.event, leads(found.energy, rival), found.energy)
 
 
 def placed_again(

@@ -15,7 +15,7 @@ from robotid.diagnosis.search.events import largest_event, placed_again, resized
 from robotid.diagnosis.search.record_changes import find_record_changes
 from robotid.diagnosis.search.refits import refit_hopeful
 from robotid.diagnosis.search.settings import ACCEPTANCE
-from robotid.diagnosis.search.state import AcceptedCause, Log, SearchResult, SearchState, share_removed
+from robotid.diagnosis.search.state import AcceptedCause, Log, SearchResult, SearchState, misfit_energy, share_removed
 from robotid.diagnosis.search.unexplained import better_curve, with_unexplained, without_imitations
 from robotid.interrupt import OutOfTime, check, deadline
 from robotid.model.structure import RECORD_CHANGE
@@ -44,9 +44,10 @@ def search(evidence: Evidence, criteria: Criteria, log: Log) -> SearchResult:
         seen = largest_event(evidence, start.first, start.data, criteria) if more else None
         if seen is None or not seen.leading:
             result = _by_either_noise(evidence, start, criteria, log)
-            if more and result.causes and not result.late:
-                seen = largest_event(evidence, result.last, result.data, criteria)
-            if seen is None or result.late:
+            late = more and bool(result.causes) and not result.late
+            seen = largest_event(evidence, result.last, result.data, criteria) if late else None
+            least = ACCEPTANCE.unknown_share * misfit_energy(result.first, result.data)
+            if seen is None or not seen.leading or seen.energy < least:
                 return replace(result, events=tuple(events)) if events else result
         with deadline(None):
             event = _settled(evidence, seen.event, criteria)
