@@ -10,6 +10,7 @@ import numpy as np
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.misfit.summary import locate_misfit
+from robotid.diagnosis.noise.noise_floor import Noise
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.results import Cause, Diagnosis, Misfit, Rejected, Verdict
 from robotid.diagnosis.scoring.limits import detection_limits
@@ -42,7 +43,7 @@ def verdict(
     runs = {name: joined([run for run in simulated if run.record.name == name]) for name in names}
     segments = [segment for run in runs.values() for segment in run.segments(model.output)]
     segments_after = (*found.last.fitted, *found.last.validation) if found.causes else ()
-    location = locate_misfit(segments, segments_after, model.output)
+    location = locate_misfit(segments, segments_after, model.output, known_noise(found))
     before, after = _residuals(segments), _residuals(segments_after)
     explained = found.explained_by_record() if found.causes else {}
     misfits = {
@@ -83,6 +84,24 @@ def verdict(
         events=found.events,
         limits=detection_limits(found.rounds[-1], criteria or Criteria(), found.last.structure.effects),
     )
+
+
+def known_noise(found: SearchResult) -> dict[str, Noise] | None:
+    """The noise of every record, None where what the causes leave is more than noise of any colour.
+
+    By as much as a whitened residual exceeds noise, the residual itself does.
+    """
+    if found.coloured is None or not found.coloured.noise_reached:
+        return None
+    segments, left = (*found.coloured.fitted, *found.coloured.validation), (*found.last.fitted, *found.last.validation)
+    known = {}
+    for name in dict.fromkeys(one.record.name for one in left):
+        own = [(s, one.residual) for s, one in zip(segments, left, strict=True) if one.record.name == name]
+        residual = np.concatenate([part for _, part in own])
+        beyond = max(1.0, sum(s.energy(part) for s, part in own) / len(residual))
+        levels, floor = own[0][0].whitening.levels, root_mean_square(residual) / float(np.sqrt(beyond))
+        known[name] = Noise(float(np.sqrt(levels.output)), float(np.sqrt(levels.torque)), floor, beyond == 1.0)
+    return known
 
 
 def _word(found: SearchResult, misfit: float, floor: float) -> Verdict:

@@ -8,10 +8,10 @@ from functools import cache
 
 import numpy as np
 import pytest
+from support.noise import speed_whitening
 from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH, references
 
 from robotid.catalogue import assemble
-from robotid.diagnosis.noise.whitening import whitening
 from robotid.errors import NumericsError
 from robotid.estimate import least_squares, lifted
 from robotid.estimate.least_squares import SolveOptions
@@ -84,7 +84,7 @@ def problem(
 def whitened() -> OutputError:
     plain = problem()
     theta = plain.joint.parameters().with_values(TRUTH).values
-    filters = [whitening(plain.joint, theta, plain.row, SAMPLING_TIME, NOISE_VARIANCES) for _ in plain.records]
+    filters = [speed_whitening(plain.joint, theta, SAMPLING_TIME, NOISE_VARIANCES) for _ in plain.records]
     return replace(plain, whiten=tuple(filters))
 
 

@@ -11,6 +11,7 @@ from robotid.catalogue import assemble
 from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, Unknowns
+from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
 from robotid.model.structure import Structure
 from robotid.signals.record import Record
 from robotid.simulation.simulate import simulate
@@ -58,3 +59,9 @@ def plain_data(*, noise_reached: bool = True, validation: bool = True) -> Evalua
     segment = Segment(plain_record(), UNIT_WHITENING)
     held = (segment,) if validation else ()
     return EvaluationData((segment,), held, "speed", True, noise_reached, torque_errors=False)
+
+
+def plain_blocks(columns: int, blocks: int = 40) -> BlockedRegression:
+    """A regression in which every column counts in every block alike, but for a thousandth."""
+    moment = 1.0 + 1e-3 * np.random.default_rng(1).standard_normal((blocks, columns))
+    return BlockedRegression(np.tile(np.eye(columns), (blocks, 1, 1)), moment, np.full(blocks, 2.0 * columns))

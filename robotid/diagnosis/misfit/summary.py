@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,21 +35,30 @@ class MisfitLocation:
 
 
 def locate_misfit(
-    before: Sequence[SimulatedSegment], after: Sequence[SimulatedSegment], output: Quantity
+    before: Sequence[SimulatedSegment],
+    after: Sequence[SimulatedSegment],
+    output: Quantity,
+    known: Mapping[str, Noise] | None = None,
 ) -> MisfitLocation:
     """The misfit of simulated segments against the noise, as a torque, and along the variables of the motion.
 
     after : the same segments, or some of them, once the causes are there; where there is less misfit to hide it, the
-    noise shows better.
+    noise shows better. known : the noise by record, where it is known; else it is read off the spectrum.
     """
-    noises_after = noise_levels(after, output) if after else ()
-    behind = {_key(segment): noise for segment, noise in zip(after, noises_after, strict=True)}
-    noises = [behind.get(_key(one), noise) for one, noise in zip(before, noise_levels(before, output), strict=True)]
+    if known is None:
+        noises_after = noise_levels(after, output) if after else ()
+        behind = {_key(segment): noise for segment, noise in zip(after, noises_after, strict=True)}
+        pairs = zip(before, noise_levels(before, output), strict=True)
+        noises = tuple(behind.get(_key(one), noise) for one, noise in pairs)
+        floors = limited_floors(_record_floors(before, noises))
+    else:
+        noises, noises_after = (tuple(known[one.record.name] for one in part) for part in (before, after))
+        floors = _record_floors(before, noises)
     missing = _missing([*before, *after], [*noises, *noises_after], output)
     found = [one for one in missing[: len(before)] if one is not None]
     left = _torques(one for one in missing[len(before) :] if one is not None)
     return MisfitLocation(
-        floors=limited_floors(_record_floors(before, noises)),
+        floors=floors,
         missing={name: _trace(name, found, left) for name in _torques(found)},
         curves=locate(found) if found else (),
     )

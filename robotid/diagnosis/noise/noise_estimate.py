@@ -106,8 +106,8 @@ def _whitened(segments: Sequence[SimulatedSegment], output: Quantity, variances:
     found = []
     for one, level in zip(segments, variances.output, strict=True):
         t = one.trajectory
-        row = t.joint.output_row(output)
-        found.append(Segment(one.record, whitening(t.joint, t.theta, row, t.sampling_time, (level, variances.torque))))
+        levels = (level, variances.torque)
+        found.append(Segment(one.record, whitening(t.joint, t.theta, output, t.sampling_time, levels)))
     return tuple(found)
 
 

@@ -17,6 +17,8 @@ class NoiseSettings:
     record_parts: int = 8  # of a record, so that some of them have no reversal
     min_band_lines: int = 32  # frequencies: the mean of a narrower band is too uncertain to bound a level
     hidden_share: float = 0.1  # of the quietest band: the least output noise beside a torque noise that hides it
+    clip: float = 3.0  # robust standard deviations: of a normal noise a two-hundredth of the energy lies beyond
+    tolerance: float = 0.5  # of the noise in an octave: an encoder's rounding at low speed is not quite white
     rest_share: float = 0.25  # of the typical output noise: a record that shows less was at rest
     unexplained_energy: float = 2.0  # over that of noise: beyond it, something is left that nothing known explains
     linear_share: float = 0.02  # of the misfit: as close as linear columns come to a large one

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotid.catalogue import assemble
-from robotid.diagnosis.noise.whitening import Segment, Whitening
+from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.settings import REFIT
 from robotid.estimate.fitted_model import SimulatedSegment
+from robotid.estimate.noise.whitening import InnovationsFilter
 from robotid.estimate.residual import measured_output, observed
 from robotid.model.array import Array
 from robotid.model.joint import Joint
@@ -28,7 +29,7 @@ class SegmentFit(SimulatedSegment):
     energy : of the whitened residual, in variances of the noise; fit_percent : eq. (15) of the paper [%].
     """
 
-    whitening: Whitening
+    whitening: InnovationsFilter
     energy: float
     fit_percent: float
 

@@ -42,6 +42,15 @@ class Gain:
         return float(self.blocks.sum())
 
 
+def gain_of(decrease: Array) -> Gain:
+    """A decrease of the squared error on each block (B,), with the p-value of Student's test of its mean."""
+    count, mean = len(decrease), float(np.mean(decrease))
+    spread = float(np.std(decrease, ddof=1)) if count > 1 else 0.0
+    if spread == 0.0:
+        return Gain(decrease, 0.0 if mean > 0.0 else 1.0)
+    return Gain(decrease, float(student.sf(mean / spread * np.sqrt(count), count - 1)))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class BlockedRegression:
     """A linear regression y = X' theta + e, kept block by block.
@@ -78,6 +87,13 @@ class BlockedRegression:
         apart = self.left_out() - self.estimate()
         return np.asarray((self.count - 1) / self.count * apart.T @ apart)
 
+    def energy_of(self, at: Sequence[int]) -> float:
+        """Squared error that the regressors `at` explain beside the others, in all blocks together."""
+        information, moment = self.information.sum(axis=0), self.moment.sum(axis=0)
+        others = [k for k in range(len(moment)) if k not in set(at)]
+        few = _solve(information[np.ix_(others, others)], moment[others]) if others else np.zeros(0)
+        return float(moment @ self.estimate() - moment[others] @ few)
+
     def significance(self, at: Sequence[int]) -> float:
         """p-value of the regressors `at` being absent, by the jackknife's covariance (an F-test).
 
@@ -99,24 +115,14 @@ class BlockedRegression:
         """
         others = [k for k in range(self.moment.shape[1]) if k not in set(at)]
         decrease = self.take(others)._errors_left_out() - self._errors_left_out()
-        spread = float(np.std(decrease, ddof=1)) if self.count > 1 else 0.0
-        mean = float(np.mean(decrease))
-        if spread == 0.0:
-            return Gain(decrease, 0.0 if mean > 0.0 else 1.0)
-        return Gain(decrease, float(student.sf(mean / spread * np.sqrt(self.count), self.count - 1)))
+        return gain_of(np.asarray(decrease))
 
     def constancy(self, k: int) -> float:
         """p-value of regressor k having the same amplitude in all blocks, in their order (Hansen 1992).
 
         Between the rows of the table the logarithm of p is interpolated, beyond them it is extrapolated.
         """
-        theta, m = self.estimate(), self.moment.shape[1]
-        scores = self.moment - np.einsum("bij,j->bi", self.information, theta)
-        others = [j for j in range(m) if j != k]
-        total = self.information.sum(axis=0)
-        own = scores[:, k]
-        if others:
-            own = own - scores[:, others] @ _solve(total[np.ix_(others, others)], total[others, k])
+        own, _ = self.scores_of(k)
         variance = float(own @ own)
         if variance == 0.0:
             return 1.0
@@ -127,6 +133,19 @@ class BlockedRegression:
             return float(np.exp(logs[-1] + slope * (statistic - CONSTANCY[-1, 0])))
         return float(np.exp(np.interp(statistic, np.append(0.0, CONSTANCY[:, 0]), np.append(0.0, logs))))
 
+    def scores_of(self, k: int) -> tuple[Array, Array]:
+        """What each block asks regressor k to be more than all together do, and what it knows of it, (B,) each; the
+        other regressors allowed for."""
+        theta, m = self.estimate(), self.moment.shape[1]
+        scores = self.moment - np.einsum("bij,j->bi", self.information, theta)
+        way = np.zeros(m)
+        way[k] = 1.0
+        others = [j for j in range(m) if j != k]
+        if others:
+            total = self.information.sum(axis=0)
+            way[others] = -_solve(total[np.ix_(others, others)], total[others, k])
+        return scores @ way, np.einsum("i,bij,j->b", way, self.information, way)
+
     def _errors_left_out(self) -> Array:
         """Squared error of each block with the estimate from all the others, (B,)."""
         if not self.moment.shape[1]:
@@ -136,7 +155,7 @@ class BlockedRegression:
         return np.asarray(self.energy - 2.0 * np.einsum("bi,bi->b", theta, self.moment) + quadratic)
 
 
-def blocked(columns: Array, signal: Array, length: int) -> BlockedRegression:
+def blocked(columns: Array, signal: Array, length: float) -> BlockedRegression:
     """A regression cut into blocks of about `length` samples. columns (m, n), signal (n,)."""
     n = len(signal)
     count = max(1, round(n / length))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, blocked, together
 from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandidate
 from robotid.diagnosis.scoring.scan import Scan
 from robotid.diagnosis.scoring.settings import SCORING
@@ -19,7 +20,7 @@ class Projected:
 
     missing (d, q) and residual (d,) : projected; whole (e, q) : the columns before projection; fitted (k, k) and shaped
     (k, q + 1) : a factor of the fitted parameters' columns, and the part of the others, last of the residual, that lies
-    along them.
+    along them; blocks : the regression of the residual on the k + q columns, block of time by block of time.
     """
 
     missing: Array
@@ -27,6 +28,7 @@ class Projected:
     whole: Array
     fitted: Array
     shaped: Array
+    blocks: BlockedRegression
 
     @property
     def length(self) -> Array:
@@ -45,6 +47,11 @@ class Projected:
         scale = np.where(length > 0, length, 1.0)  # stiffness and inertia are many powers of ten apart
         return np.asarray(np.linalg.lstsq(self.fitted / scale, goal, rcond=SCORING.dependent)[0] / scale)
 
+    def beside_fitted(self, at: slice) -> BlockedRegression:
+        """The regression on the fitted parameters and, after them, the columns `at`."""
+        k = len(self.fitted)
+        return self.blocks.take([*range(k), *range(k + at.start, k + at.stop)])
+
 
 def project(scans: Sequence[Scan], changes: Sequence[RecordChangeCandidate] = ()) -> Projected:
     """Every segment whitened, its first states and then, for all at once, the fitted parameters taken out.
@@ -52,16 +59,46 @@ def project(scans: Sequence[Scan], changes: Sequence[RecordChangeCandidate] = ()
     changes : their columns are those of fitted parameters, on the segments of one record, and follow all others.
     """
     columns = scans[0].unknowns.parameters
-    repeated = [(one.record, columns.index(one.column)) for one in changes]
-    factor = np.zeros((0, 0))
-    for one in scans:
-        own = np.asarray(np.linalg.qr(one.whitened.T, mode="r"))[one.states :, one.states :]
-        if repeated:
-            more = [own[:, k] * (one.segment.record.name == name) for name, k in repeated]
-            own = np.insert(own, [-1], np.stack(more, axis=1), axis=1)
-        factor = np.asarray(own if not factor.size else np.linalg.qr(np.vstack([factor, own]), mode="r"))
-    k = len(columns)
-    return Projected(factor[k:, k:-1], factor[k:, -1], factor[:, k:-1], factor[:k, :k], factor[:k, k:])
+    changed = [(one.record, columns.index(one.column)) for one in changes]
+    samples = sum(one.signals.shape[1] for one in scans)
+    parts = [_without_states(one, samples / SCORING.blocks) for one in scans]
+    blocks = together([_with_changes(part, one, changed) for part, one in zip(parts, scans, strict=True)])
+    factor, k = _factor(blocks), len(columns)
+    return Projected(factor[k:, k:-1], factor[k:, -1], factor[:, k:-1], factor[:k, :k], factor[:k, k:], blocks)
+
+
+def _without_states(one: Scan, length: float) -> BlockedRegression:
+    """The regression of a segment's residual on all its columns, less what its first states take of either."""
+    white = one.whitened
+    signals = white[one.states :]
+    if one.states:
+        basis = np.linalg.qr(white[: one.states].T)[0]
+        before = np.linalg.norm(signals, axis=1, keepdims=True)
+        signals = signals - (signals @ basis) @ basis.T
+        signals *= np.linalg.norm(signals, axis=1, keepdims=True) > SCORING.dependent * before
+    return blocked(signals[:-1], signals[-1], length)
+
+
+def _with_changes(part: BlockedRegression, one: Scan, changed: Sequence[tuple[str, int]]) -> BlockedRegression:
+    """With the columns of fitted parameters once more, those of other records' changes zero."""
+    if not changed:
+        return part
+    at = np.array([*range(part.moment.shape[1]), *(k for _, k in changed)])
+    there = np.array([name == one.segment.record.name for name, _ in changed], dtype=np.float64)
+    share = np.concatenate([np.ones(part.moment.shape[1]), there])
+    information = part.information[:, at[:, None], at] * np.outer(share, share)
+    return BlockedRegression(information, part.moment[:, at] * share, part.energy)
+
+
+def _factor(blocks: BlockedRegression) -> Array:
+    """Upper triangular R, R^T R being the products of all columns and, last, the residual."""
+    information, moment = blocks.information.sum(axis=0), blocks.moment.sum(axis=0)
+    products = np.block([[information, moment[:, None]], [moment[None], blocks.energy.sum()[None, None]]])
+    length = np.sqrt(np.maximum(np.diag(products), 0.0))
+    scale = np.where(length > 0.0, length, 1.0)
+    values, vectors = np.linalg.eigh(products / np.outer(scale, scale))
+    root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T * length
+    return np.asarray(np.linalg.qr(root, mode="r"))
 
 
 def left_over(scans: Sequence[Scan]) -> list[Array]:

@@ -10,6 +10,7 @@ import numpy as np
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.refitted_model import RefittedModel, Unknowns
+from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, Gain
 from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate, ForceGradient
 from robotid.diagnosis.scoring.catalogue_candidates import candidates
 from robotid.diagnosis.scoring.projection import Projected, left_over, project
@@ -61,6 +62,22 @@ class Round:
         coloured = significance(one.energy, k, one.energy + self.inflation * tries, tries, tries)
         return max(white, coloured)
 
+    def left_out(self, one: Score) -> Gain:
+        """What a candidate explains of every block of time by an estimate from all the others."""
+        regression, own = self._regression(one)
+        return regression.gain(own)
+
+    def _regression(self, one: Score) -> tuple[BlockedRegression, range]:
+        """On the fitted parameters and a candidate's, and where the latter are."""
+        regression = self.projected.beside_fitted(self._at(one.candidate))
+        return regression, range(len(self.projected.fitted), regression.moment.shape[1])
+
+    def _at(self, candidate: Candidate) -> slice:
+        """Where a candidate's columns are among all candidates'."""
+        at = self.candidates.index(candidate)
+        first = sum(len(one.scored) for one in self.candidates[:at])
+        return slice(first, first + len(candidate.scored))
+
 
 def scan_candidates(model: RefittedModel, skip: Sequence[str]) -> CandidateScan:
     """All candidates' columns through a model. skip : effects that are out of the question."""
@@ -86,8 +103,7 @@ def rank(scan: CandidateScan, criteria: Criteria) -> Round:
     if refined:
         further = scans(model.fitted, Unknowns(model.output), refined)
         seen = tuple(one.with_columns(more.signals[:-1]) for one, more in zip(seen, further, strict=True))
-    projected = project(seen, changes)
-    tried = (*scan.candidates, *refined, *changes)
+    projected, tried = project(seen, changes), (*scan.candidates, *refined, *changes)
     scores = tuple(score(projected, tried))
     return Round(model, projected, scores, _inflation(projected, best_of_each(scores)), tried)
 

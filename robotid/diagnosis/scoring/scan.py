@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robotid.diagnosis.noise.whitening import Whitening
 from robotid.diagnosis.refit.refitted_model import SegmentFit, Unknowns
 from robotid.diagnosis.scoring.candidate import EffectCandidate
 from robotid.diagnosis.scoring.columns import columns
 from robotid.diagnosis.scoring.settings import SCORING
 from robotid.estimate.fitted_model import SimulatedSegment
+from robotid.estimate.noise.whitening import InnovationsFilter
 from robotid.model.array import Array
 from robotid.parallel import each
 
@@ -26,7 +26,7 @@ class Scan:
     """
 
     segment: SegmentFit
-    whitening: Whitening
+    whitening: InnovationsFilter
     unknowns: Unknowns
     signals: Array
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel, reduced
 from robotid.diagnosis.scoring.confounding import confounded_with
 from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.score_test import Score
+from robotid.diagnosis.search.carry_over import held_out_gain, proven
+from robotid.diagnosis.search.coloured import is_noise, left_by, p_value
+from robotid.diagnosis.search.constancy import is_not_constant
 from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
 from robotid.diagnosis.search.refits import CandidateRefit, refit_hopeful
 from robotid.diagnosis.search.settings import ACCEPTANCE
@@ -23,55 +26,26 @@ from robotid.diagnosis.search.state import (
     RejectedCause,
     SearchState,
     misfit_energy,
-    share_removed,
 )
+from robotid.diagnosis.search.step import Step
 from robotid.errors import NumericsError
 from robotid.model.structure import rests_on
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Step:
-    """A model before and after a cause is added. first : the model that is diagnosed."""
-
-    first: RefittedModel
-    before: RefittedModel
-    after: RefittedModel
-    data: EvaluationData
-
-    @property
-    def added(self) -> tuple[str, ...]:
-        """The effects that the step adds."""
-        old = self.before.structure.effects
-        return tuple(effect for effect in self.after.structure.effects if effect not in old)
-
-    @property
-    def share(self) -> float:
-        """Share of the first model's misfit that the step removes from the fitted segments."""
-        return share_removed(self.first, self.before, self.after, self.data)
-
-    @property
-    def gain(self) -> float:
-        """Of the fit on the validation segments [% points], nan without any."""
-        return self.after.validation_fit_percent - self.before.validation_fit_percent
-
-    @property
-    def energy_a_sample(self) -> float:
-        """Energy that the step removes, a sample, in variances of the noise; on the validation segments, or on the
-        fitted ones where there are no others."""
-        if self.data.validation:
-            return (self.before.validation_energy - self.after.validation_energy) / self.data.validation_samples
-        return (self.before.energy - self.after.energy) / self.data.samples
 
 
 def does_not_carry_over(step: Step, criteria: Criteria) -> str | None:
     """A cause must help on segments that it was not fitted to."""
     if not step.data.validation:
-        return None
+        return None if step.left_out is None or proven(step.left_out) else LEFT_OUT.format(step.left_out.p_value)
     if step.energy_a_sample <= 0:
         return "does not carry over: the held-out records are simulated worse with it"
     if step.gain <= 0.0:
         return "does not carry over: the fit of the held-out records falls with it"
-    return None
+    gain = held_out_gain(step.before.validation, step.after.validation)
+    return None if proven(gain) else HELD_OUT.format(gain.p_value)
+
+
+HELD_OUT = "does not carry over: its gain on the held-out records is within its scatter (p = {:.2g})"
+LEFT_OUT = "does not carry over: on what is left out of its fit, its gain is within its scatter (p = {:.2g})"
 
 
 def explains_too_little(step: Step, criteria: Criteria) -> str | None:
@@ -97,6 +71,8 @@ OBJECTIONS: tuple[Objection, ...] = (
     improves_too_little,
     is_not_physical,
     is_uncertain,
+    is_noise,
+    is_not_constant,
 )
 """The tests of a cause, in the order in which they are asked. Each says in words why a cause is none, or None."""
 
@@ -109,7 +85,9 @@ def objection(step: Step, criteria: Criteria) -> str | None:
 def accept_best(state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria) -> SearchState:
     """The state with the best cause of a round that stands all tests, and with those before it rejected."""
     for k, one in enumerate(refits):
-        step = Step(state.first, state.model, one.model, state.data)
+        step = Step(
+            state.first, state.model, one.model, state.data, state.round.left_out(one.score), len(state.round.scores)
+        )
         why = objection(step, criteria)
         if why is None:
             return state.with_cause(as_cause(state, refits[k:]))
@@ -127,7 +105,10 @@ def accept_pair(state: SearchState, refits: Sequence[CandidateRefit], criteria: 
     beside = state.with_model(alone.after, criteria).scored(criteria)
     pairs = refit_hopeful(beside, criteria, log).refits
     for k, one in enumerate(pairs):
-        if objection(Step(state.first, state.model, one.model, state.data), criteria) is None:
+        step = Step(
+            state.first, state.model, one.model, state.data, beside.round.left_out(one.score), len(beside.round.scores)
+        )
+        if objection(step, criteria) is None:
             return state.with_cause(alone).with_cause(as_cause(beside, pairs[k:]))
     return state
 
@@ -146,7 +127,7 @@ def as_cause(state: SearchState, refits: Sequence[CandidateRefit]) -> AcceptedCa
         effect=best.effect,
         explained=step.share,
         gain=step.gain,
-        p_value=seen.p_value(best.score),
+        p_value=max(seen.p_value(best.score), p_value(best.model, best.effect, left_by(best.model), len(seen.scores))),
         twins=tuple(dict.fromkeys([best.effect, *twins])),
         before=state.model,
         after=best.model,

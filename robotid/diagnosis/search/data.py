@@ -112,11 +112,10 @@ def _with_typical_noise(
     records: Sequence[Record], fitted: Sequence[Segment], joint: Joint, theta: Array, output: Quantity
 ) -> tuple[Segment, ...]:
     """Validation records have the typical noise of the fitted ones, for their own residual may hold a misfit."""
-    filters = [segment.whitening for segment in fitted]
-    typical = (float(np.median([w.output for w in filters])), float(np.median([w.torque for w in filters])))
-    row = joint.output_row(output)
-    return tuple(Segment(r, whitening(joint, theta, row, r.sampling_time, typical)) for r in records)
+    levels = [segment.whitening.levels for segment in fitted]
+    typical = (float(np.median([one.output for one in levels])), float(np.median([one.torque for one in levels])))
+    return tuple(Segment(r, whitening(joint, theta, output, r.sampling_time, typical)) for r in records)
 
 
 def _torque_noise(segments: Sequence[Segment]) -> float:
-    return max(segment.whitening.torque for segment in segments)
+    return max(segment.whitening.levels.torque for segment in segments)

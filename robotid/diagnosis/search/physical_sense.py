@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.measured_motion import with_angle
 from robotid.diagnosis.search.settings import ACCEPTANCE
+from robotid.diagnosis.search.step import Step
 from robotid.model.array import Array
 from robotid.model.companion import companion_of
 from robotid.model.parameters import Parameter
@@ -19,9 +19,6 @@ from robotid.model.physical import PortRange
 from robotid.model.units import on_axis
 from robotid.simulation.friction.mode import friction_mode
 from robotid.simulation.trajectory import Trajectory
-
-if TYPE_CHECKING:
-    from robotid.diagnosis.search.acceptance import Step
 
 
 def is_not_physical(step: Step, criteria: Criteria) -> str | None:
@@ -45,7 +42,7 @@ def is_uncertain(step: Step, criteria: Criteria) -> str | None:
     model = step.after
     for effect in step.added:
         sizes = [(name, p) for name, p in declarations(effect) if p.null is not None]
-        if sizes and amplitude_sigmas(model, sizes) < ACCEPTANCE.amplitude_sigma:
+        if sizes and amplitude_sigmas(model, effect) < ACCEPTANCE.amplitude_sigma:
             symbol = sizes[0][1].symbol
             value, std = model.parameters[sizes[0][0]], deviation(model, sizes[0][0])
             return f"is not certain to be there: {symbol} = {value:.2g}, known to {std:.2g}"
@@ -65,19 +62,27 @@ def deviation(model: RefittedModel, name: str) -> float:
     return float(np.sqrt(max(0.0, model.covariance[at[0], at[0]]))) if at else 0.0
 
 
-def amplitude_sigmas(model: RefittedModel, sizes: list[tuple[str, Parameter]]) -> float:
-    """How many standard deviations amplitudes are away from where their effect vanishes; infinite where none was
+def amplitude_sigmas(model: RefittedModel, effect: str) -> float:
+    """How many standard deviations an effect's amplitudes are away from where it vanishes; infinite where none was
     fitted."""
-    names = [model.parameters.names[k] for k in model.columns]
-    fitted = [(names.index(name), model.parameters[name] - (p.null or 0.0)) for name, p in sizes if name in names]
+    fitted = amplitudes(model, effect)
     if not fitted:
         return float("inf")
-    at, apart = [i for i, _ in fitted], np.array([value for _, value in fitted])
+    at, apart = list(fitted), np.array(list(fitted.values()))
     covariance = model.covariance[np.ix_(at, at)]
     scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     standard = apart / scale
     distance = float(standard @ np.linalg.pinv(covariance / np.outer(scale, scale)) @ standard)
     return float(np.sqrt(max(0.0, distance)))
+
+
+def amplitudes(model: RefittedModel, effect: str) -> dict[int, float]:
+    """The fitted amplitudes of an effect, less where it vanishes, by their number among the fitted parameters."""
+    names = [model.parameters.names[k] for k in model.columns]
+    if effect in names:  # a change of a record is its own size
+        return {names.index(effect): model.parameters[effect]}
+    sizes = [(name, p.null) for name, p in declarations(effect) if p.null is not None and name in names]
+    return {names.index(name): model.parameters[name] - null for name, null in sizes}
 
 
 def port_range(model: RefittedModel, effect: str) -> PortRange:

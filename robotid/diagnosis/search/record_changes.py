@@ -12,6 +12,7 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, ca
 from robotid.diagnosis.refit.settings import REFIT
 from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandidate, record_changes
 from robotid.diagnosis.scoring.score_test import significance
+from robotid.diagnosis.search.carry_over import held_out_gain
 from robotid.diagnosis.search.settings import CHANGES
 from robotid.errors import NumericsError
 from robotid.estimate.least_squares import SolveOptions, solve
@@ -48,16 +49,19 @@ class _Tried:
     after: SegmentFit
 
 
-def find_record_changes(model: RefittedModel, data: EvaluationData) -> tuple[RecordChange, ...]:
-    """At most one change for each validation record that is simulated clearly worse than the fitted ones."""
-    usual = max(1.0, model.energy / data.samples)
+def find_record_changes(model: RefittedModel, data: EvaluationData, level: float) -> tuple[RecordChange, ...]:
+    """At most one change for each validation record that is simulated clearly worse than the fitted ones.
+
+    level : of significance.
+    """
+    usual = max(1.0, data.fitted_energy(model.fitted) / data.samples)
     found: dict[str, RecordChange] = {}
     for segment in data.validation:
         first, second = _halves(segment)
         before = _simulated(model, second)
         if before is not None and asks_for_a_reason(before, usual):
             change = _best(model, first, before, usual)
-            if change is not None:
+            if change is not None and change.p_value < level:
                 found.setdefault(segment.record.name, change)
     return tuple(found.values())
 
@@ -87,13 +91,14 @@ def _best(model: RefittedModel, first: Segment, before: SegmentFit, usual: float
         return None
     best = tried[0]
     removed, whole = best.explained * misfit / usual, before.energy / usual
+    scatter = held_out_gain((before,), (best.after,)).p_value
     return RecordChange(
         effect=best.candidate.name,
         value=best.value,
         unit=on_axis(linear=model.structure.linear)(best.candidate.parameter.unit),
         explained=min(1.0, best.explained),
         gain=best.after.fit_percent - before.fit_percent,
-        p_value=significance(removed, 1, whole, len(before.residual), len(tried)),
+        p_value=max(significance(removed, 1, whole, len(before.residual), len(tried)), min(1.0, len(tried) * scatter)),
         twins=tuple(one.candidate.name for one in tried if one.explained > best.explained - CHANGES.same_share),
     )
 

@@ -10,6 +10,7 @@ from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.search.acceptance import accept_best, accept_pair, drop_worthless
+from robotid.diagnosis.search.coloured import in_colour, left_by
 from robotid.diagnosis.search.data import Evidence, first_state, renew_noise
 from robotid.diagnosis.search.events import largest_event, placed_again, resized, without_event
 from robotid.diagnosis.search.record_changes import find_record_changes
@@ -125,13 +126,15 @@ def _completed(
             result = with_unexplained(result, criteria)
         else:
             result = without_imitations(result, imitated, start.data)
+        coloured = in_colour(result.last, result.data, left_by(result.last).noise)
+        result = replace(result, coloured=coloured)
     except OutOfTime:
         return replace(result, late=True, unexamined=(UNEXPLAINED, CHANGES))
     if RECORD_CHANGE in criteria.skip:
         return result
     log("comparing the records held out")
     try:
-        return replace(result, changes=find_record_changes(result.last, result.data))
+        return replace(result, changes=find_record_changes(result.last, coloured, criteria.significance))
     except OutOfTime:
         return replace(result, late=True, unexamined=(CHANGES,))
 

@@ -39,6 +39,10 @@ class AcceptanceSettings:
     imitation_share: float = 0.7  # of what a free curve explains: causes that do not reach it only imitate something
     complete_share: float = 0.97  # of the misfit: causes that explain so much are the causes, where noise is reached
     clear_share: float = 0.02  # of the misfit, by which several causes must beat a free curve, and one may miss it
+    gain_level: float = 0.05  # of significance of a gain on what was not fitted; half of those of no cause are above 0
+    gain_blocks: int = 20  # of time, into which what was not fitted is cut: enough for a spread to a sixth of itself
+    constant_parts: int = 4  # of the records, in which the size of a cause is compared
+    constant_spread: float = 0.5  # of a cause's size: what varies more from part to part is none
     trusted_causes: int = 2  # that are added before the question is asked whether they only imitate
 
 

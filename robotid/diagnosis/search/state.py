@@ -107,7 +107,8 @@ class SearchResult:
     free curve that explains most of what the causes leave, None where that is nothing; curve_share : of the first
     model's misfit that it explains. changes : what differs on validation records. unexamined : what no time was left
     for, candidates by name, then the rest in words; late : whether the time was up before the end. events : what
-    happened once; all else is of records without them.
+    happened once; all else is of records without them. coloured : the data by noise of any colour, as the last model
+    leaves it; None where time ran out before.
     """
 
     data: EvaluationData
@@ -122,6 +123,7 @@ class SearchResult:
     unexamined: tuple[str, ...] = ()
     late: bool = False
     events: tuple[Event, ...] = ()
+    coloured: EvaluationData | None = None
 
     @property
     def remaining_share(self) -> float:

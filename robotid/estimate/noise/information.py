@@ -56,8 +56,13 @@ def upper_envelope(one: Array, other: Array) -> Array:
     return np.asarray((spanned * np.maximum(shares, 1.0 - shares)) @ spanned.T * np.outer(scale, scale))
 
 
-def is_explained(one: Residual, levels: NoiseLevels, settings: LevelSettings = SETTINGS) -> bool:
-    """Whether noise of these levels is all that a residual shows: no octave of its whitened spectrum stands out."""
+def is_explained(
+    one: Residual, levels: NoiseLevels, settings: LevelSettings = SETTINGS, *, tolerance: float = 0.0
+) -> bool:
+    """Whether noise of these levels is all that a residual shows: no octave of its whitened spectrum stands out.
+
+    tolerance : by how much of the noise an octave may differ though it is no chance.
+    """
     whiten = innovations_filter(one.response, levels)
     power, expected = whitened_lines(one, whiten, settings)
     edges = [0, OCTAVE]
@@ -66,6 +71,6 @@ def is_explained(one: Residual, levels: NoiseLevels, settings: LevelSettings = S
     bands = [slice(a, b) for a, b in zip(edges, [*edges[1:], len(power)], strict=True)]
     for band in bands:
         ratio = float(np.mean(power[band] / expected[band])) if band.stop > band.start else 1.0
-        if abs(ratio - 1.0) * np.sqrt((band.stop - band.start) / 2.0) > SURPRISE:
+        if abs(ratio - 1.0) > max(tolerance, SURPRISE / np.sqrt((band.stop - band.start) / 2.0)):
             return False
     return True

@@ -32,7 +32,9 @@ class LevelSettings:
     factor from one corner of the red noise to the next. reach, scales : decades on either side of the likeliest level
     of the torque's noise, and how many levels in them, over which its mean is taken. full : leverage from which a
     frequency tells nothing. band : relative width of the bands over which spectra are averaged. believable :
-    likelihood, relative to the largest, from which levels count in a mean over them."""
+    likelihood, relative to the largest, from which levels count in a mean over them. clip : robust standard
+    deviations beyond which an innovation counts no more than there, so that bursts, as a model that reverses at the
+    wrong time leaves them, do not pass for noise; infinite, and all count."""
 
     sweeps: int = 8
     settled: float = 0.02
@@ -44,6 +46,7 @@ class LevelSettings:
     full: float = 0.8
     band: float = 0.03
     believable: float = 0.02
+    clip: float = np.inf
 
 
 SETTINGS = LevelSettings()
@@ -341,7 +344,16 @@ class _Innovations:
         seen = np.flatnonzero(left > 1.0 - settings.full)
         if one.columns is None:
             seen = seen[seen >= settings.skipped]
-        return cls(omega[seen], _periodogram(innovations)[seen], whiten.squared(omega[seen]) * left[seen])
+        power = _periodogram(_clipped(innovations, settings.clip))
+        return cls(omega[seen], power[seen], whiten.squared(omega[seen]) * left[seen])
+
+
+def _clipped(signal: Array, most: float) -> Array:
+    """A signal (n,) within so many robust standard deviations."""
+    if not np.isfinite(most):
+        return signal
+    limit = most * float(np.median(np.abs(signal))) / np.sqrt(MEDIAN)
+    return np.clip(signal, -limit, limit)
 
 
 def _periodogram(signals: Array) -> Array:

@@ -48,7 +48,10 @@ class InnovationsFilter:
 
     def __call__(self, signals: Array) -> Array:
         """Signals (..., n), whitened."""
-        return np.asarray(scipy.signal.sosfilt(self.sections, signals, axis=-1))
+        if self.levels.torque + self.levels.red == 0.0:
+            return np.asarray(self.sections[0, 0] * signals)
+        # SciPy cannot read sections that may not be written to, as they come from another process
+        return np.asarray(scipy.signal.sosfilt(self.sections.copy(), signals, axis=-1))
 
     def transposed(self, signals: Array) -> Array:
         """The adjoint of the filter: from the last sample to the first. signals (..., n) -> the same shape."""

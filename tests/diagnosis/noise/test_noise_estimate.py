@@ -38,7 +38,7 @@ def test_what_is_explained_down_to_the_noise_has_the_noise_of_the_sensors() -> N
     found = estimated(segments(*CLEAN), torque_errors=True)
     assert found.reached
     for segment in found.segments:
-        assert np.sqrt(segment.whitening.output) == pytest.approx(SPEED_NOISE, rel=0.1)
+        assert np.sqrt(segment.whitening.levels.output) == pytest.approx(SPEED_NOISE, rel=0.1)
     assert energy_a_sample(found, segments(*CLEAN)) == pytest.approx(1.0, rel=0.2)
 
 
@@ -48,7 +48,7 @@ def test_what_nothing_explains_counts_as_torque_errors_only_where_that_is_asked(
     assert not sensors.reached
     assert not errors.reached
     assert energy_a_sample(sensors, left) > 10.0
-    assert errors.segments[0].whitening.torque > 2.0 * sensors.segments[0].whitening.torque
+    assert errors.segments[0].whitening.levels.torque > 2.0 * sensors.segments[0].whitening.levels.torque
     assert energy_a_sample(errors, left) < 0.1 * energy_a_sample(sensors, left)
 
 
@@ -70,5 +70,5 @@ def test_a_segment_at_rest_does_not_have_much_less_noise_than_the_others() -> No
     first, second = segments(*CLEAN)
     still = replace(second, residual=1e-3 * second.residual)
     found = estimate_noise((first, first, still), (first, first, still), lambda: (), "speed", torque_errors=False)
-    levels = [np.sqrt(segment.whitening.output) for segment in found.segments]
+    levels = [np.sqrt(segment.whitening.levels.output) for segment in found.segments]
     assert levels[2] == pytest.approx(0.25 * levels[0], rel=0.05)

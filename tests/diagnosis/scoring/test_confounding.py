@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.plain_models import plain_blocks
 
 from robotid.diagnosis.scoring.candidate import Candidate
 from robotid.diagnosis.scoring.catalogue_candidates import term_candidate
@@ -14,7 +15,7 @@ from robotid.model.port import Port
 from robotid.terms import TERMS
 
 RESIDUAL = np.array([10.0, 0.0, 0.0])
-PROJECTED = Projected(np.zeros((3, 0)), RESIDUAL, np.zeros((3, 0)), np.zeros((0, 0)), np.zeros((0, 1)))
+PROJECTED = Projected(np.zeros((3, 0)), RESIDUAL, np.zeros((3, 0)), np.zeros((0, 0)), np.zeros((0, 1)), plain_blocks(0))
 
 
 def scored(effect: str, *values: float, angle: float) -> Score:

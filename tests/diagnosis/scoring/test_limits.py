@@ -8,10 +8,11 @@ from math import isinf
 
 import numpy as np
 import pytest
+from support.noise import speed_whitening
 from support.small_bench import AXIS, fitted, records
 
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.noise.whitening import Segment, whitening
+from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import refit
 from robotid.diagnosis.scoring.limits import detection_limits, least_energy
@@ -27,8 +28,8 @@ def seen() -> Round:
     """The axis on records that it made itself, with the noise of the small bench."""
     made = list(records({}))
     fit = fitted_model(fitted(made))
-    row, levels = fit.joint.motor_speed, (SPEED**2, TORQUE**2)
-    segments = tuple(Segment(r, whitening(fit.joint, fit.theta, row, r.sampling_time, levels)) for r in made[:2])
+    levels = (SPEED**2, TORQUE**2)
+    segments = tuple(Segment(r, speed_whitening(fit.joint, fit.theta, r.sampling_time, levels)) for r in made[:2])
     data = EvaluationData(segments, (), "speed", estimate_states=True, noise_reached=True, torque_errors=False)
     return rank(scan_candidates(refit(AXIS, [fit.parameters], data), CRITERIA.skip), CRITERIA)
 

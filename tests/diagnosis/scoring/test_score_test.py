@@ -7,11 +7,12 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
+from scipy.signal import sosfilt
 from scipy.stats import binom
+from support.noise import speed_whitening
 from support.small_bench import AXIS, fitted, records
 
-from robotid.diagnosis.noise.whitening import Segment, whitening
+from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
@@ -43,8 +44,8 @@ ATTEMPTS = {
 def unfit(made: list[Record]) -> tuple[EvaluationData, RefittedModel]:
     """The axis without the effect on noise-free records, and the whitening of a noise that is not there."""
     fit = fitted_model(fitted(made))
-    row, variances = fit.joint.motor_speed, (SPEED**2, TORQUE**2)
-    segments = tuple(Segment(r, whitening(fit.joint, fit.theta, row, r.sampling_time, variances)) for r in made[:2])
+    variances = (SPEED**2, TORQUE**2)
+    segments = tuple(Segment(r, speed_whitening(fit.joint, fit.theta, r.sampling_time, variances)) for r in made[:2])
     data = EvaluationData(segments, (), "speed", estimate_states=True, noise_reached=True, torque_errors=False)
     return data, refit(AXIS, [fit.parameters], data)
 
@@ -84,13 +85,18 @@ def columns() -> tuple[tuple[EffectCandidate, ...], tuple[Scan, ...]]:
     return missing, scans(model.fitted, model.unknowns, missing)
 
 
+def inverse(sections: Array) -> Array:
+    """The filter that undoes one in second-order sections."""
+    return np.hstack([sections[:, 3:], sections[:, :3]]) / sections[:, :1]
+
+
 def noises(count: int) -> tuple[Projected, Array]:
     """The catalogue beside nothing, and pure noise of speed and torque, (d, count), as the search sees both."""
     missing, scanned = columns()
     rng, several = np.random.default_rng(11), []
     for one in scanned:
         white = rng.standard_normal((count, len(one.segment.record)))
-        shaped = lfilter(one.whitening.denominator, one.whitening.numerator, white, axis=1)
+        shaped = sosfilt(inverse(one.whitening.sections), white, axis=1)
         several.append(replace(one, signals=np.concatenate([one.signals[:-1], shaped, 0.0 * one.signals[-1:]])))
     both, q = project(several), sum(len(c.scored) for c in missing)
     return replace(both, missing=both.missing[:, :q], whole=both.whole[:, :q]), both.missing[:, q:]

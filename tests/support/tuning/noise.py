@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy
 
+from robotid.diagnosis.noise import colour
 from robotid.diagnosis.noise import spectrum as spectra
 from robotid.diagnosis.noise.noise_estimate import is_reached, output_variances, sufficient_variance
 from robotid.diagnosis.noise.noise_floor import (
@@ -16,7 +17,9 @@ from robotid.diagnosis.noise.noise_floor import (
 )
 from robotid.diagnosis.noise.settings import NOISE
 from robotid.diagnosis.noise.spectrum import KINSHIP, Spectrum, steady_spectrum, whittle
+from robotid.estimate.noise.whitening import NoiseLevels
 from robotid.model.array import Array
+from support.plain_models import SAMPLES, plain_segment
 from support.tuning import sees
 
 LINES = 1025
@@ -170,3 +173,21 @@ def check_a_variance_is_found_to_a_tenth() -> None:
 @sees(NOISE, "min_variance_ratio")
 def check_a_variance_is_sought_over_twelve_powers_of_ten() -> None:
     assert sufficient_variance(lambda _: 0.0, 0.0, 1.0) == pytest.approx(1e-12, rel=0.2, abs=0.0)
+
+
+@sees(NOISE, "tolerance")
+def check_an_octave_may_differ_by_half_of_the_noise() -> None:
+    asked = list[float]()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(colour, "is_explained", lambda *_, tolerance: asked.append(tolerance) or True)
+        colour.coloured_noise([plain_segment(1.0)], [np.zeros((0, SAMPLES))], "speed")
+    assert asked == [pytest.approx(0.5)]
+
+
+@sees(NOISE, "clip")
+def check_innovations_beyond_three_deviations_count_as_three() -> None:
+    asked = list[float]()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(colour, "fit_levels", lambda _, settings: asked.append(settings.clip) or [NoiseLevels(1.0)])
+        colour.coloured_noise([plain_segment(1.0)], [np.zeros((0, SAMPLES))], "speed")
+    assert asked == [pytest.approx(3.0)]

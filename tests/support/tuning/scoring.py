@@ -21,7 +21,7 @@ from robotid.diagnosis.scoring.settings import SCORING
 from robotid.model.array import Array
 from robotid.model.port import Port
 from robotid.terms import TERMS
-from support.plain_models import plain_segment
+from support.plain_models import SAMPLES, plain_segment
 from support.tuning import sees
 
 ANGLE = np.linspace(0.0, 40 * np.pi, 20_000)  # twenty turns
@@ -39,7 +39,7 @@ def scanned(rows: Array, fitted: int) -> Scan:
 
 
 @sees(SCORING, "dependent")
-def check_a_column_of_which_a_millionth_is_left_is_not_scored() -> None:
+def check_a_column_of_which_a_hundred_thousandth_is_left_is_not_scored() -> None:
     candidate = term_candidate(Port.MOTOR, TERMS["quadratic_friction"], (0.0,))
 
     def energy(left: float) -> float:
@@ -47,8 +47,8 @@ def check_a_column_of_which_a_millionth_is_left_is_not_scored() -> None:
         rows = np.stack([own, own + left * other, other])
         return score(project([scanned(rows, 1)]), [candidate])[0].energy
 
-    assert energy(1.5e-6) == pytest.approx(1.0)
-    assert energy(0.7e-6) == 0.0
+    assert energy(1.5e-5) == pytest.approx(1.0)
+    assert energy(0.7e-5) == 0.0
 
 
 @sees(SCORING, "confounded")
@@ -175,3 +175,11 @@ def check_a_resonance_is_compared_up_to_twice_its_highest_frequency() -> None:
     resonance_peaks([drive()], response, (20.0, 400.0), False)
     assert seen[0][-1] == pytest.approx(800.0, rel=0.01)
     assert len(_cross_spectrum([drive()], 800.0)[0]) == len(seen[0])
+
+
+@sees(SCORING, "blocks")
+def check_records_are_cut_into_forty_blocks() -> None:
+    segment = plain_segment(1.0)
+    wave = np.sin(np.arange(SAMPLES))
+    one = Scan(segment, UNIT_WHITENING, Unknowns("speed"), np.stack([wave, segment.residual]))
+    assert project([one]).blocks.count == 40

@@ -13,6 +13,7 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
 from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
 from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
+from robotid.diagnosis.scoring.blocked_regression import Gain
 from robotid.diagnosis.scoring.catalogue_candidates import term_candidate
 from robotid.diagnosis.scoring.projection import Projected
 from robotid.diagnosis.scoring.ranking import CandidateScan, Round
@@ -27,6 +28,8 @@ from robotid.diagnosis.search.acceptance import (
     indistinguishable_energy,
     stands_firm,
 )
+from robotid.diagnosis.search.carry_over import held_out_gain, proven
+from robotid.diagnosis.search.constancy import Course, course, varies
 from robotid.diagnosis.search.data import _is_unchanged
 from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
 from robotid.diagnosis.search.refits import (
@@ -46,7 +49,7 @@ from robotid.model.array import Array
 from robotid.model.parameters import Parameters
 from robotid.model.port import Port
 from robotid.terms import TERMS
-from support.plain_models import plain_data, plain_model, plain_segment
+from support.plain_models import plain_blocks, plain_data, plain_model, plain_segment
 from support.sensed_step import step_to
 from support.tuning import sees
 
@@ -70,8 +73,10 @@ def state(energy: float, *scores: Score) -> SearchState:
     """A search whose model leaves an energy, on a thousand samples, and scored so."""
     model = plain_model(energy)
     nothing = np.zeros((1, 0))
-    projected = Projected(nothing, np.array([np.sqrt(energy)]), nothing, np.eye(3), np.zeros((3, 1)))
-    rounds = (Round(model, projected, scores, 1.0),) if scores else ()
+    tried = tuple(one.candidate for one in scores)
+    blocks = plain_blocks(3 + sum(len(one.scored) for one in tried))
+    projected = Projected(nothing, np.array([np.sqrt(energy)]), nothing, np.eye(3), np.zeros((3, 1)), blocks)
+    rounds = (Round(model, projected, scores, 1.0, tried),) if scores else ()
     return SearchState(model, model, plain_data(), CandidateScan(model, (), ()), rounds=rounds)
 
 
@@ -333,3 +338,27 @@ def check_three_deviations_from_nothing_are_certain() -> None:
     for size, certain in ((3.1, True), (2.9, False)):
         step = step_to("motor.asymmetric_coulomb", {"dFc": size}, {"dFc": 1.0})
         assert (is_uncertain(step, ANYTHING) is None) is certain
+
+
+@sees(ACCEPTANCE, "gain_level")
+def check_one_imitator_in_twenty_passes_for_a_gain() -> None:
+    assert proven(Gain(np.ones(3), 0.04))
+    assert not proven(Gain(np.ones(3), 0.06))
+    assert not proven(Gain(-np.ones(3), 0.04))
+
+
+@sees(ACCEPTANCE, "gain_blocks")
+def check_held_out_records_are_cut_into_twenty_blocks() -> None:
+    assert len(held_out_gain((plain_segment(2.0),), (plain_segment(1.0),)).blocks) == 20
+
+
+@sees(ACCEPTANCE, "constant_parts")
+def check_a_cause_is_compared_in_four_parts_of_the_records() -> None:
+    assert len(course(plain_blocks(2)).parts) == 4
+
+
+@sees(ACCEPTANCE, "constant_spread")
+def check_a_cause_may_vary_by_half_of_its_size() -> None:
+    assert varies(Course(np.ones(4), 0.55, 1e-9), 1e-3)
+    assert not varies(Course(np.ones(4), 0.45, 1e-9), 1e-3)
+    assert not varies(Course(np.ones(4), 0.55, 1e-2), 1e-3)

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 from support.extended_joint import values
+from support.noise import speed_whitening
 from support.paper_joint import RATIO, STRUCTURE
 
 from robotid.catalogue import assemble
-from robotid.diagnosis.noise.whitening import Whitening, whitening
+from robotid.estimate.noise.whitening import InnovationsFilter
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.structure import Structure
@@ -44,12 +45,12 @@ def response(name: str) -> tuple[Joint, Array, Array]:
     return joint, theta, simulate(joint, theta, shaken, x0).dphi_m - simulate(joint, theta, steady, x0).dphi_m
 
 
-def whitened(name: str, noise: str) -> tuple[Whitening, Array, Array]:
+def whitened(name: str, noise: str) -> tuple[InnovationsFilter, Array, Array]:
     """The filter, and a residual of such noise before and after it, the transient cut off the latter."""
     joint, theta, shaken = response(name)
     speed, torque = NOISES[noise]
     residual = speed * np.random.default_rng(8).standard_normal(SAMPLES) + (shaken if torque else 0.0)
-    found = whitening(joint, theta, joint.motor_speed, SAMPLING_TIME, (speed**2, torque**2))
+    found = speed_whitening(joint, theta, SAMPLING_TIME, (speed**2, torque**2))
     return found, residual, found(residual)[SETTLED:]
 
 
@@ -81,7 +82,7 @@ def test_without_it_the_noise_of_the_torque_is_far_from_white(name: str) -> None
 def test_noise_of_the_speed_alone_is_only_scaled() -> None:
     found, residual, _ = whitened("flexible", "speed")
     assert found(residual) == pytest.approx(residual / SPEED)
-    assert found.torque == 0.0
+    assert found.levels.torque == 0.0
 
 
 def test_signals_are_filtered_row_by_row() -> None:

@@ -1,0 +1,35 @@
+"""Whether a cause helps where it was not fitted: a gain counts by its own spread from block to block of time.
+
+A gain above zero proves nothing: of causes that are none, half gain a little on records that they have not seen. The
+decrease of the squared error on blocks of time has a mean and a spread, and a cause gains where the one is beyond the
+other (Diebold & Mariano 1995).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robotid.diagnosis.refit.refitted_model import SegmentFit
+from robotid.diagnosis.scoring.blocked_regression import Gain, gain_of
+from robotid.diagnosis.search.settings import ACCEPTANCE
+
+
+def held_out_gain(before: Sequence[SegmentFit], after: Sequence[SegmentFit]) -> Gain:
+    """The decrease of the whitened squared error on segments that served for no fit, block by block."""
+    samples = sum(len(one.residual) for one in before)
+    decrease = [
+        [float(part.sum()) for part in np.array_split(old.whitened**2 - new.whitened**2, _blocks(old, samples))]
+        for old, new in zip(before, after, strict=True)
+    ]
+    return gain_of(np.concatenate(decrease))
+
+
+def proven(gain: Gain) -> bool:
+    """Whether a gain is beyond its own spread."""
+    return gain.total > 0.0 and gain.p_value < ACCEPTANCE.gain_level
+
+
+def _blocks(one: SegmentFit, samples: int) -> int:
+    return max(1, round(ACCEPTANCE.gain_blocks * len(one.residual) / samples))

@@ -1,0 +1,77 @@
+"""What a model leaves by noise of any colour: whether a cause stands out of it, and whether anything but noise is left.
+
+The search weighs residuals by the noise of the sensors. Every real torque has slow errors besides, of which some effect
+always explains a little. So a cause is judged once more beside what the model with it leaves: by the white and red
+noises that show there, and by the scatter of the cause's size from block to block of time, whichever is blunter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import f as fisher
+
+from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.noise.colour import ColouredNoise, coloured_noise, typical
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.refit.refitted_model import RefittedModel
+from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
+from robotid.diagnosis.scoring.projection import project
+from robotid.diagnosis.scoring.scan import Scan, scans
+from robotid.diagnosis.search.physical_sense import amplitudes
+from robotid.diagnosis.search.step import Step
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Left:
+    """What a model leaves, linearised: the regression of its residual on the fitted parameters, in the unit of the
+    coloured noise, block by block of time. noise : that shows in it; energy : a sample, in its variances."""
+
+    blocks: BlockedRegression
+    noise: ColouredNoise
+    energy: float
+
+
+def left_by(model: RefittedModel) -> Left:
+    """What a refitted model leaves on the fitted segments."""
+    seen = scans(model.fitted, model.unknowns, ())
+    noise = noise_in(model, seen)
+    pairs = zip(seen, noise.segments, strict=True)
+    blocks = project([replace(one, whitening=segment.whitening) for one, segment in pairs]).blocks
+    return Left(blocks, noise, float(blocks.energy.sum()) / model.samples)
+
+
+def noise_in(model: RefittedModel, seen: Sequence[Scan]) -> ColouredNoise:
+    """The coloured noise in what a model leaves. seen : its segments with the columns of all that was fitted."""
+    return coloured_noise(model.fitted, [one.signals[: one.known] for one in seen], model.output)
+
+
+def is_noise(step: Step, criteria: Criteria) -> str | None:
+    """A cause must stand out of noise of any colour."""
+    left = left_by(step.after)
+    p = max((p_value(step.after, effect, left, step.tries) for effect in step.added), default=0.0)
+    if p < criteria.significance:
+        return None
+    return f"may be noise: torque errors as slow as those left may pass for it (p = {p:.2g})"
+
+
+def p_value(model: RefittedModel, effect: str, left: Left, tries: int) -> float:
+    """p-value of an effect of a refitted model being absent, as the best of so many tries; zero where no amplitude of
+    it was fitted. left : by the model."""
+    sizes = amplitudes(model, effect)
+    if not sizes:
+        return 0.0
+    at, values = list(sizes), np.array(list(sizes.values()))
+    with_effect = replace(left.blocks, moment=left.blocks.moment + left.blocks.information[:, :, at] @ values)
+    white = with_effect.energy_of(at) / len(at) / max(1.0, left.energy)
+    alone = max(float(fisher.sf(white, len(at), model.samples)), with_effect.significance(at))
+    return float(min(1.0, tries * alone))
+
+
+def in_colour(model: RefittedModel, data: EvaluationData, noise: ColouredNoise) -> EvaluationData:
+    """The data of a search by the coloured noise that its last model leaves."""
+    records = [segment.record for segment in data.validation]
+    held_out = typical(noise, records, model.joint, model.parameters.values, model.output)
+    return replace(data, fitted=noise.segments, validation=held_out, noise_reached=noise.explained)

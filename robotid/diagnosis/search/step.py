@@ -1,0 +1,50 @@
+"""A step of the search: a model before and after a cause, as the tests of a cause see it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.refit.refitted_model import RefittedModel
+from robotid.diagnosis.scoring.blocked_regression import Gain
+from robotid.diagnosis.search.state import share_removed
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """A model before and after a cause is added.
+
+    first : the model that is diagnosed; left_out : what the cause explains of blocks of the fitted records by an
+    estimate from all others, None where that is not known; tries : candidates of which it is the best.
+    """
+
+    first: RefittedModel
+    before: RefittedModel
+    after: RefittedModel
+    data: EvaluationData
+    left_out: Gain | None = None
+    tries: int = 1
+
+    @property
+    def added(self) -> tuple[str, ...]:
+        """The effects that the step adds."""
+        old = self.before.structure.effects
+        return tuple(effect for effect in self.after.structure.effects if effect not in old)
+
+    @property
+    def share(self) -> float:
+        """Share of the first model's misfit that the step removes from the fitted segments."""
+        return share_removed(self.first, self.before, self.after, self.data)
+
+    @property
+    def gain(self) -> float:
+        """Of the fit on the validation segments [% points], nan without any."""
+        return self.after.validation_fit_percent - self.before.validation_fit_percent
+
+    @property
+    def energy_a_sample(self) -> float:
+        """Energy that the step removes, a sample, in variances of the noise; on the validation segments, or on the
+        fitted ones where there are no others."""
+        if self.data.validation:
+            return (self.before.validation_energy - self.after.validation_energy) / self.data.validation_samples
+        return (self.before.energy - self.after.energy) / self.data.samples

@@ -1,0 +1,84 @@
+"""Noise of any colour, beside what columns explain."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from support.hidden_records import SPEED_NOISE, TORQUE_NOISE, hidden
+
+from robotid.diagnosis.noise.colour import ColouredNoise, coloured_noise
+from robotid.estimate.fitted_model import SimulatedSegment
+from robotid.estimate.noise.response import torque_response
+from robotid.model.array import Array
+
+NOTHING = np.zeros((0, 6000))
+
+
+@cache
+def segments(effect: str, value: float) -> tuple[SimulatedSegment, ...]:
+    symbol = {"constant_torque": "tau0", "quadratic_friction": "Fq"}[effect]
+    found = [hidden(effect, {symbol: value}, number=number) for number in (1, 2)]
+    return tuple(segment for one in found for segment in one.simulated.segments("speed"))
+
+
+CLEAN, WRONG = ("constant_torque", 0.0), ("quadratic_friction", 2e-4)
+
+
+def energy_a_sample(estimate: ColouredNoise, left: tuple[SimulatedSegment, ...]) -> float:
+    energy = sum(one.energy(part.residual) for one, part in zip(estimate.segments, left, strict=True))
+    return energy / sum(len(part.residual) for part in left)
+
+
+def in_the_speed(one: SimulatedSegment, torque: Array) -> Array:
+    """What a torque (n,) does to the speed."""
+    t = one.trajectory
+    response = torque_response(t.joint, t.theta, t.sampling_time, "speed")
+    x, found = np.zeros(len(response.b)), np.zeros(len(torque))
+    for k, u in enumerate(torque.tolist()):
+        found[k] = x[response.row]
+        x = response.A @ x + response.b * u
+    return found
+
+
+def test_a_residual_of_noise_has_the_noise_of_the_sensors() -> None:
+    found = coloured_noise(segments(*CLEAN), [NOTHING] * 2, "speed")
+    assert found.explained
+    for segment in found.segments:
+        assert np.sqrt(segment.whitening.levels.output) == pytest.approx(SPEED_NOISE, rel=0.05)
+        assert np.sqrt(segment.whitening.levels.torque) == pytest.approx(TORQUE_NOISE, rel=0.4)
+    assert energy_a_sample(found, segments(*CLEAN)) == pytest.approx(1.0, abs=0.05)
+
+
+def test_what_columns_explain_is_no_noise() -> None:
+    """Without them the misfit counts as an error of the torque: a test is blunter then, never sharper."""
+    shape = [
+        (wrong.residual - clean.residual)[None] for wrong, clean in zip(segments(*WRONG), segments(*CLEAN), strict=True)
+    ]
+    beside, without = (coloured_noise(segments(*WRONG), columns, "speed") for columns in (shape, [NOTHING] * 2))
+    assert beside.explained
+    assert energy_a_sample(beside, segments(*CLEAN)) == pytest.approx(1.0, abs=0.05)
+    assert energy_a_sample(without, segments(*WRONG)) < 0.1 * energy_a_sample(beside, segments(*WRONG))
+
+
+def test_red_errors_of_the_torque_are_noise() -> None:
+    rng, pole, size = np.random.default_rng(3), 0.99, 0.05
+    loud = []
+    for one in segments(*CLEAN):
+        error = size * np.sqrt(1 - pole**2) * lfilter([1.0], [1.0, -pole], rng.standard_normal(len(one.residual)))
+        loud.append(replace(one, residual=one.residual + in_the_speed(one, error)))
+    found = coloured_noise(loud, [NOTHING] * 2, "speed")
+    assert found.explained
+    assert energy_a_sample(found, tuple(loud)) == pytest.approx(1.0, abs=0.05)
+    assert np.sqrt(found.segments[0].whitening.levels.red) == pytest.approx(size, rel=0.5)
+
+
+def test_a_segment_at_rest_does_not_have_much_less_noise_than_the_others() -> None:
+    first, second = segments(*CLEAN)
+    still = replace(second, residual=1e-3 * second.residual)
+    found = coloured_noise((first, first, still), [NOTHING] * 3, "speed")
+    levels = [np.sqrt(segment.whitening.levels.output) for segment in found.segments]
+    assert levels[2] == pytest.approx(0.25 * levels[0], rel=0.05)
