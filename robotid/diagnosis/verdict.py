@@ -91,7 +91,7 @@ def known_noise(found: SearchResult) -> dict[str, Noise] | None:
 
     By as much as a whitened residual exceeds noise, the residual itself does.
     """
-    if found.coloured is None or not found.coloured.noise_reached:
+    if found.curve is not None or found.coloured is None or not found.coloured.noise_reached:
         return None
     segments, left = (*found.coloured.fitted, *found.coloured.validation), (*found.last.fitted, *found.last.validation)
     known = {}

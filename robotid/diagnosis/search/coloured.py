@@ -19,9 +19,10 @@ from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
 from robotid.diagnosis.scoring.projection import project
-from robotid.diagnosis.scoring.scan import Scan, scans
+from robotid.diagnosis.scoring.scan import scans
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.diagnosis.search.step import Step
+from robotid.model.array import Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,18 +35,17 @@ class Left:
     energy: float
 
 
-def left_by(model: RefittedModel) -> Left:
-    """What a refitted model leaves on the fitted segments."""
-    seen = scans(model.fitted, model.unknowns, ())
-    noise = noise_in(model, seen)
-    pairs = zip(seen, noise.segments, strict=True)
-    blocks = project([replace(one, whitening=segment.whitening) for one, segment in pairs]).blocks
-    return Left(blocks, noise, float(blocks.energy.sum()) / model.samples)
+def left_by(model: RefittedModel, forces: Sequence[Array] | None = None) -> Left:
+    """What a refitted model leaves on the fitted segments.
 
-
-def noise_in(model: RefittedModel, seen: Sequence[Scan]) -> ColouredNoise:
-    """The coloured noise in what a model leaves. seen : its segments with the columns of all that was fitted."""
-    return coloured_noise(model.fitted, [one.signals[: one.known] for one in seen], model.output)
+    forces : (nv, m, n) further generalised forces on each, whose columns follow those of the fitted parameters, and
+    which take from the residual what they can before its noise is measured.
+    """
+    seen = scans(model.fitted, model.unknowns, (), forces)
+    noise = coloured_noise(model.fitted, [one.signals[:-1] for one in seen], model.output)
+    whitened = [replace(one, whitening=segment.whitening) for one, segment in zip(seen, noise.segments, strict=True)]
+    projected = project(whitened)
+    return Left(projected.blocks, noise, projected.energy / model.samples)
 
 
 def is_noise(step: Step, criteria: Criteria) -> str | None:
@@ -65,9 +65,24 @@ def p_value(model: RefittedModel, effect: str, left: Left, tries: int) -> float:
         return 0.0
     at, values = list(sizes), np.array(list(sizes.values()))
     with_effect = replace(left.blocks, moment=left.blocks.moment + left.blocks.information[:, :, at] @ values)
-    white = with_effect.energy_of(at) / len(at) / max(1.0, left.energy)
-    alone = max(float(fisher.sf(white, len(at), model.samples)), with_effect.significance(at))
-    return float(min(1.0, tries * alone))
+    return min(1.0, tries * max(_by_noise(with_effect, at, left.energy, model.samples), with_effect.significance(at)))
+
+
+def curve_p_value(model: RefittedModel, forces: Sequence[Array]) -> float:
+    """p-value of a free curve being absent from what a model leaves, beside noise of any colour: by that noise, or by
+    what the curve explains of blocks of time that did not serve to fit it, whichever is larger.
+
+    forces : (nv, m, n) of its knots on each fitted segment.
+    """
+    left = left_by(model, forces)
+    first = len(model.unknowns.parameters)
+    at = range(first, first + forces[0].shape[1])
+    return max(_by_noise(left.blocks, at, left.energy, model.samples), left.blocks.gain(at).p_value)
+
+
+def _by_noise(blocks: BlockedRegression, at: Sequence[int], energy: float, samples: int) -> float:
+    """p-value of the regressors `at` being absent, by the F-test. energy : a sample, in variances of the noise."""
+    return float(fisher.sf(blocks.energy_of(at) / len(at) / max(1.0, energy), len(at), samples))
 
 
 def in_colour(model: RefittedModel, data: EvaluationData, noise: ColouredNoise) -> EvaluationData:

@@ -12,6 +12,7 @@ from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import CAREFUL, refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.score_test import significance
+from robotid.diagnosis.search.coloured import curve_p_value
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import RejectedCause, SearchResult, SearchState, misfit_energy
 
@@ -70,6 +71,8 @@ def with_unexplained(result: SearchResult, criteria: Criteria) -> SearchResult:
     if share < ACCEPTANCE.unknown_share:
         return result
     if data.validation and curve.validation_energy < least * data.validation_samples:
+        return result
+    if curve_p_value(result.last, curve.basis.forces) > criteria.significance:
         return result
     return replace(result, curve=curve, curve_share=share)
 
