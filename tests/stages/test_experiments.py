@@ -85,7 +85,7 @@ def proposed(case: str) -> Separation:
 
 def noise(where: EvaluationData) -> float:
     """Standard deviation of the speed's noise as the bench sees it."""
-    return float(np.sqrt(np.mean([s.whitening.output for s in where.fitted])))
+    return float(np.sqrt(np.mean([s.whitening.levels.output for s in where.fitted])))
 
 
 def difference(one: RefittedModel, other: RefittedModel, reference: Reference) -> float:

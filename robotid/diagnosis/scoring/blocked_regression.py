@@ -101,14 +101,20 @@ class BlockedRegression:
 
         One where there are not more blocks than regressors to test.
         """
-        k = len(at)
-        if self.count <= k + 1:
+        k, count = len(at), self.telling_blocks(at)
+        if count <= k + 1:
             return 1.0
         amplitude, covariance = self.estimate()[list(at)], self.covariance()[np.ix_(at, at)]
         scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
         scaled = covariance / np.outer(scale, scale)
         wald = float(amplitude / scale @ np.linalg.pinv(scaled, hermitian=True) @ (amplitude / scale))
-        return float(fisher.sf(wald * (self.count - k) / (k * (self.count - 1)), k, self.count - k))
+        return float(fisher.sf(wald * (count - k) / (k * (count - 1)), k, count - k))
+
+    def telling_blocks(self, at: Sequence[int]) -> float:
+        """How many blocks tell of the regressors `at`: all where each knows as much, fewer where few know most."""
+        own = np.einsum("bii->bi", self.information)[:, list(at)]
+        share = (own / np.maximum(own.sum(axis=0), 1e-300)).mean(axis=1)
+        return float(share.sum() ** 2 / max(float(share @ share), 1e-300))
 
     def gain(self, at: Sequence[int]) -> Gain:
         """What the regressors `at` explain of each block by the estimate from all the others.

@@ -176,12 +176,12 @@ def check_a_variance_is_sought_over_twelve_powers_of_ten() -> None:
 
 
 @sees(NOISE, "tolerance")
-def check_an_octave_may_differ_by_half_of_the_noise() -> None:
+def check_an_octave_may_hold_two_and_a_half_times_the_noise() -> None:
     asked = list[float]()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(colour, "is_explained", lambda *_, tolerance: asked.append(tolerance) or True)
         colour.coloured_noise([plain_segment(1.0)], [np.zeros((0, SAMPLES))], "speed")
-    assert asked == [pytest.approx(0.5)]
+    assert asked == [pytest.approx(1.5)]
 
 
 @sees(NOISE, "clip")
