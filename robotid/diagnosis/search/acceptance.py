@@ -27,7 +27,7 @@ from robotid.diagnosis.search.state import (
     SearchState,
     misfit_energy,
 )
-from robotid.diagnosis.search.step import Step
+from robotid.diagnosis.search.step import Step, Tried
 from robotid.errors import NumericsError
 from robotid.model.structure import rests_on
 
@@ -86,7 +86,7 @@ def accept_best(state: SearchState, refits: Sequence[CandidateRefit], criteria: 
     """The state with the best cause of a round that stands all tests, and with those before it rejected."""
     for k, one in enumerate(refits):
         step = Step(
-            state.first, state.model, one.model, state.data, state.round.left_out(one.score), len(state.round.scores)
+            state.first, state.model, one.model, state.data, state.round.left_out(one.score), Tried.of(state.round)
         )
         why = objection(step, criteria)
         if why is None:
@@ -106,7 +106,7 @@ def accept_pair(state: SearchState, refits: Sequence[CandidateRefit], criteria: 
     pairs = refit_hopeful(beside, criteria, log).refits
     for k, one in enumerate(pairs):
         step = Step(
-            state.first, state.model, one.model, state.data, beside.round.left_out(one.score), len(beside.round.scores)
+            state.first, state.model, one.model, state.data, beside.round.left_out(one.score), Tried.of(beside.round)
         )
         if objection(step, criteria) is None:
             return state.with_cause(alone).with_cause(as_cause(beside, pairs[k:]))
@@ -127,7 +127,7 @@ def as_cause(state: SearchState, refits: Sequence[CandidateRefit]) -> AcceptedCa
         effect=best.effect,
         explained=step.share,
         gain=step.gain,
-        p_value=max(seen.p_value(best.score), p_value(best.model, best.effect, left_by(best.model), len(seen.scores))),
+        p_value=max(seen.p_value(best.score), p_value(best.model, best.effect, left_by(best.model), Tried.of(seen))),
         twins=tuple(dict.fromkeys([best.effect, *twins])),
         before=state.model,
         after=best.model,

@@ -21,7 +21,7 @@ from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
 from robotid.diagnosis.scoring.projection import project
 from robotid.diagnosis.scoring.scan import scans
 from robotid.diagnosis.search.physical_sense import amplitudes
-from robotid.diagnosis.search.step import Step
+from robotid.diagnosis.search.step import ALONE, Step, Tried
 from robotid.model.array import Array
 
 
@@ -51,21 +51,26 @@ def left_by(model: RefittedModel, forces: Sequence[Array] | None = None) -> Left
 def is_noise(step: Step, criteria: Criteria) -> str | None:
     """A cause must stand out of noise of any colour."""
     left = left_by(step.after)
-    p = max((p_value(step.after, effect, left, step.tries) for effect in step.added), default=0.0)
+    p = max((p_value(step.after, effect, left, step.tried) for effect in step.added), default=0.0)
     if p < criteria.significance:
         return None
     return f"may be noise: torque errors as slow as those left may pass for it (p = {p:.2g})"
 
 
-def p_value(model: RefittedModel, effect: str, left: Left, tries: int) -> float:
-    """p-value of an effect of a refitted model being absent, as the best of so many tries; zero where no amplitude of
-    it was fitted. left : by the model."""
+def p_value(model: RefittedModel, effect: str, left: Left, tried: Tried = ALONE) -> float:
+    """p-value of an effect of a refitted model being absent, zero where no amplitude of it was fitted. left : by the
+    model.
+
+    By the coloured noise it is the best of all candidates. From block to block of time an amplitude scatters by a few
+    blocks only, hardly more in one shape of an effect than in the others: there it is the best of all effects.
+    """
     sizes = amplitudes(model, effect)
     if not sizes:
         return 0.0
     at, values = list(sizes), np.array(list(sizes.values()))
     with_effect = replace(left.blocks, moment=left.blocks.moment + left.blocks.information[:, :, at] @ values)
-    return min(1.0, tries * max(_by_noise(with_effect, at, left.energy, model.samples), with_effect.significance(at)))
+    noise = tried.candidates * _by_noise(with_effect, at, left.energy, model.samples)
+    return min(1.0, max(noise, tried.effects * with_effect.significance(at)))
 
 
 def curve_p_value(model: RefittedModel, forces: Sequence[Array]) -> float:

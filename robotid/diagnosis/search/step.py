@@ -7,7 +7,24 @@ from dataclasses import dataclass
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.blocked_regression import Gain
+from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.search.state import share_removed
+
+
+@dataclass(frozen=True, slots=True)
+class Tried:
+    """Of how many candidates, and of how many effects, a cause is the best."""
+
+    candidates: int = 1
+    effects: int = 1
+
+    @classmethod
+    def of(cls, seen: Round) -> Tried:
+        """Of all that were scored in a round."""
+        return cls(len(seen.scores), len({one.candidate.name for one in seen.scores}))
+
+
+ALONE = Tried()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -15,7 +32,7 @@ class Step:
     """A model before and after a cause is added.
 
     first : the model that is diagnosed; left_out : what the cause explains of blocks of the fitted records by an
-    estimate from all others, None where that is not known; tries : candidates of which it is the best.
+    estimate from all others, None where that is not known; tried : what it is the best of.
     """
 
     first: RefittedModel
@@ -23,7 +40,7 @@ class Step:
     after: RefittedModel
     data: EvaluationData
     left_out: Gain | None = None
-    tries: int = 1
+    tried: Tried = ALONE
 
     @property
     def added(self) -> tuple[str, ...]:

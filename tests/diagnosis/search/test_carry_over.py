@@ -1,0 +1,59 @@
+"""A gain counts where it is beyond its own spread over blocks of time that served for no fit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from support.plain_models import SAMPLES, plain_data, plain_model, plain_segment
+
+from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.refit.refitted_model import SegmentFit
+from robotid.diagnosis.scoring.blocked_regression import gain_of
+from robotid.diagnosis.search.acceptance import does_not_carry_over
+from robotid.diagnosis.search.carry_over import held_out_gain, proven
+from robotid.diagnosis.search.step import Step
+from robotid.model.array import Array
+
+
+def leaving(residual: Array) -> SegmentFit:
+    return replace(plain_segment(1.0), residual=residual, energy=float(residual @ residual))
+
+
+def noise(seed: int, size: float = 1.0) -> Array:
+    return size * np.random.default_rng(seed).standard_normal(SAMPLES)
+
+
+def test_what_helps_everywhere_is_a_gain() -> None:
+    assert proven(held_out_gain((leaving(noise(1, 1.5)),), (leaving(noise(2)),)))
+
+
+def test_what_helps_by_chance_is_none() -> None:
+    gains = [held_out_gain((leaving(noise(2 * k)),), (leaving(noise(2 * k + 1)),)) for k in range(100)]
+    assert 30 < sum(gain.total > 0.0 for gain in gains) < 70  # above zero as often as not
+    assert sum(proven(gain) for gain in gains) <= 12  # five in a hundred, and chance
+
+
+def test_what_helps_once_is_none() -> None:
+    wrong = noise(1)
+    wrong[100:140] += 10.0
+    gain = held_out_gain((leaving(wrong),), (leaving(noise(2)),))
+    assert gain.total > 1000.0
+    assert not proven(gain)
+
+
+def test_nothing_gained_is_no_gain() -> None:
+    assert gain_of(np.zeros(20)).p_value == 1.0
+
+
+def test_the_objection_names_the_records_or_what_was_left_out() -> None:
+    lucky = plain_model(1000.0), plain_model(900.0)
+    before, after = (replace(m, validation=(leaving(noise(s)),)) for m, s in zip(lucky, (4, 5), strict=True))
+    after = replace(after, validation=(replace(after.validation[0], fit_percent=99.0),))
+    step = Step(before, before, after, plain_data())
+    assert step.energy_a_sample > 0.0
+    assert "within its scatter" in str(does_not_carry_over(step, Criteria()))
+    alone = Step(*(plain_model(e) for e in (1000.0, 1000.0, 900.0)), plain_data(validation=False))
+    assert does_not_carry_over(alone, Criteria()) is None
+    unproven = replace(alone, left_out=gain_of(np.array([1.0, -1.0, 2.0, -2.0, 0.5])))
+    assert "left out of its fit" in str(does_not_carry_over(unproven, Criteria()))

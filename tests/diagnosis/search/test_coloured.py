@@ -1,0 +1,61 @@
+"""A cause stands out of noise of any colour, which explains some of every residual."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from support.small_bench import STRIBECK, begun, fitted, records
+
+from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.procedure import diagnose
+from robotid.diagnosis.refit.refit import refit
+from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
+from robotid.diagnosis.search.coloured import left_by, p_value
+from robotid.diagnosis.search.step import Tried
+from robotid.signals.record import Record
+
+TRIED = Tried(300, 30)
+FEW = Criteria(skip=("power_friction", "thermal_friction", "backlash"))
+
+
+def slow_errors(made: list[Record], seed: int, size: float = 0.02, pole: float = 0.99) -> list[Record]:
+    """The records with a red error of their torque."""
+    rng = np.random.default_rng(seed)
+    errors = (lfilter([np.sqrt(1 - pole**2)], [1.0, -pole], rng.standard_normal(len(one))) for one in made)
+    return [replace(one, tau_m=one.tau_m + size * error) for one, error in zip(made, errors, strict=True)]
+
+
+def with_effect(made: list[Record], values: Mapping[str, float]) -> RefittedModel:
+    state = begun(made)
+    effect = next(iter(values)).rpartition(".")[0]
+    structure, start = extended(state.first, effect, values)
+    return refit(structure, [start], state.data, state.first.trajectories)
+
+
+def test_a_true_cause_stands_out() -> None:
+    model = with_effect(records(STRIBECK), STRIBECK)
+    left = left_by(model)
+    assert left.energy == pytest.approx(1.0, abs=0.1)
+    assert p_value(model, "motor.stribeck", left, TRIED) < 1e-3
+
+
+def test_slow_errors_of_the_torque_are_no_cause() -> None:
+    """By the noise of the sensors alone many an effect would be one."""
+    sharp, honest = [], []
+    for seed in range(4):
+        model = with_effect(slow_errors(records({}), seed), {"motor.constant_torque.tau0": 0.01})
+        std = float(np.sqrt(model.covariance[3, 3]))
+        sharp.append(abs(model.parameters["motor.constant_torque.tau0"]) / std)
+        honest.append(p_value(model, "motor.constant_torque", left_by(model), TRIED))
+    assert max(sharp) > 4.0
+    assert min(honest) > 1e-3
+
+
+@pytest.mark.parametrize("seed", [3, 5])
+def test_a_machine_whose_torque_has_slow_errors_is_given_no_cause(seed: int) -> None:
+    made = slow_errors(records({}), seed)
+    assert diagnose(fitted(made), made, FEW).causes == ()
