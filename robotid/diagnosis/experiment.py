@@ -41,7 +41,7 @@ def with_experiments(diagnosis: Diagnosis, found: SearchResult, experiments: Exp
     if not rivalled:
         return diagnosis
     references = experiments.references([segment.record for segment in found.data.fitted])
-    noise = float(np.sqrt(np.mean([segment.whitening.levels.output for segment in found.data.fitted])))
+    noise = float(np.sqrt(np.mean([segment.whitening.output_variance for segment in found.data.fitted])))
 
     def tell_apart(cause: Cause, one: AcceptedCause) -> Cause:
         assert one.rival is not None

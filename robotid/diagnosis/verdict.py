@@ -99,8 +99,9 @@ def known_noise(found: SearchResult) -> dict[str, Noise] | None:
         own = [(s, one.residual) for s, one in zip(segments, left, strict=True) if one.record.name == name]
         residual = np.concatenate([part for _, part in own])
         beyond = max(1.0, sum(s.energy(part) for s, part in own) / len(residual))
-        levels, floor = own[0][0].whitening.levels, root_mean_square(residual) / float(np.sqrt(beyond))
-        known[name] = Noise(float(np.sqrt(levels.output)), float(np.sqrt(levels.torque)), floor, beyond == 1.0)
+        filtered, floor = own[0][0].whitening, root_mean_square(residual) / float(np.sqrt(beyond))
+        noise, torque = np.sqrt([filtered.output_variance, filtered.levels.torque]).tolist()
+        known[name] = Noise(noise, torque, floor, beyond == 1.0)
     return known
 
 

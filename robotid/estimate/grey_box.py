@@ -23,6 +23,7 @@ from robotid.model.array import Array, Index
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.progress import Iteration
+from robotid.signals.derivation import Derivation
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Quantity, Record
 
@@ -283,7 +284,8 @@ def _noise_information(problem: OutputError, theta: Array, records: Sequence[_Re
     seen, responses = [], []
     for record, one in zip(problem.records, records, strict=True):
         own = problem.joint.in_record(theta, record.name)
-        responses.append(torque_response(problem.joint.along(record), own, record.sampling_time, problem.output))
+        joint, derivation = problem.joint.along(record), Derivation.of(record)
+        responses.append(torque_response(joint, own, record.sampling_time, problem.output, derivation))
         floor = torque_floor(record.tau_m)
         seen += [Residual(one.residual[at], responses[-1], J, most_torque=floor) for at, J in one.sampled]
     likeliest = fit_levels(seen)
@@ -301,9 +303,7 @@ def _noise_information(problem: OutputError, theta: Array, records: Sequence[_Re
             joint = problem.joint.along(problem.records[k])
             impulse = impulse_response(joint, theta, problem.row, h, at.stop - at.start)
             as_shown = coloured_information(values, one.residual[at], impulse)
-            # the noise of a derived speed is blue, and white noise of its size would stand for far more
-            blue = problem.output == "speed" and problem.records[k].speed_is_derived
-            found[k] += square * (as_shown if blue else upper_envelope(as_noise, as_shown))
+            found[k] += square * upper_envelope(as_noise, as_shown)
     return found
 
 

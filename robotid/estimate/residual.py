@@ -16,6 +16,7 @@ from robotid.model.array import Array, Index
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.port import Signal
+from robotid.signals.derivation import Derivation
 from robotid.signals.record import OPERATORS, Quantity, Record, SpeedOrigin
 from robotid.simulation.first_guess import initial_state
 from robotid.simulation.sensitivities import sensitivities, sensitivity_blocks
@@ -269,6 +270,15 @@ def output_rows(joint: Joint, output: Quantity, speed_origin: SpeedOrigin = "sen
         return (joint.motor_angle,)
     distorted = any(signal is Signal.ANGLE for signal, _ in joint.channels)
     return (joint.motor_angle, joint.motor_speed) if distorted else (joint.motor_speed,)
+
+
+def state_weights(trajectory: Trajectory, output: Quantity, weights: Array) -> tuple[int, Array]:
+    """The state that an output without channels shows, and weights (n,) of the output as weights of that state, (n,):
+    those of a speed that is derived from the angle are the angle's."""
+    joint, origin = trajectory.joint, trajectory.speed_origin
+    if output == "position" or origin not in OPERATORS or not joint.keeps_angle:
+        return joint.output_row(output), weights
+    return joint.motor_angle, Derivation(origin, trajectory.sampling_time).speed_adjoint(weights)
 
 
 def output_columns(trajectory: Trajectory, output: Quantity, columns: Sequence[int], inner: Array) -> Array:

@@ -10,14 +10,15 @@ import pytest
 from robotid.catalogue import assemble
 from robotid.estimate.fitted_model import fitted_model, simulate_record
 from robotid.estimate.grey_box import FitOptions, fit_model
-from robotid.estimate.residual import OutputError
+from robotid.estimate.residual import OutputError, observed, state_weights
 from robotid.estimate.result import FitResult
 from robotid.estimate.sensing import default_output, joint_for
 from robotid.model.structure import Structure
-from robotid.signals.record import Quantity, Record
+from robotid.signals.record import Quantity, Record, SpeedOrigin
 from robotid.signals.reference import Reference
 from robotid.simulation.closed_loop.controller import Controller
 from robotid.simulation.closed_loop.virtual_robot import VirtualRobot
+from robotid.simulation.simulate import simulate
 
 AXIS = Structure(("motor.inertia", "motor.viscous", "motor.coulomb"))
 TRUTH = {"motor.inertia.J": 0.012, "motor.viscous.Fv": 0.013, "motor.coulomb.Fc": 0.6}
@@ -94,6 +95,17 @@ def test_pieces_are_compared_with_the_speed_derived_in_each() -> None:
     run = simulate_record(fitted_model(fitted(record, "speed")), record, horizon=1.0)
     assert len(run.pieces) == 4
     assert float(np.abs(run.measured("speed") - run.signal("speed")).max()) < 1e-3
+
+
+@pytest.mark.parametrize("origin", ["sensor", "central difference", "backward difference"])
+@pytest.mark.parametrize("output", ["speed", "position"])
+def test_weights_of_the_output_are_weights_of_a_state(output: Quantity, origin: SpeedOrigin) -> None:
+    record = replace(angle_only(0.004, 0, FAST), speed_origin=origin)
+    joint = assemble(AXIS, angle=True)
+    theta, x0 = joint.parameters().with_values(TRUTH).values, np.array([0.0, 3.0])
+    trajectory, weights = simulate(joint, theta, record, x0), np.random.default_rng(4).standard_normal(len(record))
+    row, of_state = state_weights(trajectory, output, weights)
+    assert of_state @ trajectory.x[row] == pytest.approx(weights @ observed(trajectory, output), rel=1e-6)
 
 
 def test_what_is_compared_by_what_was_measured() -> None:

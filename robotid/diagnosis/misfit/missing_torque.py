@@ -17,6 +17,7 @@ from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array, blocks
 from robotid.model.derivatives import DerivativeColumns
+from robotid.signals.derivation import Derivation
 from robotid.signals.record import Quantity, Record
 from robotid.simulation.first_guess import follow_motor, measured_guess
 from robotid.simulation.newton.problem import Problem
@@ -45,7 +46,11 @@ def missing_torque(
     taken for missing. Raises NumericsError where no motion follows the measured one.
     """
     trajectory, record, residual = segment.trajectory, segment.record, segment.residual
-    row = trajectory.joint.output_row(output)
+    row, derivation = trajectory.joint.output_row(output), Derivation.of(record)
+    if derivation is not None and output == "speed" and trajectory.joint.keeps_angle:
+        # the speed lacks what a difference smooths away, and its noise is blue: the angle has neither fault
+        row, residual = trajectory.joint.motor_angle, derivation.centred_angle(residual)
+        output_noise /= float(np.sqrt(derivation.gain))
     y, size = trajectory.x[row] + residual, float(np.abs(trajectory.u).max()) or 1.0
     moved, nothing = _as_measured(trajectory, record), np.zeros(len(y))
     spread = np.maximum(np.abs(moved).max(axis=1), 1e-9)

@@ -21,6 +21,7 @@ from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 from robotid.estimate.residual import measured_output
 from robotid.model.array import Array
 from robotid.model.joint import Joint
+from robotid.signals.derivation import Derivation
 from robotid.signals.quality import quantum
 from robotid.signals.record import Quantity, Record
 
@@ -38,7 +39,11 @@ def coloured_noise(segments: Sequence[SimulatedSegment], columns: Sequence[Array
     """The noise of every segment beside columns (m, n), of which a fit has taken out what lies along them."""
     pairs = zip(segments, columns, strict=True)
     residuals = [_residual(one, taken, output) for one, taken in pairs]
-    levels = without_rest(fit_levels(residuals, LevelSettings(clip=NOISE.clip)))
+    levels = list(fit_levels(residuals, LevelSettings(clip=NOISE.clip)))
+    for derived in (False, True):  # an angle's noise and a speed's do not compare
+        alike = [k for k, seen in enumerate(residuals) if (seen.response.derivation is not None) == derived]
+        for k, level in zip(alike, without_rest([levels[k] for k in alike]) if alike else (), strict=True):
+            levels[k] = level
     found = [
         Segment(one.record, innovations_filter(seen.response, level))
         for one, seen, level in zip(segments, residuals, levels, strict=True)
@@ -51,8 +56,9 @@ def coloured_noise(segments: Sequence[SimulatedSegment], columns: Sequence[Array
 
 def _residual(one: SimulatedSegment, taken: Array, output: Quantity) -> Residual:
     t, record = one.trajectory, one.record
-    response = torque_response(t.joint, t.theta, t.sampling_time, output)
-    rounding = quantum(measured_output(record, output)) ** 2 / 12
+    response = torque_response(t.joint, t.theta, t.sampling_time, output, Derivation.of(record))
+    shown = record.phi_m if response.derivation else measured_output(record, output)
+    rounding = quantum(shown) ** 2 / 12
     return Residual(one.residual, response, taken, least=rounding, most_torque=torque_floor(record.tau_m))
 
 
@@ -69,14 +75,11 @@ def typical(
 
     theta : (p,) of the joint.
     """
-    found = [segment.whitening.levels for segment in noise.segments]
-    levels = replace(found[0], output=float(np.median([one.output for one in found])))
-    return tuple(
-        Segment(
-            record,
-            innovations_filter(
-                torque_response(joint, joint.in_record(theta, record.name), record.sampling_time, output), levels
-            ),
-        )
-        for record in records
-    )
+    found = []
+    for record in records:
+        own = joint.in_record(theta, record.name)
+        response = torque_response(joint, own, record.sampling_time, output, Derivation.of(record))
+        usual = float(np.median([one.whitening.output_noise(response.derivation) for one in noise.segments]))
+        levels = replace(noise.segments[0].whitening.levels, output=usual)
+        found.append(Segment(record, innovations_filter(response, levels)))
+    return tuple(found)

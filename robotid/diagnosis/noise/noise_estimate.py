@@ -9,10 +9,11 @@ import numpy as np
 
 from robotid.diagnosis.noise.noise_floor import Noise, noise_levels
 from robotid.diagnosis.noise.settings import NOISE
-from robotid.diagnosis.noise.spectrum import residual_spectrum, whittle
+from robotid.diagnosis.noise.spectrum import residual_spectrum, whittle, with_flat_noise
 from robotid.diagnosis.noise.whitening import Segment, whitening
 from robotid.estimate.covariance import ABSORBED
 from robotid.estimate.fitted_model import SimulatedSegment
+from robotid.signals.derivation import Derivation
 from robotid.signals.record import Quantity
 
 
@@ -73,7 +74,8 @@ def _as_left(left: Sequence[SimulatedSegment], output: Quantity, sensors: Varian
     """Noises as large as what is left shows them, none smaller than the sensors' own (Whittle 1953)."""
     found = []
     for one in left:
-        seen = residual_spectrum(one.trajectory, one.residual, output)
+        derivation = Derivation.of(one.record) if output == "speed" else None
+        seen = residual_spectrum(one.trajectory, with_flat_noise(one.residual, derivation), output, derivation)
         found.append(whittle(seen.power[ABSORBED:], seen.shapes[:, ABSORBED:])[0])
     typical = float(np.median([f[0] for f in found]))
     least = NOISE.rest_share**2 * typical
@@ -107,7 +109,7 @@ def _whitened(segments: Sequence[SimulatedSegment], output: Quantity, variances:
     for one, level in zip(segments, variances.output, strict=True):
         t = one.trajectory
         levels = (level, variances.torque)
-        found.append(Segment(one.record, whitening(t.joint, t.theta, output, t.sampling_time, levels)))
+        found.append(Segment(one.record, whitening(t.joint, t.theta, output, one.record, levels)))
     return tuple(found)
 
 

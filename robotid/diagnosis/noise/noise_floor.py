@@ -13,10 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robotid.diagnosis.noise.settings import NOISE
-from robotid.diagnosis.noise.spectrum import Spectrum, residual_spectrum, steady_spectrum, whittle
+from robotid.diagnosis.noise.spectrum import Spectrum, residual_spectrum, steady_spectrum, whittle, with_flat_noise
 from robotid.estimate.covariance import ABSORBED
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array
+from robotid.signals.derivation import Derivation
 from robotid.signals.record import Quantity
 
 
@@ -98,14 +99,15 @@ def _room_for_torque(seen: Spectrum, output: float, torque: float) -> float:
 
 def _best_levels(segment: SimulatedSegment, output: Quantity) -> _Shown:
     """From the residual as a whole where it is noise; else from what shows the noise best, and the spectrum of that."""
-    record, residual = segment.record, segment.residual
-    whole = residual_spectrum(segment.trajectory, residual, output)
+    record, derivation = segment.record, Derivation.of(segment.record) if output == "speed" else None
+    residual = with_flat_noise(segment.residual, derivation)
+    whole = residual_spectrum(segment.trajectory, residual, output, derivation)
     levels, source = spectrum_levels(whole), whole
     period = round(record.period / record.sampling_time) if record.period else len(residual)
     if not levels.alone and 2 * period <= len(residual):
         settled = residual[period if 3 * period <= len(residual) else 0 :]
         difference = (settled[period:] - settled[:-period]) / np.sqrt(2.0)
-        source = residual_spectrum(segment.trajectory, difference, output)
+        source = residual_spectrum(segment.trajectory, difference, output, derivation)
         levels = replace(spectrum_levels(source), band=levels.band)
     if not levels.alone and len(residual) >= 2 * NOISE.min_band_lines * NOISE.record_parts:
         steady = spectrum_levels(steady_spectrum(whole, residual))
@@ -138,7 +140,10 @@ def _noise(seen: Spectrum, levels: Levels, torque: float) -> Noise:
     alone = levels.band == 0
     density: Array = levels.output + torque * seen.response
     density[:ABSORBED] = np.minimum(density, seen.power)[:ABSORBED] if alone else density[ABSORBED]
-    sums = [(density[band].sum(), seen.power[band].sum()) for band in (slice(ABSORBED), *seen.bands)]
-    total = sum(model if alone else min(model, power) for model, power in sums)
-    floor = np.sqrt(min(total, seen.power.sum()) / len(density))
+    power = seen.power
+    if seen.weight is not None:
+        density, power = seen.weight * density, seen.weight * power
+    sums = [(density[band].sum(), power[band].sum()) for band in (slice(ABSORBED), *seen.bands)]
+    total = sum(expected if alone else min(expected, shown) for expected, shown in sums)
+    floor = np.sqrt(min(total, power.sum()) / len(density))
     return Noise(float(np.sqrt(levels.output)), float(np.sqrt(torque)), float(floor), alone)

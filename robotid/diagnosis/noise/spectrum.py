@@ -1,6 +1,7 @@
 """The spectrum of a residual, as a sum of noises whose shapes are known where they arise.
 
 White noise of the output is flat; white noise of the recorded torque has the shape of the joint's squared response.
+Where a speed is derived from an angle, the spectrum is that of the angle, in which the sensor's noise is flat.
 Levels of such shapes are found by Whittle's likelihood (Whittle 1953).
 """
 
@@ -15,7 +16,9 @@ from scipy.optimize import nnls
 
 from robotid.diagnosis.noise.settings import NOISE
 from robotid.estimate.covariance import ABSORBED, impulse_response, zero_order_hold_response
+from robotid.estimate.noise.response import torque_response
 from robotid.model.array import Array
+from robotid.signals.derivation import Derivation
 from robotid.signals.record import Quantity
 from robotid.simulation.trajectory import Trajectory
 
@@ -28,11 +31,13 @@ LINES = 4096  # frequencies whose matrices are in memory at once: any number giv
 class Spectrum:
     """Periodogram of a residual and squared response of the joint to its torque, (m,) each, at the same frequencies.
 
-    The output's noise has the same level at every frequency.
+    The output's noise has the same level at every frequency. weight (m,) : by which the output shows these spectra, its
+    mean over the frequencies one; None, and it shows them as they are.
     """
 
     power: Array
     response: Array
+    weight: Array | None = None
 
     @property
     def shapes(self) -> Array:
@@ -54,16 +59,36 @@ class Spectrum:
         return bool(np.all(np.abs(ratio - 1) * np.sqrt(count / KINSHIP) < NOISE.band_surprise))
 
 
-def residual_spectrum(trajectory: Trajectory, residual: Array, output: Quantity) -> Spectrum:
-    """Spectrum of a residual (n,) along a trajectory, under a Hann taper, lest a slow drift leaks everywhere."""
+def with_flat_noise(residual: Array, derivation: Derivation | None) -> Array:
+    """A residual (n,) whose sensor has white noise: of a derived speed that of the angle, in such a unit that the noise
+    has the variance that it has in the speed."""
+    if derivation is None:
+        return residual
+    return np.asarray(np.sqrt(derivation.gain) * derivation.centred_angle(residual))
+
+
+def residual_spectrum(
+    trajectory: Trajectory, residual: Array, output: Quantity, derivation: Derivation | None = None
+) -> Spectrum:
+    """Spectrum of a residual (n,) along a trajectory, under a Hann taper, lest a slow drift leaks everywhere.
+
+    derivation : of a derived speed, whose residual is that of `with_flat_noise`.
+    """
     n, row = len(residual), trajectory.joint.output_row(output)
     taper = scipy.signal.windows.hann(n + 2)[1:-1]
-    if output == "position":
+    weight = None
+    if derivation is not None:
+        omega = 2 * np.pi * np.arange(n // 2 + 1) / n
+        t = trajectory
+        through = torque_response(t.joint, t.theta, t.sampling_time, output, derivation).squared(omega[1:])
+        response = derivation.gain * np.concatenate([through[:1], through])
+        weight = derivation.squared(omega) / derivation.gain
+    elif output == "position":
         response = _squared_response(trajectory, row, n)
     else:
         impulse = impulse_response(trajectory.joint, trajectory.theta, row, trajectory.sampling_time, n)
         response = (np.abs(np.fft.rfft(impulse, 2 * n)) ** 2)[::2]
-    return Spectrum(np.abs(np.fft.rfft(taper * residual)) ** 2 / np.sum(taper**2), response)
+    return Spectrum(np.abs(np.fft.rfft(taper * residual)) ** 2 / np.sum(taper**2), response, weight)
 
 
 def _squared_response(trajectory: Trajectory, row: int, n: int) -> Array:

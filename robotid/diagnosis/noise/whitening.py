@@ -14,6 +14,7 @@ from robotid.estimate.noise.response import torque_response
 from robotid.estimate.noise.whitening import InnovationsFilter, NoiseLevels, innovations_filter
 from robotid.model.array import Array
 from robotid.model.joint import Joint
+from robotid.signals.derivation import Derivation
 from robotid.signals.record import Quantity, Record
 
 
@@ -35,11 +36,14 @@ UNIT_WHITENING = InnovationsFilter(np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]]), N
 
 
 def whitening(
-    joint: Joint, theta: Array, output: Quantity, sampling_time: float, levels: tuple[float, float]
+    joint: Joint, theta: Array, output: Quantity, record: Record, levels: tuple[float, float]
 ) -> InnovationsFilter:
-    """The filter for white noises of an output and of the torque of these variances.
+    """The filter for white noises of a record's output and torque of these variances. That of a derived speed is blue.
 
     theta : (p,) of the joint, linearised as it slips with its spring at rest. Without a torque noise, or where the
     Riccati equation has no solution, the filter only scales by the output noise.
     """
-    return innovations_filter(torque_response(joint, theta, sampling_time, output), NoiseLevels(*levels))
+    response = torque_response(joint, theta, record.sampling_time, output, Derivation.of(record))
+    variance, torque = levels
+    sensed = variance if response.derivation is None else variance / response.derivation.gain
+    return innovations_filter(response, NoiseLevels(sensed, torque))

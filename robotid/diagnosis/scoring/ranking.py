@@ -18,6 +18,7 @@ from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandid
 from robotid.diagnosis.scoring.scan import Scan, scans
 from robotid.diagnosis.scoring.score_test import Score, score, significance
 from robotid.diagnosis.scoring.settings import SCORING
+from robotid.estimate.residual import state_weights
 from robotid.model.structure import RECORD_CHANGE
 from robotid.simulation.sensitivities import force_gradient
 
@@ -114,8 +115,8 @@ def misfit_gradients(scan: CandidateScan) -> list[ForceGradient]:
     found = []
     for one, left in zip(scan.scans, left_over(scan.scans), strict=True):
         segment, weights = one.segment, one.whitening.transposed(left)
-        gradient = force_gradient(segment.trajectory, scan.model.output_row, weights)
-        found.append(ForceGradient(segment, gradient))
+        row, weights = state_weights(segment.trajectory, scan.model.output, weights)
+        found.append(ForceGradient(segment, force_gradient(segment.trajectory, row, weights)))
     return found
 
 

@@ -112,9 +112,12 @@ def _with_typical_noise(
     records: Sequence[Record], fitted: Sequence[Segment], joint: Joint, theta: Array, output: Quantity
 ) -> tuple[Segment, ...]:
     """Validation records have the typical noise of the fitted ones, for their own residual may hold a misfit."""
-    levels = [segment.whitening.levels for segment in fitted]
-    typical = (float(np.median([one.output for one in levels])), float(np.median([one.torque for one in levels])))
-    return tuple(Segment(r, whitening(joint, theta, output, r.sampling_time, typical)) for r in records)
+    filters = [segment.whitening for segment in fitted]
+    typical = (
+        float(np.median([one.output_variance for one in filters])),
+        float(np.median([one.levels.torque for one in filters])),
+    )
+    return tuple(Segment(r, whitening(joint, theta, output, r, typical)) for r in records)
 
 
 def _torque_noise(segments: Sequence[Segment]) -> float:

@@ -25,6 +25,8 @@ OCTAVE = 8  # lines of the narrowest one
 def noise_information(jacobian: Array, response: TorqueResponse, levels: NoiseLevels) -> Array:
     """J R J' for the noise of one record. jacobian (m, n) -> (m, m)."""
     n = jacobian.shape[1]
+    if response.derivation is not None:
+        jacobian = response.derivation.speed_adjoint(jacobian)
     found = levels.output * jacobian @ jacobian.T
     if levels.torque + levels.red == 0.0:
         return np.asarray(found)

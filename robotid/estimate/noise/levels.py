@@ -59,7 +59,7 @@ SCORING, PRECISION, TIE = 30, 1e-8, 1e-12  # steps of Fisher scoring, relative c
 @dataclass(frozen=True, slots=True, eq=False)
 class Residual:
     """A residual (n,) with the torque's response to it. columns : (m, n) that a fit or a catalogue has taken out of it;
-    least : smallest variance of the output's noise, as the quantum of an encoder sets it; most_torque : largest
+    least : smallest variance of what the sensor adds, as the quantum of an encoder sets it; most_torque : largest
     variance of the torque's white noise [Nm2], as the recorded torque itself shows it (`torque_floor`)."""
 
     signal: Array
@@ -67,6 +67,12 @@ class Residual:
     columns: Array | None = None
     least: float = 0.0
     most_torque: float = np.inf
+
+    @property
+    def sensed(self) -> Array:
+        """The residual of what the sensor shows, (n,)."""
+        derivation = self.response.derivation
+        return self.signal if derivation is None else derivation.centred_angle(self.signal)
 
 
 def torque_floor(torque: Array) -> float:
@@ -189,7 +195,7 @@ def _output_beside(part: _Shares, scale: float) -> tuple[float, float]:
 def _start(residuals: Sequence[Residual], settings: LevelSettings) -> tuple[NoiseLevels, ...]:
     """The output noise by the finest differences, and the torque's white noise that makes the innovations likeliest."""
     outputs = [
-        max(one.least, float(np.median(np.diff(one.signal, 2) ** 2)) / (0.455 * 6.0), 1e-300) for one in residuals
+        max(one.least, float(np.median(np.diff(one.sensed, 2) ** 2)) / (0.455 * 6.0), 1e-300) for one in residuals
     ]
     best, cost = tuple(NoiseLevels(output) for output in outputs), np.inf
     n = max(len(one.signal) for one in residuals)
@@ -254,17 +260,18 @@ def _choices(
     choices: list[tuple[Array, bool, int | None]] = [(own, False, None), (np.vstack([own, torque]), True, None)]
     choices += [(np.vstack([own, torque, red[i : i + 1]]), True, i) for i in range(len(corners))]
     count = np.concatenate([one.count for one in lines])
+    sizes = [float(np.mean(one.sensed**2)) for one in residuals]
     n, answer = len(lines), []
     for bases, white, at in choices:
         found, cost = whittle(power, bases, count)
         these = tuple(
             NoiseLevels(
-                max(float(found[k]), one.least, TIE * float(np.mean(one.signal**2)) + SMALLEST),
+                max(float(found[k]), one.least, TIE * size + SMALLEST),
                 min(float(found[n]), one.most_torque) if white else 0.0,
                 float(found[n + 1]) if at is not None else 0.0,
                 float(corners[at]) if at is not None else 1.0,
             )
-            for k, one in enumerate(residuals)
+            for k, (one, size) in enumerate(zip(residuals, sizes, strict=True))
         )
         answer.append((cost + len(bases) * float(np.log(count.sum())), these))
     return answer

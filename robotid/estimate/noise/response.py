@@ -1,4 +1,8 @@
-"""How an error of the recorded torque shows in the output of a simulated joint."""
+"""How an error of the recorded torque shows in the output of a simulated joint.
+
+Where a speed is derived from an angle, noise of the sensor and of the torque pass the same difference: the response is
+then that of the angle, and the derivation stands beside it.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +13,7 @@ import numpy as np
 from robotid.estimate.covariance import zero_order_hold_response
 from robotid.model.array import Array
 from robotid.model.joint import Joint
+from robotid.signals.derivation import Derivation
 from robotid.signals.record import Quantity
 
 WELL_APART = 1e8  # condition of the modes up to which half of the digits are left
@@ -19,16 +24,18 @@ LINES = 4096  # frequencies whose matrices are in memory at once
 class TorqueResponse:
     """x[n + 1] = A x[n] + b u[n], y[n] = x[row, n]: the joint about to slip, its springs at rest, a torque u held.
 
-    A (d, d), b (d,); sampling_time [s].
+    A (d, d), b (d,); sampling_time [s]; derivation : by which a speed comes from y, which is the angle; None where the
+    output is y itself.
     """
 
     A: Array
     b: Array
     row: int
     sampling_time: float
+    derivation: Derivation | None = None
 
     def squared(self, omega: Array) -> Array:
-        """Squared magnitude from the torque to the output. omega (n,) [rad per sample], none zero -> (n,).
+        """Squared magnitude from the torque to y. omega (n,) [rad per sample], none zero -> (n,).
 
         By the modes where these are well apart, else frequency by frequency.
         """
@@ -48,9 +55,25 @@ class TorqueResponse:
         return np.asarray(np.abs(np.concatenate(parts)) ** 2)
 
 
-def torque_response(joint: Joint, theta: Array, sampling_time: float, output: Quantity) -> TorqueResponse:
-    """The response of a joint's speed or position. theta : (p,) as the record has them."""
+def torque_response(
+    joint: Joint, theta: Array, sampling_time: float, output: Quantity, derivation: Derivation | None = None
+) -> TorqueResponse:
+    """The response of a joint's speed or position. theta : (p,) as the record has them; derivation : of the record's
+    speed, None where that was measured."""
     A, b = zero_order_hold_response(joint, theta, sampling_time)
-    row = joint.output_row(output)
+    derived = derivation is not None and output == "speed"
+    row = joint.motor_angle if derived and joint.keeps_angle else joint.output_row(output)
     kept = [k for k in range(joint.speeds.stop) if k == row or not (joint.keeps_angle and k == joint.motor_angle)]
-    return TorqueResponse(A[np.ix_(kept, kept)], b[kept], kept.index(row), sampling_time)
+    A, b, row = A[np.ix_(kept, kept)], b[kept], kept.index(row)
+    if derived and not joint.keeps_angle:
+        A, b, row = *_with_angle(A, b, row, sampling_time), 0
+    return TorqueResponse(A, b, row, sampling_time, derivation if derived else None)
+
+
+def _with_angle(A: Array, b: Array, speed: int, sampling_time: float) -> tuple[Array, Array]:
+    """The same with the angle as a first state, which sums up the speed by trapezoids."""
+    d, half = len(b), sampling_time / 2
+    wider, longer = np.zeros((d + 1, d + 1)), np.append(half * b[speed], b)
+    wider[0, 0], wider[0, 1:], wider[1:, 1:] = 1.0, half * A[speed], A
+    wider[0, 1 + speed] += half
+    return wider, longer

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.hidden_records import QUANTUM, SPEED_NOISE, TORQUE_NOISE, Hidden, hidden
 
 from robotid.diagnosis.misfit.missing_torque import MissingTorque, missing_torque
+from robotid.estimate.fitted_model import simulate_record
+from robotid.signals.derivation import Derivation
+from robotid.signals.record import OPERATORS, SpeedOrigin
 
 
 def find(case: Hidden) -> MissingTorque:
@@ -48,6 +53,17 @@ def test_position_tells_it_too() -> None:
     case = hidden("quadratic_friction", {"Fq": 2e-4}, output="position")
     [segment], noise = case.simulated.segments("position"), QUANTUM / np.sqrt(12)
     found = missing_torque(segment, "position", noise, TORQUE_NOISE)
+    assert np.corrcoef(found.torque[case.moving], case.missing[case.moving])[0, 1] > 0.99
+
+
+@pytest.mark.parametrize("origin", list(OPERATORS))
+def test_a_speed_that_is_derived_from_the_angle_tells_it_too(origin: SpeedOrigin) -> None:
+    case = hidden("quadratic_friction", {"Fq": 2e-4}, output="position")
+    derivation = Derivation(origin, case.record.sampling_time)
+    record = replace(case.record, dphi_m=derivation.speed(case.record.phi_m), speed_origin=origin)
+    [segment] = simulate_record(replace(case.model, output="speed"), record).segments("speed")
+    noise = float(np.sqrt(derivation.gain / 12)) * QUANTUM
+    found = missing_torque(segment, "speed", noise, TORQUE_NOISE)
     assert np.corrcoef(found.torque[case.moving], case.missing[case.moving])[0, 1] > 0.99
 
 

@@ -11,9 +11,11 @@ from scipy.signal import lfilter
 from support.hidden_records import SPEED_NOISE, TORQUE_NOISE, hidden
 
 from robotid.diagnosis.noise.colour import ColouredNoise, coloured_noise
+from robotid.diagnosis.noise.noise_floor import noise_levels
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.estimate.noise.response import torque_response
 from robotid.model.array import Array
+from robotid.signals.derivation import Derivation
 
 NOTHING = np.zeros((0, 6000))
 
@@ -26,6 +28,24 @@ def segments(effect: str, value: float) -> tuple[SimulatedSegment, ...]:
 
 
 CLEAN, WRONG = ("constant_torque", 0.0), ("quadratic_friction", 2e-4)
+
+
+def derived(one: SimulatedSegment, angle: float, torque: float) -> SimulatedSegment:
+    """The segment as a record of an angle alone, with white noises of these standard deviations [rad, Nm] only."""
+    record, rng, n = (
+        replace(one.record, speed_origin="central difference"),
+        np.random.default_rng(12),
+        len(one.residual),
+    )
+    derivation, t = Derivation.of(record), one.trajectory
+    response = torque_response(t.joint, t.theta, t.sampling_time, "speed", derivation)
+    x, found = np.zeros(len(response.b)), angle * rng.standard_normal(n)
+    for k, u in enumerate((torque * rng.standard_normal(n)).tolist()):
+        found[k] += x[response.row]
+        x = response.A @ x + response.b * u
+    assert derivation is not None
+    record = replace(record, phi_m=record.phi_m + found)
+    return replace(one, record=record, residual=derivation.speed(found))
 
 
 def energy_a_sample(estimate: ColouredNoise, left: tuple[SimulatedSegment, ...]) -> float:
@@ -62,6 +82,29 @@ def test_what_columns_explain_is_no_noise() -> None:
     assert beside.explained
     assert energy_a_sample(beside, segments(*CLEAN)) == pytest.approx(1.0, abs=0.05)
     assert energy_a_sample(without, segments(*WRONG)) < 0.1 * energy_a_sample(beside, segments(*WRONG))
+
+
+@pytest.mark.parametrize("torque", [0.0, TORQUE_NOISE])
+def test_a_derived_speed_has_the_noise_of_its_angle(torque: float) -> None:
+    angle = 7e-6
+    seen = tuple(derived(one, angle, torque) for one in segments(*CLEAN))
+    found = coloured_noise(seen, [NOTHING] * 2, "speed")
+    assert found.explained
+    assert energy_a_sample(found, seen) == pytest.approx(1.0, abs=0.05)
+    for one, part, noise in zip(seen, found.segments, noise_levels(seen, "speed"), strict=True):
+        assert np.sqrt(part.whitening.levels.output) == pytest.approx(angle, rel=0.05)
+        assert noise.alone
+        assert noise.output == pytest.approx(np.sqrt(part.whitening.output_variance), rel=0.05)
+        assert noise.torque == pytest.approx(torque, abs=0.3 * TORQUE_NOISE)
+        assert noise.floor == pytest.approx(float(np.std(one.residual)), rel=0.03)
+
+
+def test_the_least_noise_of_a_derived_speed_is_the_quantum_of_the_angle() -> None:
+    first = derived(segments(*CLEAN)[0], 7e-6, 0.0)
+    quantum = 2 * np.pi / 2**12
+    record = replace(first.record, phi_m=quantum * np.round(first.record.phi_m / quantum))
+    found = coloured_noise((replace(first, record=record),), [NOTHING], "speed")
+    assert found.segments[0].whitening.levels.output == pytest.approx(quantum**2 / 12, rel=1e-6)
 
 
 def test_red_errors_of_the_torque_are_noise() -> None:
