@@ -9,7 +9,7 @@ import numpy as np
 
 from robotid.diagnosis.noise.noise_floor import Noise, noise_levels
 from robotid.diagnosis.noise.settings import NOISE
-from robotid.diagnosis.noise.spectrum import residual_spectrum, whittle, with_flat_noise
+from robotid.diagnosis.noise.spectrum import residual_spectrum, whittle
 from robotid.diagnosis.noise.whitening import Segment, whitening
 from robotid.estimate.covariance import ABSORBED
 from robotid.estimate.fitted_model import SimulatedSegment
@@ -75,7 +75,7 @@ def _as_left(left: Sequence[SimulatedSegment], output: Quantity, sensors: Varian
     found = []
     for one in left:
         derivation = Derivation.of(one.record) if output == "speed" else None
-        seen = residual_spectrum(one.trajectory, with_flat_noise(one.residual, derivation), output, derivation)
+        seen = residual_spectrum(one.trajectory, one.residual, output, derivation)
         found.append(whittle(seen.power[ABSORBED:], seen.shapes[:, ABSORBED:])[0])
     typical = float(np.median([f[0] for f in found]))
     least = NOISE.rest_share**2 * typical

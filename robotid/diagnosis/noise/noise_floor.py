@@ -13,7 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robotid.diagnosis.noise.settings import NOISE
-from robotid.diagnosis.noise.spectrum import Spectrum, residual_spectrum, steady_spectrum, whittle, with_flat_noise
+from robotid.diagnosis.noise.spectrum import (
+    KINSHIP,
+    Spectrum,
+    residual_spectrum,
+    steady_spectrum,
+    whittle,
+)
 from robotid.estimate.covariance import ABSORBED
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array
@@ -94,13 +100,17 @@ def _room_for_torque(seen: Spectrum, output: float, torque: float) -> float:
     wide = [band for band in seen.bands if band.stop - band.start >= NOISE.min_band_lines]
     power, response = (np.array([part[band].mean() for band in wide]) for part in (seen.power, seen.response))
     telling = torque * response > NOISE.hidden_share * output
+    if seen.weight is not None:
+        # an angle's response falls so steeply that a border band with a little too little power would leave no room
+        lines = np.array([band.stop - band.start for band in wide])
+        power = power * (1.0 + NOISE.band_surprise * np.sqrt(KINSHIP / lines))
     return max(0.0, float(np.min((power - output)[telling] / response[telling], initial=torque)))
 
 
 def _best_levels(segment: SimulatedSegment, output: Quantity) -> _Shown:
     """From the residual as a whole where it is noise; else from what shows the noise best, and the spectrum of that."""
     record, derivation = segment.record, Derivation.of(segment.record) if output == "speed" else None
-    residual = with_flat_noise(segment.residual, derivation)
+    residual = segment.residual
     whole = residual_spectrum(segment.trajectory, residual, output, derivation)
     levels, source = spectrum_levels(whole), whole
     period = round(record.period / record.sampling_time) if record.period else len(residual)

@@ -59,20 +59,12 @@ class Spectrum:
         return bool(np.all(np.abs(ratio - 1) * np.sqrt(count / KINSHIP) < NOISE.band_surprise))
 
 
-def with_flat_noise(residual: Array, derivation: Derivation | None) -> Array:
-    """A residual (n,) whose sensor has white noise: of a derived speed that of the angle, in such a unit that the noise
-    has the variance that it has in the speed."""
-    if derivation is None:
-        return residual
-    return np.asarray(np.sqrt(derivation.gain) * derivation.centred_angle(residual))
-
-
 def residual_spectrum(
     trajectory: Trajectory, residual: Array, output: Quantity, derivation: Derivation | None = None
 ) -> Spectrum:
     """Spectrum of a residual (n,) along a trajectory, under a Hann taper, lest a slow drift leaks everywhere.
 
-    derivation : of a derived speed, whose residual is that of `with_flat_noise`.
+    derivation : of a derived speed, whose spectrum is divided by that of the difference. The angle itself would leak.
     """
     n, row = len(residual), trajectory.joint.output_row(output)
     taper = scipy.signal.windows.hann(n + 2)[1:-1]
@@ -82,13 +74,21 @@ def residual_spectrum(
         t = trajectory
         through = torque_response(t.joint, t.theta, t.sampling_time, output, derivation).squared(omega[1:])
         response = derivation.gain * np.concatenate([through[:1], through])
-        weight = derivation.squared(omega) / derivation.gain
+        weight = _tapered(derivation.squared(omega) / derivation.gain)
     elif output == "position":
         response = _squared_response(trajectory, row, n)
     else:
         impulse = impulse_response(trajectory.joint, trajectory.theta, row, trajectory.sampling_time, n)
         response = (np.abs(np.fft.rfft(impulse, 2 * n)) ** 2)[::2]
-    return Spectrum(np.abs(np.fft.rfft(taper * residual)) ** 2 / np.sum(taper**2), response, weight)
+    power = np.abs(np.fft.rfft(taper * residual)) ** 2 / np.sum(taper**2)
+    return Spectrum(power if weight is None else power / weight, response, weight)
+
+
+def _tapered(spectrum: Array) -> Array:
+    """A spectrum (m,) as it shows under a Hann taper, which lets neighbouring frequencies into each: not even at the
+    zeros of a difference is there nothing."""
+    padded = np.concatenate([spectrum[1:2], spectrum, spectrum[-2:-1]])
+    return np.asarray(np.convolve(padded, [1 / 6, 2 / 3, 1 / 6], mode="valid"))
 
 
 def _squared_response(trajectory: Trajectory, row: int, n: int) -> Array:
@@ -111,7 +111,10 @@ def steady_spectrum(seen: Spectrum, residual: Array) -> Spectrum:
     """The spectrum that half the time stays below (Welch 1967, with medians): bursts, as at reversals, do not show."""
     length = len(residual) // NOISE.record_parts
     frequency, power = scipy.signal.welch(residual, nperseg=length, detrend=False, average="median")
-    return Spectrum(power / 2, np.interp(frequency, np.linspace(0, 0.5, len(seen.response)), seen.response))
+    fine = np.linspace(0, 0.5, len(seen.response))
+    if seen.weight is not None:
+        power = power / _tapered(np.interp(frequency, fine, seen.weight))
+    return Spectrum(power / 2, np.interp(frequency, fine, seen.response))
 
 
 def whittle(power: Array, shapes: Array) -> tuple[Array, float]:
