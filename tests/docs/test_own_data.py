@@ -20,7 +20,10 @@ from support.manual.pages import FOLDER, README, Page
 OWN, FRONT, CONTRACT = Page(FOLDER / "own-data.md"), Page(README), Page(FOLDER / "command-line.md")
 CONFIGURATION = OWN.fenced("yaml")[0]
 EXAMPLES = {"dFs", "m3", "set1"}  # keys of the contract's JSON that are names of parameters, models and records
-OPTIONAL = {"separate_by", "excite", "along", "x", "missing_torque"}  # there is a twin, or an unknown effect
+# there is a twin, an unknown effect, a difference of a held-out record, or an event
+UNKNOWN = {"along", "x", "missing_torque"}
+EVENT = {"record", "kind", "of", "from", "to", "torque", "std", "p_value"}
+OPTIONAL = {"separate_by", "excite", *UNKNOWN, "explained_of", *EVENT}
 
 
 @dataclass(frozen=True)
