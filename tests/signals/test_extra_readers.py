@@ -17,8 +17,11 @@ from robotid.cli.app import main
 from robotid.cli.perform import open_run
 from robotid.errors import InputError
 from robotid.pipeline.execute import execute
+from robotid.signals.plausibility import Axis, check_records
+from robotid.signals.quality import Recordings, inspect
 from robotid.signals.readers import read
 from robotid.signals.readers.table import Table
+from robotid.signals.record import Record
 
 M = motion()
 
@@ -208,6 +211,18 @@ def test_a_configuration_is_drafted_from_it(
             "/joint_states.wrist.position could also be phi_m, and never changes"
             in (tmp_path / "mine.yaml").read_text()
         )
+
+
+@pytest.mark.parametrize(
+    ("samples", "viscous", "finding"),
+    [(N, 0.0, "torque_follows"), (10 * N, 0.05, "torque_unrelated")],
+)
+def test_one_sine_wave_is_remarked_and_not_refused(samples: int, viscous: float, finding: str) -> None:
+    m = motion(samples)
+    torque = m["effort"] + viscous * m["velocity"]
+    one = Record.from_arrays(torque, m["position"], STEP * 1e-9, speed=m["velocity"], name="log")
+    found = check_records(Recordings((one,), (inspect(one, "log"),)), Axis()).findings
+    assert [(f.name, f.severity) for f in found] == [(finding, "warning")]
 
 
 def test_the_folder_of_a_bag_is_read(tmp_path: Path) -> None:

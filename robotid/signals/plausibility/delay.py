@@ -7,10 +7,16 @@ Recorded by another device, a torque may be early or late. What the motion of a 
 is then largest where the torque is moved by as much. The residual's energy over whole shifts has a smooth minimum, for
 all columns pass the same low-pass filter, and a parabola reads it between them. A torque that is held from sample to
 sample acts half a sample later than it is recorded, on average; that is no delay.
+
+What friction does about a reversal imitates a delay: it sticks, it yields before it slips, it falls with the speed. Two
+columns beside those of the axis take all of that, a pulse at every reversal and a dry friction that is there at low
+speeds only, so that what is left to tell a delay is inertia and what moves on. A delay is the same at every cut-off;
+where the cut-offs contradict each other, the deviation is theirs.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -29,14 +35,16 @@ def torque_delay(record: Record) -> Determined:
     """By how much the torque of a record is late [s], negative where it is early.
 
     Of several cut-offs up to the torque's bandwidth, that which tells it best among those below which the motion
-    explains the torque. Unknown where there is none: the record is short, or the axis is not rigid there.
+    explains the torque; its deviation is as many times larger as the cut-offs differ by more than theirs (Birge 1932).
+    Unknown where there are not two: the record is short, or the axis is not rigid there.
     """
-    found = (_Lag.at(record, cutoff) for cutoff in cutoffs(record))
-    told = [one for one in found if one is not None and one.explained > DELAY.explained]
-    if not told:
+    found = (_Lag.at(record, cutoff) for cutoff in dict.fromkeys(cutoffs(record)))
+    told = [one for one in found if one is not None and one.explained > DELAY.explained and one.std > 0.0]
+    if len(told) < 2:
         return UNKNOWN
     best = min(told, key=lambda one: one.std)
-    return Determined(best.value * record.sampling_time, best.std * record.sampling_time)
+    std = best.std * _disagreement(told)
+    return Determined(best.value * record.sampling_time, std * record.sampling_time)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,13 +73,23 @@ class _Lag:
         return cls(lag, _deviation(basis, torque, lag, most), explained)
 
 
+def _disagreement(lags: Sequence[_Lag]) -> float:
+    """How many times more lags of one record differ than their deviations tell, at least 1."""
+    values, weights = np.array([one.value for one in lags]), np.array([one.std for one in lags]) ** -2.0
+    mean = float(weights @ values / weights.sum())
+    return max(1.0, float(np.sqrt(weights @ (values - mean) ** 2 / (len(lags) - 1))))
+
+
 def _filtered(record: Record, cutoff: float) -> tuple[Array, Array]:
-    """Columns of a rigid axis (5, n) and the torque as it acts at the samples (n,), through the same filter."""
+    """Columns of a rigid axis and of its reversals (7, n), and the torque as it acts at the samples (n,), through the
+    same filter."""
     h, parallel = record.sampling_time, ParallelFilter(cutoff)
     motion = parallel.motion(record.phi_m, h)
     acting = (record.tau_m + np.concatenate([record.tau_m[:1], record.tau_m[:-1]])) / 2
     x = motion.position - motion.position.mean()
-    rows = np.stack([motion.acceleration, motion.speed, np.sign(motion.speed), np.ones_like(x), x])
+    v, dry = motion.speed, np.sign(motion.speed)
+    slow = dry * np.exp(-np.abs(v) / max(DELAY.slow * float(np.sqrt(np.mean(v**2))), 1e-300))
+    rows = np.stack([motion.acceleration, v, dry, np.ones_like(x), x, np.gradient(dry), slow])
     size = np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
     return low_pass(rows / size, h, cutoff), low_pass(acting, h, cutoff)
 

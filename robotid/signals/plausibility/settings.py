@@ -72,6 +72,7 @@ class DelaySettings:
     samples_a_shift: int = 20  # of a record, at least
     explained: float = 0.9  # share of the torque that the motion explains: less, and the axis is not rigid
     blocks: int = 16  # of a record, whose scores give the standard deviation
+    slow: float = 0.2  # of a record's RMS speed: that about which friction may differ from what it is when fast
 
 
 REGRESSION = RegressionSettings()

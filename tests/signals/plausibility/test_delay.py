@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from support.diagnosed_run import configuration
 from support.mistaken_logs import FLEXIBLE, RATIO, RIGID, H, Log, log_of, swing
 
+from robotid.artifacts.store import load
+from robotid.cli.app import main
 from robotid.model.array import Array
 from robotid.signals.measured import Selection, measured_records
 from robotid.signals.plausibility import Axis, check_records
@@ -48,6 +54,31 @@ def test_the_delay_is_found_to_a_fraction_of_a_sample(samples: float) -> None:
 def test_a_joint_that_flexes_tells_no_delay_of_less_than_its_deviation() -> None:
     found = torque_delay(record(late_log(0.0, "flexible")))
     assert abs(found.ratio) < 3.0
+
+
+@cache
+def axis_records(case: str) -> tuple[Record, ...]:
+    """Records of a rigid axis that reverses, "named" with a Stribeck effect and "clean" without."""
+    with TemporaryDirectory(prefix="robotid-") as folder:
+        config, out = Path(folder, "axis.yaml"), Path(folder, "out")
+        config.write_text(configuration(case), encoding="utf-8")
+        for stage in ("excite", "collect"):
+            assert main([stage, str(config), "--out", str(out), "--quiet"]) == 0
+        return load(out / "records.h5", Recordings).content.records
+
+
+@pytest.mark.parametrize("case", ["named", "clean"])
+def test_friction_about_a_reversal_is_no_delay(case: str) -> None:
+    for one in axis_records(case):
+        assert abs(torque_delay(one).ratio) < 3.0, one.name
+
+
+@pytest.mark.parametrize("case", ["named", "clean"])
+def test_a_delay_is_found_beside_friction_about_a_reversal(case: str) -> None:
+    wide = axis_records(case)[1]
+    found = torque_delay(replace(wide, tau_m=np.roll(wide.tau_m, 2)))
+    assert found.ratio > 10.0
+    assert found.value / wide.sampling_time == pytest.approx(2.0, abs=3.0 * found.std / wide.sampling_time)
 
 
 def test_a_short_record_tells_none() -> None:

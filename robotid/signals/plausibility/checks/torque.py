@@ -109,7 +109,17 @@ def torque_unrelated(evidence: Evidence) -> Iterator[Remark]:
     explained = f"{plain(100 * share, 2)} % of the torque"
     unsure = max(abs(found.inertia.ratio), abs(found.friction_power.ratio)) < CHECK.sure
     chance = share < CHECK.weak and share < max(CHECK.unexplained, CHECK.chance * found.by_chance)
-    if chance or (unsure and share < CHECK.lone_chance * found.by_chance):
+    lone = unsure and share < CHECK.lone_chance * found.by_chance
+    # one sine wave explains every shift of another of its period, so that no torque could do better than a shifted one
+    if lone and not chance and share > CHECK.follows and CHECK.lone_chance * found.by_chance >= 1.0:
+        yield Remark(
+            "warning",
+            f"the motion explains {explained}, and {plain(100 * found.by_chance, 2)} % of a torque that is shifted in"
+            " time: it hardly has more than one frequency",
+            "neither inertia and friction nor whether torque and motion belong together can be told from it",
+            "record a motion of many frequencies, such as robotid excite makes",
+        )
+    elif chance or lone:
         exchanged = evidence.regression_exchanged
         if exchanged.explained > CHECK.follows and exchanged.inertia.ratio > CHECK.sure:
             yield Remark(
