@@ -1,7 +1,8 @@
 """The error that no model can remove.
 
-Order of reading: `whitening` (a `Segment` of a record with the filter that makes its noise white), `noise_estimate`
-(the noises of output and torque beside what the catalogue explains, by the model of `estimate.noise`: a further noise
-belongs there). Where more than noise is left: `spectrum` (a residual's spectrum as a sum of two noises of known shape),
-`noise_floor` (noise and misfit distinguished in it). `settings` holds the tuning constants.
+Order of reading: `spectrum` (a residual's spectrum as a sum of noises of known shape), `noise_floor` (noise and misfit
+distinguished in a residual), `whitening` (a `Segment` of a record with the filter that makes its noise white),
+`noise_estimate` (the noise of the sensors, by which a diagnosis seeks and refits), `colour` (noise of any colour, beside
+which a cause is judged). `settings` holds the tuning constants. Noise models live in `estimate.noise`: a further colour
+is a further level there.
 """
