@@ -14,6 +14,7 @@ from robotid.diagnosis.noise.noise_floor import Noise
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.results import Cause, Diagnosis, Misfit, Rejected, Verdict
 from robotid.diagnosis.scoring.limits import detection_limits
+from robotid.diagnosis.search.coloured import energy_a_sample
 from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.search.state import AcceptedCause, SearchResult
 from robotid.diagnosis.settings import VERDICT
@@ -93,15 +94,16 @@ def known_noise(found: SearchResult) -> dict[str, Noise] | None:
     """
     if found.curve is not None or found.coloured is None or not found.coloured.noise_reached:
         return None
+    fitted = {one.record.name for one in found.last.fitted}
     segments, left = (*found.coloured.fitted, *found.coloured.validation), (*found.last.fitted, *found.last.validation)
     known = {}
     for name in dict.fromkeys(one.record.name for one in left):
-        own = [(s, one.residual) for s, one in zip(segments, left, strict=True) if one.record.name == name]
-        residual = np.concatenate([part for _, part in own])
-        beyond = max(1.0, sum(s.energy(part) for s, part in own) / len(residual))
-        filtered, floor = own[0][0].whitening, root_mean_square(residual) / float(np.sqrt(beyond))
+        own = [(s, one) for s, one in zip(segments, left, strict=True) if one.record.name == name]
+        residual, unknowns = np.concatenate([one.residual for _, one in own]), found.last.unknowns
+        energy = sum(energy_a_sample(one, s, unknowns) * len(one.residual) for s, one in own if name not in fitted)
+        beyond, filtered = max(1.0, energy / len(residual)), own[0][0].whitening
         noise, torque = np.sqrt([filtered.output_variance, filtered.levels.torque]).tolist()
-        known[name] = Noise(noise, torque, floor, beyond == 1.0)
+        known[name] = Noise(noise, torque, root_mean_square(residual) / float(np.sqrt(beyond)), beyond == 1.0)
     return known
 
 

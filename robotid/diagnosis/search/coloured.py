@@ -15,11 +15,12 @@ from scipy.stats import f as fisher
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.colour import ColouredNoise, coloured_noise, typical
+from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
-from robotid.diagnosis.refit.refitted_model import RefittedModel
+from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, Unknowns
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
 from robotid.diagnosis.scoring.projection import project
-from robotid.diagnosis.scoring.scan import scans
+from robotid.diagnosis.scoring.scan import scan, scans
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.diagnosis.search.step import ALONE, Step, Tried
 from robotid.model.array import Array
@@ -95,3 +96,12 @@ def in_colour(model: RefittedModel, data: EvaluationData, noise: ColouredNoise) 
     records = [segment.record for segment in data.validation]
     held_out = typical(noise, records, model.joint, model.parameters.values, model.output)
     return replace(data, fitted=noise.segments, validation=held_out, noise_reached=noise.explained)
+
+
+def energy_a_sample(one: SegmentFit, segment: Segment, unknowns: Unknowns) -> float:
+    """What a segment leaves by the noise of another whitening, less what its first states could still take.
+
+    unknowns : of the model's fit.
+    """
+    seen = replace(scan(one, Unknowns(unknowns.output, (), unknowns.first_states), ()), whitening=segment.whitening)
+    return project([seen]).energy / len(one.residual)

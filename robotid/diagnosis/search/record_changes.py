@@ -49,12 +49,13 @@ class _Tried:
     after: SegmentFit
 
 
-def find_record_changes(model: RefittedModel, data: EvaluationData, level: float) -> tuple[RecordChange, ...]:
+def find_record_changes(
+    model: RefittedModel, data: EvaluationData, usual: float, level: float
+) -> tuple[RecordChange, ...]:
     """At most one change for each validation record that is simulated clearly worse than the fitted ones.
 
-    level : of significance.
+    usual : energy a sample on the fitted segments, what the fit could still take left out; level : of significance.
     """
-    usual = max(1.0, data.fitted_energy(model.fitted) / data.samples)
     found: dict[str, RecordChange] = {}
     for segment in data.validation:
         first, second = _halves(segment)

@@ -126,7 +126,8 @@ def _completed(
             result = with_unexplained(result, criteria)
         else:
             result = without_imitations(result, imitated, start.data)
-        coloured = in_colour(result.last, result.data, left_by(result.last).noise)
+        left = left_by(result.last)
+        coloured = in_colour(result.last, result.data, left.noise)
         result = replace(result, coloured=coloured)
     except OutOfTime:
         return replace(result, late=True, unexamined=(UNEXPLAINED, CHANGES))
@@ -134,9 +135,16 @@ def _completed(
         return result
     log("comparing the records held out")
     try:
-        return replace(result, changes=find_record_changes(result.last, coloured, criteria.significance))
+        by, usual = (coloured, left.energy) if coloured.noise_reached else (result.data, usual_energy(result))
+        changes = find_record_changes(result.last, by, max(1.0, usual), criteria.significance)
+        return replace(result, changes=changes)
     except OutOfTime:
         return replace(result, late=True, unexamined=(CHANGES,))
+
+
+def usual_energy(result: SearchResult) -> float:
+    """Energy a sample that the last model leaves on the fitted segments, in variances of the sensors' noise."""
+    return result.last.energy / result.data.samples
 
 
 def add_cause(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
