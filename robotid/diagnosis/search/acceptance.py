@@ -15,7 +15,7 @@ from robotid.diagnosis.scoring.confounding import confounded_with
 from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.carry_over import held_out_gain, proven
-from robotid.diagnosis.search.coloured import is_noise, left_by, p_value
+from robotid.diagnosis.search.coloured import Tried
 from robotid.diagnosis.search.constancy import is_not_constant
 from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
 from robotid.diagnosis.search.refits import CandidateRefit, refit_hopeful
@@ -27,7 +27,7 @@ from robotid.diagnosis.search.state import (
     SearchState,
     misfit_energy,
 )
-from robotid.diagnosis.search.step import Step, Tried
+from robotid.diagnosis.search.step import Step
 from robotid.errors import NumericsError
 from robotid.model.structure import rests_on
 
@@ -63,6 +63,13 @@ def improves_too_little(step: Step, criteria: Criteria) -> str | None:
     return None
 
 
+def is_noise(step: Step, criteria: Criteria) -> str | None:
+    """A cause must stand out of noise of any colour."""
+    if step.p_value < criteria.significance:
+        return None
+    return f"may be noise: torque errors as slow as those left may pass for it (p = {step.p_value:.2g})"
+
+
 Objection = Callable[[Step, Criteria], str | None]
 
 OBJECTIONS: tuple[Objection, ...] = (
@@ -85,12 +92,10 @@ def objection(step: Step, criteria: Criteria) -> str | None:
 def accept_best(state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria) -> SearchState:
     """The state with the best cause of a round that stands all tests, and with those before it rejected."""
     for k, one in enumerate(refits):
-        step = Step(
-            state.first, state.model, one.model, state.data, state.round.left_out(one.score), Tried.of(state.round)
-        )
+        step = step_to(state, one)
         why = objection(step, criteria)
         if why is None:
-            return state.with_cause(as_cause(state, refits[k:]))
+            return state.with_cause(as_cause(state, refits[k:], step))
         state = state.with_rejected(RejectedCause(one.effect, step.share, step.gain, why))
     return state
 
@@ -100,23 +105,27 @@ def accept_pair(state: SearchState, refits: Sequence[CandidateRefit], criteria: 
     into an imitation of it."""
     if not refits or state.share_removed(state.model, refits[0].model) < ACCEPTANCE.unknown_share:
         return state
-    alone = as_cause(state, refits)
+    alone = as_cause(state, refits, step_to(state, refits[0]))
     log(f"looking for a second cause beside {alone.effect}")
     beside = state.with_model(alone.after, criteria).scored(criteria)
     pairs = refit_hopeful(beside, criteria, log).refits
     for k, one in enumerate(pairs):
-        step = Step(
-            state.first, state.model, one.model, state.data, beside.round.left_out(one.score), Tried.of(beside.round)
-        )
-        if objection(step, criteria) is None:
-            return state.with_cause(alone).with_cause(as_cause(beside, pairs[k:]))
+        second = step_to(beside, one)
+        if objection(replace(second, before=state.model), criteria) is None:
+            return state.with_cause(alone).with_cause(as_cause(beside, pairs[k:], second))
     return state
 
 
-def as_cause(state: SearchState, refits: Sequence[CandidateRefit]) -> AcceptedCause:
-    """The first of the refitted candidates as a cause; its twins are those that these data cannot tell from it."""
+def step_to(state: SearchState, one: CandidateRefit) -> Step:
+    """From a state's model to one refitted with a candidate of its last round."""
+    seen = state.round
+    return Step(state.first, state.model, one.model, state.data, seen.left_out(one.score), Tried.of(seen))
+
+
+def as_cause(state: SearchState, refits: Sequence[CandidateRefit], step: Step) -> AcceptedCause:
+    """The first of the refitted candidates, to which `step` leads, as a cause; its twins are those that these data
+    cannot tell from it."""
     best, seen = refits[0], state.round
-    step = Step(state.first, state.model, best.model, state.data)
     slack = indistinguishable_energy(state.model.energy - best.model.energy, seen.inflation)
     alike = [one for one in refits if one.model.energy - best.model.energy <= slack]
     rivals = [one.model for one in alike if one.effect != best.effect]
@@ -127,7 +136,7 @@ def as_cause(state: SearchState, refits: Sequence[CandidateRefit]) -> AcceptedCa
         effect=best.effect,
         explained=step.share,
         gain=step.gain,
-        p_value=max(seen.p_value(best.score), p_value(best.model, best.effect, left_by(best.model), Tried.of(seen))),
+        p_value=max(seen.p_value(best.score), step.p_value),
         twins=tuple(dict.fromkeys([best.effect, *twins])),
         before=state.model,
         after=best.model,

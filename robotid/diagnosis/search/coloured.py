@@ -13,16 +13,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import f as fisher
 
-from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.colour import ColouredNoise, coloured_noise, typical
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, Unknowns
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
-from robotid.diagnosis.scoring.projection import project
+from robotid.diagnosis.scoring.projection import beyond, project
+from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.scan import scan, scans
 from robotid.diagnosis.search.physical_sense import amplitudes
-from robotid.diagnosis.search.step import ALONE, Step, Tried
 from robotid.model.array import Array
 
 
@@ -49,13 +48,20 @@ def left_by(model: RefittedModel, forces: Sequence[Array] | None = None) -> Left
     return Left(projected.blocks, noise, projected.energy / model.samples)
 
 
-def is_noise(step: Step, criteria: Criteria) -> str | None:
-    """A cause must stand out of noise of any colour."""
-    left = left_by(step.after)
-    p = max((p_value(step.after, effect, left, step.tried) for effect in step.added), default=0.0)
-    if p < criteria.significance:
-        return None
-    return f"may be noise: torque errors as slow as those left may pass for it (p = {p:.2g})"
+@dataclass(frozen=True, slots=True)
+class Tried:
+    """Of how many candidates, and of how many effects, a cause is the best."""
+
+    candidates: int = 1
+    effects: int = 1
+
+    @classmethod
+    def of(cls, seen: Round) -> Tried:
+        """Of all that were scored in a round."""
+        return cls(len(seen.scores), len({one.candidate.name for one in seen.scores}))
+
+
+ALONE = Tried()
 
 
 def p_value(model: RefittedModel, effect: str, left: Left, tried: Tried = ALONE) -> float:
@@ -103,5 +109,9 @@ def energy_a_sample(one: SegmentFit, segment: Segment, unknowns: Unknowns) -> fl
 
     unknowns : of the model's fit.
     """
-    seen = replace(scan(one, Unknowns(unknowns.output, (), unknowns.first_states), ()), whitening=segment.whitening)
-    return project([seen]).energy / len(one.residual)
+    if not unknowns.first_states:
+        return segment.energy(one.residual) / len(one.residual)
+    seen = scan(one, Unknowns(unknowns.output, (), unknowns.first_states), ())
+    white = segment.whitening(seen.signals)
+    left = beyond(white[-1], white[:-1])
+    return float(left @ left) / len(left)

@@ -14,7 +14,7 @@ import numpy as np
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
-from robotid.diagnosis.search.coloured import left_by
+from robotid.diagnosis.search.coloured import Left
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.step import Step
@@ -34,7 +34,7 @@ class Course:
 def is_not_constant(step: Step, criteria: Criteria) -> str | None:
     """A cause must be about as large in all parts of the records."""
     for effect in step.added:
-        course = course_of(step.after, effect)
+        course = course_of(step.after, effect, step.left)
         if course is not None and varies(course, criteria.significance):
             sizes = ", ".join(f"{100 * part:.0f}" for part in course.parts)
             return f"is not the same throughout: {sizes} % of its size in the parts of the records"
@@ -46,12 +46,12 @@ def varies(course: Course, significance: float) -> bool:
     return course.p_value < significance and course.spread > ACCEPTANCE.constant_spread
 
 
-def course_of(model: RefittedModel, effect: str) -> Course | None:
-    """An effect of a refitted model over its records; None where no amplitude of it was fitted."""
+def course_of(model: RefittedModel, effect: str, left: Left) -> Course | None:
+    """An effect of a refitted model over its records; None where no amplitude of it was fitted. left : by the model."""
     sizes = amplitudes(model, effect)
     if not sizes:
         return None
-    return course(combined(left_by(model).blocks, sizes))
+    return course(combined(left.blocks, sizes))
 
 
 def combined(blocks: BlockedRegression, sizes: dict[int, float]) -> BlockedRegression:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,7 +12,6 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.measured_motion import with_angle
 from robotid.diagnosis.search.settings import ACCEPTANCE
-from robotid.diagnosis.search.step import Step
 from robotid.model.array import Array
 from robotid.model.companion import companion_of
 from robotid.model.parameters import Parameter
@@ -19,6 +19,9 @@ from robotid.model.physical import PortRange
 from robotid.model.units import on_axis
 from robotid.simulation.friction.mode import friction_mode
 from robotid.simulation.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from robotid.diagnosis.search.step import Step
 
 
 def is_not_physical(step: Step, criteria: Criteria) -> str | None:

@@ -3,31 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.blocked_regression import Gain
-from robotid.diagnosis.scoring.ranking import Round
+from robotid.diagnosis.search.coloured import ALONE, Left, Tried, left_by, p_value
 from robotid.diagnosis.search.state import share_removed
 
 
-@dataclass(frozen=True, slots=True)
-class Tried:
-    """Of how many candidates, and of how many effects, a cause is the best."""
-
-    candidates: int = 1
-    effects: int = 1
-
-    @classmethod
-    def of(cls, seen: Round) -> Tried:
-        """Of all that were scored in a round."""
-        return cls(len(seen.scores), len({one.candidate.name for one in seen.scores}))
-
-
-ALONE = Tried()
-
-
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Step:
     """A model before and after a cause is added.
 
@@ -41,6 +26,11 @@ class Step:
     data: EvaluationData
     left_out: Gain | None = None
     tried: Tried = ALONE
+
+    @cached_property
+    def left(self) -> Left:
+        """What the model with the cause leaves, by noise of any colour."""
+        return left_by(self.after)
 
     @property
     def added(self) -> tuple[str, ...]:
@@ -65,3 +55,8 @@ class Step:
         if self.data.validation:
             return (self.before.validation_energy - self.after.validation_energy) / self.data.validation_samples
         return (self.before.energy - self.after.energy) / self.data.samples
+
+    @property
+    def p_value(self) -> float:
+        """Of what the step adds being absent, by noise of any colour."""
+        return max((p_value(self.after, effect, self.left, self.tried) for effect in self.added), default=0.0)

@@ -124,3 +124,10 @@ def test_too_few_blocks_tell_nothing() -> None:
     one = blocked(motions(rng), errors(rng, 0.0), SAMPLES // 2)
     assert one.count == 2
     assert one.significance([1]) == 1.0
+
+
+def test_a_regression_on_nothing_keeps_the_energy_of_its_blocks() -> None:
+    signal = np.arange(2400.0)
+    found = blocked(np.zeros((0, 2400)), signal, 60.0)
+    assert found.information.shape == (40, 0, 0)
+    assert found.energy.sum() == pytest.approx(float(signal @ signal))

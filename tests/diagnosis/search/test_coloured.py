@@ -14,8 +14,7 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.procedure import diagnose
 from robotid.diagnosis.refit.refit import refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
-from robotid.diagnosis.search.coloured import left_by, p_value
-from robotid.diagnosis.search.step import Tried
+from robotid.diagnosis.search.coloured import Tried, left_by, p_value
 from robotid.signals.record import Record
 
 TRIED = Tried(300, 30)
