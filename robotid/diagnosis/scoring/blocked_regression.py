@@ -169,13 +169,10 @@ def blocked(columns: Array, signal: Array, length: float) -> BlockedRegression:
     count = max(1, round(n / length))
     edges = np.linspace(0, n, count + 1).round().astype(int)
     parts = [slice(a, b) for a, b in pairwise(edges.tolist())]
-    energy = np.array([float(signal[at] @ signal[at]) for at in parts])
-    if not len(columns):  # a product of nothing with itself damages memory in some versions of NumPy
-        return BlockedRegression(np.zeros((count, 0, 0)), np.zeros((count, 0)), energy)
     return BlockedRegression(
         np.stack([columns[:, at] @ columns[:, at].T for at in parts]),
         np.stack([columns[:, at] @ signal[at] for at in parts]),
-        energy,
+        np.array([float(signal[at] @ signal[at]) for at in parts]),
     )
 
 

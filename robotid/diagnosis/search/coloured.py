@@ -109,8 +109,6 @@ def energy_a_sample(one: SegmentFit, segment: Segment, unknowns: Unknowns) -> fl
 
     unknowns : of the model's fit.
     """
-    if not unknowns.first_states:
-        return segment.energy(one.residual) / len(one.residual)
     seen = scan(one, Unknowns(unknowns.output, (), unknowns.first_states), ())
     white = segment.whitening(seen.signals)
     left = beyond(white[-1], white[:-1])

@@ -18,6 +18,8 @@ def solve_block_bidiagonal(G: Array, columns: Array, *, adjoint: bool = False) -
     adjoint : z[n] = G[n]' z[n+1] + columns[n] instead, from the last sample to the first.
     """
     d, q, nodes = columns.shape
+    if q == 0:  # dtbtrs writes beyond a right-hand side that is not there
+        return columns.copy()
     band = np.zeros((2 * d, d * nodes))
     for i in range(d):
         for j in range(d):
