@@ -1,18 +1,19 @@
 """The model with the effects that it lacked, fitted anew, and what that gains on records that served for no fit.
 
 Order of reading: `results` (what an extension comes to), `task` (a fitted model with what its extension takes: records,
-options, starts), `procedure` (extend it, and drop the effects that do not carry over), `gains` (what each cause of a
-diagnosis gains by the same fits).
+options, starts), `procedure` (extend it, and drop the effects that do not carry over), `gain_by_cause` (what each
+cause of a diagnosis gains by the same fits).
 """
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from robotid.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from robotid.extension.gains import gains as gains
-    from robotid.extension.gains import with_gains as with_gains
+    from robotid.extension.gain_by_cause import gains as gains
+    from robotid.extension.gain_by_cause import with_gains as with_gains
     from robotid.extension.procedure import extend as extend
     from robotid.extension.results import Extension as Extension
     from robotid.extension.results import Score as Score
@@ -27,18 +28,12 @@ _HOMES = {
     "effects_to_add": "task",
     "extend": "procedure",
     "extension_task": "task",
-    "gains": "gains",
-    "with_gains": "gains",
+    "gains": "gain_by_cause",
+    "with_gains": "gain_by_cause",
 }
 """Where each name is, below this package. It is imported when it is first used: who only reads results needs none of
 the functions that make them."""
 
 __all__ = [*_HOMES]
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
-    globals()[name] = found
-    return found
+__getattr__ = on_first_use(__name__, _HOMES)

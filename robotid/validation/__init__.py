@@ -9,8 +9,9 @@ the records tell of each parameter?), `perturbation` (what is each parameter wor
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from robotid.lazy import on_first_use
 
 if TYPE_CHECKING:
     from robotid.validation.procedure import ValidationOptions as ValidationOptions
@@ -37,10 +38,4 @@ the functions that make them."""
 
 __all__ = [*_HOMES]
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
-    globals()[name] = found
-    return found
+__getattr__ = on_first_use(__name__, _HOMES)
