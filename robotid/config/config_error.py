@@ -9,10 +9,9 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
-from yaml.nodes import Node
 
 from robotid.config.suggest import suggest
-from robotid.config.tree import Step, follow
+from robotid.config.tree import Document, Step
 from robotid.errors import ConfigError
 
 _KINDS = {
@@ -34,19 +33,19 @@ _LIMITS = {
 }
 
 
-def config_error(error: ValidationError, root: Node, schema: type[BaseModel]) -> ConfigError:
+def config_error(error: ValidationError, tree: Document, schema: type[BaseModel]) -> ConfigError:
     """The first thing to correct: an unknown key rather than the key that is missing for it, then by line."""
-    return _one(min(error.errors(), key=lambda detail: _rank(detail, root)), root, schema)
+    return _one(min(error.errors(), key=lambda detail: _rank(detail, tree)), tree, schema)
 
 
-def _rank(detail: ErrorDetails, root: Node) -> tuple[int, int]:
+def _rank(detail: ErrorDetails, tree: Document) -> tuple[int, int]:
     urgency = {"extra_forbidden": 0, "too_short": 2}  # a list also counts as too short when its entries are wrong
-    return urgency.get(detail["type"], 1), follow(root, detail["loc"])[2].start_mark.line
+    return urgency.get(detail["type"], 1), tree.follow(detail["loc"])[2].start_mark.line
 
 
-def _one(detail: ErrorDetails, root: Node, schema: type[BaseModel]) -> ConfigError:
+def _one(detail: ErrorDetails, tree: Document, schema: type[BaseModel]) -> ConfigError:
     loc = detail["loc"]
-    where, path, _ = follow(root, loc)
+    where, path, _ = tree.follow(loc)
     what, hint = _message(detail["type"], detail["input"], detail.get("ctx", {}), detail["msg"], loc)
     if detail["type"] == "extra_forbidden":
         hint = suggest(str(loc[-1]), keys_at(schema, loc[:-1]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,12 +12,14 @@ import yaml
 from pydantic import ValidationError
 from yaml.nodes import MappingNode
 
+from robotid.config.axes import has_axes, split
 from robotid.config.check import problems
 from robotid.config.config_error import config_error
 from robotid.config.former_keys import rename_former_keys
 from robotid.config.override import override
 from robotid.config.schema import Config
-from robotid.config.tree import Plain, compose, follow, plain
+from robotid.config.suggest import suggest
+from robotid.config.tree import Document, Plain, compose, plain
 from robotid.errors import ConfigError
 
 MAX_SIZE = 500_000  # [bytes] of a configuration; ours have ten thousand at most
@@ -25,11 +27,13 @@ MAX_SIZE = 500_000  # [bytes] of a configuration; ours have ten thousand at most
 
 @dataclass(frozen=True, slots=True)
 class Loaded:
-    """A configuration that fits together. overrides : what --set changed."""
+    """A configuration of one joint that fits together. overrides : what --set changed. axis : which one it is of a
+    robot of several, empty for a single joint."""
 
     config: Config
     path: Path
     overrides: tuple[str, ...] = ()
+    axis: str = ""
 
     @property
     def directory(self) -> Path:
@@ -45,9 +49,36 @@ class Loaded:
         return json.dumps(_dump(self.config)[name], sort_keys=True)
 
 
-def load(path: Path | str, overrides: Sequence[str] = ()) -> Loaded:
+@dataclass(frozen=True, slots=True)
+class LoadedRobot:
+    """A configuration of a robot. axes : that of each axis by its name, "" for a single joint. written : all that is
+    given, without defaults."""
+
+    axes: Mapping[str, Loaded]
+    written: Mapping[str, Plain]
+
+    @property
+    def several(self) -> bool:
+        """Whether the robot has axes, be it one."""
+        return "" not in self.axes
+
+
+def load(path: Path | str, overrides: Sequence[str] = (), axis: str | None = None) -> Loaded:
+    """Read and check a configuration file of one joint. overrides : "key.path=value". axis : which one of a robot of
+    several. Raises ConfigError."""
+    found: Loaded = _one_of(load_robot(path, overrides).axes, str(path), axis)
+    return found
+
+
+def load_robot(path: Path | str, overrides: Sequence[str] = ()) -> LoadedRobot:
     """Read and check a configuration file. overrides : "key.path=value". Raises ConfigError."""
     path = Path(path)
+    root = _tree(_text_of(path), str(path), overrides)
+    axes = {axis: Loaded(config, path, tuple(overrides), axis) for axis, config in _checked_axes(root).items()}
+    return LoadedRobot(axes, _written(root))
+
+
+def _text_of(path: Path) -> str:
     try:
         with path.open("rb") as file:
             content = file.read(MAX_SIZE + 1)
@@ -62,7 +93,7 @@ def load(path: Path | str, overrides: Sequence[str] = ()) -> Loaded:
         raise ConfigError(f"cannot be read: {error.strerror}", where=str(path)) from error
     if len(content) > MAX_SIZE:
         raise _too_large(path)
-    return Loaded(parse(text, str(path), overrides), path, tuple(overrides))
+    return text
 
 
 def _too_large(path: Path) -> ConfigError:
@@ -71,7 +102,44 @@ def _too_large(path: Path) -> ConfigError:
 
 
 def parse(text: str, name: str = "configuration", overrides: Sequence[str] = ()) -> Config:
-    """Check a configuration's text and complete it. name : what errors call it. Raises ConfigError."""
+    """Check the text of a configuration of one joint and complete it. name : what errors call it.
+
+    Raises ConfigError.
+    """
+    found: Config = _one_of(parse_axes(text, name, overrides), name)
+    return found
+
+
+def parse_axes(text: str, name: str = "configuration", overrides: Sequence[str] = ()) -> dict[str, Config]:
+    """The same of each axis by its name, "" for a single joint. Raises ConfigError."""
+    return _checked_axes(_tree(text, name, overrides))
+
+
+def _checked_axes(root: MappingNode) -> dict[str, Config]:
+    parts = split(root) if has_axes(root) else {"": Document(root, root)}
+    return {axis: _checked(part) for axis, part in parts.items()}
+
+
+def _one_of(axes: Mapping[str, Any], name: str, axis: str | None = None) -> Any:
+    """What is there of an axis, or of a single joint. Raises ConfigError."""
+    if "" in axes:
+        if axis is not None:
+            raise ConfigError("this robot has a single joint", where=name, hint="leave the axis out")
+        return axes[""]
+    if axis is None:
+        raise ConfigError(f"this robot has several axes: {', '.join(axes)}", where=name, hint="choose one")
+    require_axis(axes, axis, name)
+    return axes[axis]
+
+
+def require_axis(axes: Iterable[str], axis: str, where: str) -> None:
+    """Raises ConfigError where there is no axis of this name."""
+    if axis not in axes:
+        raise ConfigError(f'there is no axis "{axis}"', where=where, hint=suggest(axis, axes))
+
+
+def _tree(text: str, name: str, overrides: Sequence[str]) -> MappingNode:
+    """The tree of a configuration, with its current keys and what is set beside it. Raises ConfigError."""
     root = compose(text, name)
     if root is None:
         raise ConfigError("this file is empty", where=name, hint="`robotid new NAME` writes one to start from")
@@ -81,13 +149,18 @@ def parse(text: str, name: str = "configuration", overrides: Sequence[str] = ())
     for assignment in overrides:
         override(root, assignment)
         rename_former_keys(root)
+    return root
+
+
+def _checked(tree: Document) -> Config:
+    """The configuration of one joint that a tree holds, complete. Raises ConfigError."""
     try:
         # strict JSON takes a list for a tuple and a word for an enum, and coerces nothing else
-        config = Config.model_validate_json(json.dumps(_written(root)), strict=True)
+        config = Config.model_validate_json(json.dumps(_written(tree.root)), strict=True)
     except ValidationError as error:
-        raise config_error(error, root, Config) from error
+        raise config_error(error, tree, Config) from error
     for problem in problems(config):
-        where, path, _ = follow(root, problem.loc)
+        where, path, _ = tree.follow(problem.loc)
         raise ConfigError(problem.what, where=f"{where}  {path}", hint=problem.hint)
     return config.completed()
 

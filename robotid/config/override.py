@@ -9,13 +9,11 @@ from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from robotid.config.former_keys import current_path
 from robotid.config.suggest import suggest
-from robotid.config.tree import OPTION, compose, join
+from robotid.config.tree import MAP, NULL, OPTION, STR, compose, join
 from robotid.errors import ConfigError
 from robotid.model.structure import RECORD_CHANGE
 
-_NULL = "tag:yaml.org,2002:null"
-_MAP = "tag:yaml.org,2002:map"
-_PARAMETERS = ("robot.parameters", "plant.parameters")
+_PARAMETERS = re.compile(r"(robot|plant|robot\.axes\.[^.]+(\.plant)?)\.parameters")
 
 
 def override(root: MappingNode, assignment: str) -> None:
@@ -37,7 +35,7 @@ def _set(node: Node, path: str, words: list[str], value: Node, name: str) -> Non
         new = value if not rest else _open(old, value)
         if rest:
             _set(new, join(path, key), rest, value, name)
-        label = ScalarNode("tag:yaml.org,2002:str", key, value.start_mark, value.end_mark)
+        label = ScalarNode(STR, key, value.start_mark, value.end_mark)
         pairs = {k.value: (k, v) for k, v in node.value}
         pairs[key] = (pairs[key][0] if rest and old is new else label, new)
         node.value = list(pairs.values())
@@ -53,8 +51,8 @@ def _set(node: Node, path: str, words: list[str], value: Node, name: str) -> Non
 
 def _open(old: Node | None, value: Node) -> Node:
     """The section to go down into: the old one, or a new one where there was nothing."""
-    if old is None or old.tag == _NULL:
-        return MappingNode(_MAP, [], value.start_mark, value.end_mark)
+    if old is None or old.tag == NULL:
+        return MappingNode(MAP, [], value.start_mark, value.end_mark)
     return old
 
 
@@ -65,7 +63,7 @@ def _key(node: MappingNode, path: str, words: list[str]) -> tuple[str, list[str]
         if ".".join(words[:length]) in known:
             return ".".join(words[:length]), words[length:]
     dotted = 5 if words[0] == RECORD_CHANGE else 3
-    length = dotted if path in _PARAMETERS else 1
+    length = dotted if _PARAMETERS.fullmatch(path) else 1
     return ".".join(words[:length]), words[length:]
 
 

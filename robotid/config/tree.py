@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
@@ -29,6 +30,7 @@ _SCALARS = {
 }
 
 _KINDS = {kind: _TAG + kind for kind in ("str", "seq", "map")}
+FLOAT, MAP, NULL, STR = (_TAG + kind for kind in ("float", "map", "null", "str"))
 
 MAX_NODES = 50_000  # of a configuration, aliases counted as often as they stand
 MAX_DEPTH = 40  # of sections in each other; the deepest of ours is at 9
@@ -180,3 +182,34 @@ def follow(root: Node, steps: Sequence[Step]) -> tuple[str, str, Node]:
 def join(path: str, key: str) -> str:
     """A dotted path, one key longer."""
     return f"{path}.{key}" if path else key
+
+
+def path_to(tree: Node, sought: Node, path: str = "") -> str:
+    """The dotted path of a node, empty where it is not in the tree."""
+    if tree is sought:
+        return path
+    if isinstance(tree, MappingNode):
+        inner = [(join(path, key.value), value) for key, value in tree.value]
+    elif isinstance(tree, SequenceNode):
+        inner = [(f"{path}[{k}]", value) for k, value in enumerate(tree.value)]
+    else:
+        return ""
+    return next((found for name, value in inner if (found := path_to(value, sought, name))), "")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Document:
+    """A tree whose parts may stand in another one, that of the text. made : nodes that are in neither the text nor
+    another of them, with the path in the text of what they are made of."""
+
+    root: MappingNode
+    text: MappingNode
+    made: tuple[tuple[Node, str], ...] = ()
+
+    def follow(self, steps: Sequence[Step]) -> tuple[str, str, Node]:
+        """Place and dotted path in the text, and the node, of the steps as far as the tree goes."""
+        where, path, node = follow(self.root, steps)
+        if self.root is self.text:
+            return where, path, node
+        origin = next((origin for one, origin in self.made if one is node), "")
+        return where, origin or path_to(self.text, node) or path, node

@@ -1,0 +1,207 @@
+"""A robot of several axes: its configuration split into that of one joint for each axis.
+
+The split works on the tree of the text, before the schema: what an axis is checked against is the schema of one joint,
+and errors keep their lines. Each axis is identified by itself, and the angles of the others are its companions.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+
+from robotid.config.former_keys import rename_former_keys
+from robotid.config.robot import RobotSettings
+from robotid.config.schema import Config
+from robotid.config.suggest import suggest
+from robotid.config.tree import FLOAT, MAP, NULL, STR, Document, join, place, plain
+from robotid.errors import ConfigError
+
+AXES = "axes"
+BESIDE = ("name", AXES)
+"""Keys of the robot that stand beside its axes."""
+
+OF_THE_ROBOT = ("robot", "records", "report")
+SECTIONS = tuple(name for key, field in Config.model_fields.items() if (name := field.alias or key) not in OF_THE_ROBOT)
+"""Sections that an axis may have of its own: their keys stand for those of the robot's section of that name."""
+
+OWN = ("columns", "signals", "angle")
+"""Further keys of an axis: its columns and companions, and the angle under which the other axes see it."""
+
+NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]*")
+NEEDED = ("tau_m", "phi_m")
+
+
+def has_axes(root: MappingNode) -> bool:
+    """Whether a configuration is of several axes, each a mapping below `robot.axes`."""
+    robot = _get(root, "robot")
+    return isinstance(robot, MappingNode) and _get(robot, AXES) is not None
+
+
+def split(root: MappingNode) -> dict[str, Document]:
+    """The configuration of each axis of a robot, by name.
+
+    Raises ConfigError where the robot's section, or the columns of an axis, do not allow it.
+    """
+    robot = _get(root, "robot")
+    assert isinstance(robot, MappingNode)
+    axes = _axes(robot)
+    return {axis: _Splitter(root, _robot_name(robot), axes, axis).document() for axis in axes}
+
+
+def _axes(robot: MappingNode) -> dict[str, tuple[ScalarNode, MappingNode]]:
+    """Key and content of each axis by its name."""
+    for key, _ in robot.value:
+        if key.value not in BESIDE:
+            known = key.value in RobotSettings.model_fields
+            what = f"{key.value} is of one axis" if known else f'there is no key "{key.value}"'
+            hint = "write it under robot.axes" if known else suggest(key.value, BESIDE)
+            raise ConfigError(what, where=f"{place(key.start_mark)}  robot.{key.value}", hint=hint)
+    at, axes = next((key, value) for key, value in robot.value if key.value == AXES)
+    where = f"{place(at.start_mark)}  robot.{AXES}"
+    if not isinstance(axes, MappingNode) or not axes.value:
+        raise ConfigError("expected the axes by name", where=where, hint="such as a1: {model: ..., columns: ...}")
+    for key, value in axes.value:
+        where = f"{place(key.start_mark)}  robot.{AXES}.{key.value}"
+        if not NAME.fullmatch(key.value):
+            raise ConfigError(f'a name has letters, digits, _ and - only, found "{key.value}"', where=where)
+        if not isinstance(value, MappingNode):
+            raise ConfigError("expected a mapping", where=where, hint="such as {model: ..., columns: ...}")
+    return {key.value: (key, value) for key, value in axes.value}
+
+
+def _robot_name(robot: MappingNode) -> str:
+    name = _get(robot, "name")
+    if isinstance(name, ScalarNode):
+        return str(name.value)
+    raise ConfigError('"name" is missing', where=f"{place(robot.start_mark)}  robot")
+
+
+class _Splitter:
+    """Makes the configuration of one axis."""
+
+    def __init__(
+        self, root: MappingNode, robot: str, axes: Mapping[str, tuple[ScalarNode, MappingNode]], axis: str
+    ) -> None:
+        self.whole, self.robot, self.axes, self.axis = root, robot, axes, axis
+        self.key, self.node = axes[axis]
+        self.made: list[tuple[Node, str]] = []
+        rename_former_keys(self.node)
+
+    def document(self) -> Document:
+        """The configuration of the axis."""
+        pairs = [(key, self._section(key.value, value)) for key, value in self.whole.value]
+        present = {key.value for key, _ in pairs}
+        pairs += [(key, value) for key, value in self.node.value if key.value in SECTIONS and key.value not in present]
+        pairs = [(self._word("robot") if key.value == "robot" else key, value) for key, value in pairs]
+        return Document(self._node(pairs, self.whole), self.whole, tuple(self.made))
+
+    def _section(self, name: str, common: Node) -> Node:
+        if name == "robot":
+            return self._joint()
+        if name == "records" and isinstance(common, SequenceNode):
+            records = [self._record(record) for record in common.value]
+            return SequenceNode(common.tag, records, common.start_mark, common.end_mark)
+        own = _get(self.node, name) if name in SECTIONS else None
+        return common if own is None else self._merged(common, own, name)
+
+    def _joint(self) -> MappingNode:
+        kept = [(k, v) for k, v in self.node.value if k.value not in (*OWN, *SECTIONS)]
+        twice = next((k for k, _ in kept if k.value in BESIDE), None)
+        if twice is not None:
+            raise ConfigError(f"{twice.value} is of the robot", where=f"{place(twice.start_mark)}  {self._path()}")
+        name = self._word("name"), self._word(f"{self.robot}_{self.axis}")
+        return self._made([name, *kept], self._path())
+
+    def _record(self, record: Node) -> Node:
+        """A record with the columns of this axis, and the angles of the others among its signals."""
+        if not isinstance(record, MappingNode) or _get(record, "file") is None:
+            return record
+        columns = self._columns(record, self.axis)
+        others = {name: angle for name in self.axes if name != self.axis and (angle := self._angle(record, name))}
+        angles = self._made([(self._word(name), angle) for name, angle in others.items()], "")
+        signals = self._merged(angles, self._others(_get(record, "signals")), "signals")
+        signals = self._merged(signals, _get(self.node, "signals"), "signals")
+        given = {"columns": columns, "signals": signals}
+        pairs = [(key, value) for key, value in record.value if key.value not in given]
+        pairs += [(self._word(key), value) for key, value in given.items()]
+        return self._node(pairs, record)
+
+    def _others(self, signals: Node | None) -> Node | None:
+        """The signals of a record without one of the name of this axis, which is for the other axes."""
+        if not isinstance(signals, MappingNode):
+            return signals
+        return self._made([(k, v) for k, v in signals.value if k.value != self.axis], "")
+
+    def _columns(self, record: MappingNode, axis: str) -> Node:
+        """Columns of an axis in a record: its own over those of the record. Raises ConfigError where some are missing,
+        for names alone do not tell the columns of several axes apart."""
+        key, node = self.axes[axis]
+        own = _get(node, "columns")
+        columns = self._merged(_get(record, "columns"), own, "columns")
+        for signal in NEEDED:
+            if _is_null(columns) or (isinstance(columns, MappingNode) and _is_null(_get(columns, signal))):
+                at = own if isinstance(own, MappingNode) else key
+                where = f"{place(at.start_mark)}  {self._path(axis)}.columns"
+                hint = "each axis names its own, such as columns: {tau_m: torque_1, phi_m: angle_1}"
+                raise ConfigError(f"axis {axis} has no column for {signal}", where=where, hint=hint)
+        return columns
+
+    def _angle(self, record: MappingNode, axis: str) -> MappingNode | None:
+        """The angle of another axis behind its gear, as a companion: what the axis itself states, or the motor's angle
+        times the gear ratio. None where the axis has none for others."""
+        _, node = self.axes[axis]
+        stated = _get(node, "angle")
+        if stated is not None:
+            return None if _is_null(stated) else self._companion(stated, None)
+        columns, ratio = self._columns(record, axis), _get(node, "gear_ratio")
+        motor = _get(columns, "phi_m") if isinstance(columns, MappingNode) else None
+        known = plain(ratio) if ratio is not None else None
+        factor = float(known) if isinstance(known, int | float) else None
+        return None if motor is None else self._companion(motor, factor)
+
+    def _companion(self, column: Node, factor: float | None) -> MappingNode:
+        """A column as a companion of kind angle, times a factor."""
+        pairs = list(column.value) if isinstance(column, MappingNode) else [(self._word("name"), column)]
+        if factor is not None:
+            numbers = {key.value: plain(value) for key, value in pairs if key.value in ("scale", "offset")}
+            known = {"scale": 1.0} | {key: float(n) for key, n in numbers.items() if isinstance(n, int | float)}
+            pairs = [(key, value) for key, value in pairs if key.value not in known]
+            pairs += [(self._word(key), self._number(factor * number)) for key, number in known.items()]
+        return self._made([*pairs, (self._word("kind"), self._word("angle"))], "")
+
+    def _merged(self, common: Node | None, own: Node | None, name: str) -> Node:
+        """A mapping whose own keys stand for the common ones; what is no mapping is left to the schema."""
+        if own is None or _is_null(own):
+            return self._made([], self._path()) if common is None else common
+        if not isinstance(common, MappingNode) or not isinstance(own, MappingNode):
+            return own
+        replaced = {key.value for key, _ in own.value}
+        pairs = [(key, value) for key, value in common.value if key.value not in replaced]
+        return self._made([*pairs, *own.value], join(self._path(), name))
+
+    def _made(self, pairs: list[tuple[ScalarNode, Node]], origin: str) -> MappingNode:
+        made = MappingNode(MAP, pairs, self.key.start_mark, self.key.end_mark)
+        self.made.append((made, origin))
+        return made
+
+    def _node(self, pairs: list[tuple[ScalarNode, Node]], like: Node) -> MappingNode:
+        return MappingNode(MAP, pairs, like.start_mark, like.end_mark)
+
+    def _path(self, axis: str | None = None) -> str:
+        return f"robot.{AXES}.{axis or self.axis}"
+
+    def _word(self, text: str) -> ScalarNode:
+        return ScalarNode(STR, text, self.key.start_mark, self.key.end_mark)
+
+    def _number(self, value: float) -> ScalarNode:
+        return ScalarNode(FLOAT, repr(value), self.key.start_mark, self.key.end_mark)
+
+
+def _get(mapping: MappingNode, key: str) -> Node | None:
+    return next((value for name, value in mapping.value if name.value == key), None)
+
+
+def _is_null(node: Node | None) -> bool:
+    return node is None or node.tag == NULL
