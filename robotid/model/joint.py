@@ -89,6 +89,10 @@ class Joint(Layout):
         joint.companions = self.companions
         return joint
 
+    def linear_at(self, theta: Array) -> LinearPart:
+        """What of the equations is the same at every sample. Raises NumericsError where the joint has no mass."""
+        return linear_part(self, theta)
+
     def motions(self, x: Array, ddq: Array | None, s: Array, t: Array, theta: Array) -> list[Motion]:
         """The motion that each term acts on, at accelerations ddq (nv, n), or None for rest."""
         motions = self._port_motions(x, s, t, theta)

@@ -51,56 +51,101 @@ class ControlledJoint:
         rest where the reference begins; disturbance : (n,) [Nm] added to the controller's command, by default none.
         Raises NumericsError where the loop diverges.
         """
-        joint, n = self.joint, len(reference.ref)
+        joint = self.joint
         if x0 is None:
             x0 = np.zeros(joint.nx)
             x0[joint.motor_angle] = reference.ref[0] if reference.kind == "position" else 0.0
-        none = np.zeros(n)
-        noise, added = (none if signal is None else signal for signal in (speed_noise, disturbance))
-        return ClosedLoop(self, reference, noise, added).run(x0)
+        return ClosedLoop(Drive(self, reference, speed_noise, disturbance)).run(x0)
+
+
+class Drive:
+    """The controller of one joint in one run: what it commands from sample to sample, and the torque that acts.
+
+    While a run advances, the drive remembers what came before: command (n,) [Nm], disturbance included, and the motion
+    that the sensors have seen. guess (nx + 1, n) : of the joint's states and of the controller's integral [rad].
+    """
+
+    def __init__(
+        self,
+        controlled: ControlledJoint,
+        reference: Reference,
+        speed_noise: Array | None = None,
+        disturbance: Array | None = None,
+    ) -> None:
+        none = np.zeros(len(reference.ref))
+        self.controlled, self.sampling_time = controlled, reference.sampling_time
+        self.guess = _rigid_guess(controlled.joint, reference)
+        self.command = none.copy()
+        self._ref = reference.ref
+        self._speed_noise = none if speed_noise is None else speed_noise
+        self._disturbance = none if disturbance is None else disturbance
+        self._dref = np.diff(reference.ref, append=reference.ref[-1]) / reference.sampling_time
+        self._motion = self.guess[controlled.joint.motor_states].copy()
+
+    def act(self, at: slice, x: Array) -> tuple[Array, Array, Array]:
+        """Let the controller act in some intervals from their first nodes x (nx + 1, m): speed error, slope of the
+        command to it, zero in saturation, and the torque that acts, (m,) each."""
+        error, self.command[at], slope = self.respond(at, x)
+        controlled, history = self.controlled, self.command[: at.stop]
+        return error, slope, effective_torque(controlled.joint, controlled.theta, self.sampling_time, history)[at]
+
+    def respond(self, at: slice, x: Array) -> tuple[Array, Array, Array]:
+        """Speed error, torque and its slope to it, zero in saturation, (m,) each, at nodes x (nx + 1, m). The torque is
+        the controller's command with the disturbance."""
+        controller, quantum = self.controlled.controller, self.controlled.quantum
+        phi, dphi = self._seen(at, x)
+        error = controller.error(self._ref[at], quantise(phi, quantum), dphi + self._speed_noise[at])
+        command, slope = controller.torque(error, x[-1], self._dref[at])
+        return error, command + self._disturbance[at], slope
+
+    @property
+    def error_gain(self) -> Array:
+        """Derivative of the speed error to the joint's states, (nx,)."""
+        joint, controller = self.controlled.joint, self.controlled.controller
+        gain = np.zeros(joint.nx)
+        gain[joint.motor_speed] = -1.0
+        if controller.kind == "position":
+            gain[joint.motor_angle] = -controller.kpos
+        return gain
+
+    def _seen(self, at: slice, x: Array) -> tuple[Array, Array]:
+        """Angle and speed as their sensors show them at nodes x (nx + 1, m), before noise."""
+        controlled = self.controlled
+        self._motion[:, at] = x[controlled.joint.motor_states]
+        seen = self._motion[:, : at.stop]
+        phi, dphi = sensor_signals(controlled.joint, controlled.theta, self.sampling_time, *seen)
+        return phi[at], dphi[at]
 
 
 class ClosedLoop:
     """One run of a controlled joint, a problem for `TrajectoryNewton` with states (x, I), I [rad] the controller's
-    integral.
-
-    While the solver advances, the loop remembers what came before: the torque, disturbance included, and the torque
-    that acts at every sample, and the motion that the sensors have seen. A run is for one use.
+    integral. A run is for one use.
     """
 
     tolerance: ClassVar[float] = TOLERANCE
     max_failed_windows: ClassVar[int | None] = None
     first_window: ClassVar[int] = FIRST_WINDOW
 
-    def __init__(
-        self, controlled: ControlledJoint, reference: Reference, speed_noise: Array, disturbance: Array
-    ) -> None:
-        self.joint = controlled.joint
-        self.sampling_time = reference.sampling_time
-        self.guess = _rigid_guess(controlled.joint, reference)
-        self.intervals = len(reference.ref) - 1
-        self._controlled = controlled
-        self._ref, self._speed_noise, self._disturbance = reference.ref, speed_noise, disturbance
-        self._dref = np.diff(reference.ref, append=reference.ref[-1]) / reference.sampling_time
-        self._command = np.zeros(len(reference.ref))
-        self._motion = self.guess[self.joint.motor_states].copy()
-        self._open = Problem(
-            self.joint, controlled.theta, np.zeros(self.intervals), self.sampling_time, self.guess[:-1]
-        )
+    def __init__(self, drive: Drive) -> None:
+        self.joint, self.sampling_time, self.guess = drive.controlled.joint, drive.sampling_time, drive.guess
+        self.intervals = len(drive.command) - 1
+        self._drive = drive
+        theta, torque = drive.controlled.theta, np.zeros(self.intervals)
+        self._open = Problem(self.joint, theta, torque, self.sampling_time, self.guess[:-1])
 
     def run(self, x0: Array) -> tuple[Array, Array]:
         """States x (nx, n) of the joint from its first state x0 (nx,), and the torque with its disturbance (n,)."""
         x = integrate(self, np.append(x0, 0.0), self._sample_by_sample)
-        _, command, _ = self._drive(slice(None), x)
+        _, command, _ = self._drive.respond(slice(None), x)
         return x[:-1], command
 
     def linearise(self, first: int, last: int, x: Array) -> Steps:
         """Intervals first .. last - 1 linearised at their nodes x (nx + 1, last - first + 1)."""
-        nx, h, c = self.joint.nx, self.sampling_time, self._controlled.controller
-        error, slope = self._apply_command(first, last, x[:, :-1])
+        nx, h, c = self.joint.nx, self.sampling_time, self._drive.controlled.controller
+        error, slope = self._act(first, last, x[:, :-1])
         steps = linearise_steps(self._open.inputs(slice(first, last), DerivativeColumns()), x[:nx, :-1], x[:nx, 1:])
         assert steps.S is not None
-        gain = self._error_gain()
+        gain = self._drive.error_gain
         G = np.zeros((nx + 1, nx + 1, last - first))
         G[:nx, :nx] = steps.G + steps.S[:, :1] * (c.kp * slope * gain[:, None])[None]
         G[:nx, nx] = steps.S[:, 0] * (c.ki * slope)
@@ -108,43 +153,17 @@ class ClosedLoop:
         defect = x[nx, :-1] + h * slope * error - x[nx, 1:]
         return Steps(G, np.concatenate([steps.c, defect[None]]), None, steps.start, steps.end)
 
-    def _apply_command(self, first: int, last: int, x: Array) -> tuple[Array, Array]:
-        """Let the controller act in intervals first .. last - 1 from their first nodes x (nx + 1, m): speed error, and
-        slope of the command to it, zero in saturation, (m,) each."""
+    def _act(self, first: int, last: int, x: Array) -> tuple[Array, Array]:
+        """Let the controller act in intervals first .. last - 1 from their first nodes: speed error and slope."""
         at = slice(first, last)
-        error, self._command[at], slope = self._drive(at, x)
-        acting = effective_torque(self.joint, self._controlled.theta, self.sampling_time, self._command[:last])
-        self._open.u[at] = acting[at]
+        error, slope, self._open.u[at] = self._drive.act(at, x)
         return error, slope
-
-    def _drive(self, at: slice, x: Array) -> tuple[Array, Array, Array]:
-        """Speed error, torque and its slope to it, zero in saturation, (m,) each, at nodes x (nx + 1, m). The torque is
-        the controller's command with the disturbance."""
-        controller, quantum = self._controlled.controller, self._controlled.quantum
-        phi, dphi = self._seen(at, x)
-        error = controller.error(self._ref[at], quantise(phi, quantum), dphi + self._speed_noise[at])
-        command, slope = controller.torque(error, x[-1], self._dref[at])
-        return error, command + self._disturbance[at], slope
-
-    def _seen(self, at: slice, x: Array) -> tuple[Array, Array]:
-        """Angle and speed as their sensors show them at nodes x (nx + 1, m), before noise."""
-        self._motion[:, at] = x[self.joint.motor_states]
-        phi, dphi = sensor_signals(self.joint, self._controlled.theta, self.sampling_time, *self._motion[:, : at.stop])
-        return phi[at], dphi[at]
-
-    def _error_gain(self) -> Array:
-        """Derivative of the speed error to the joint's states, (nx,)."""
-        gain = np.zeros(self.joint.nx)
-        gain[self.joint.motor_speed] = -1.0
-        if self._controlled.controller.kind == "position":
-            gain[self.joint.motor_angle] = -self._controlled.controller.kpos
-        return gain
 
     def _sample_by_sample(self, first: int, stop: int, start: Array) -> Array:
         """The fallback: controller and joint in turn."""
         x, h = [start], self.sampling_time
         for k in range(first, stop):
-            error, slope = self._apply_command(k, k + 1, x[-1][:, None])
+            error, slope = self._act(k, k + 1, x[-1][:, None])
             end = lsoda(self._open, k, k + 1, x[-1][:-1])[:, -1]
             x.append(np.append(end, x[-1][-1] + h * slope[0] * error[0]))
         return np.stack(x, axis=1)

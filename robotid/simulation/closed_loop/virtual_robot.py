@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robotid.model.array import Array
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
 from robotid.simulation.closed_loop.loop import ControlledJoint, quantise
@@ -27,18 +28,24 @@ class VirtualRobot(ControlledJoint):
     def record(self, reference: Reference, number: int) -> Record:
         """The motion that a reference causes from rest, as recorded. number : of the record, for its own noise."""
         rng = np.random.default_rng([self.seed, number])
-        n = len(reference.ref)
-        noise = self.speed_noise * rng.standard_normal(n)
+        noise = self.speed_noise * rng.standard_normal(len(reference.ref))
         x, torque = self.follow(reference, noise)
+        return self.as_recorded(reference, x, torque, noise, rng)
+
+    def as_recorded(
+        self, reference: Reference, x: Array, torque: Array, speed_noise: Array, rng: np.random.Generator
+    ) -> Record:
+        """What a recorder keeps of a run: states x (nx, n), torque (n,), noise of the speed (n,); rng draws that of the
+        torque."""
         phi_m, dphi_m = sensor_signals(self.joint, self.theta, reference.sampling_time, *x[self.joint.motor_states])
         return Record(
             name=reference.name,
             role="estimate",
             use="both",
             sampling_time=reference.sampling_time,
-            tau_m=torque + self.torque_noise * rng.standard_normal(n),
+            tau_m=torque + self.torque_noise * rng.standard_normal(len(torque)),
             phi_m=quantise(phi_m, self.quantum),
-            dphi_m=dphi_m + noise,
+            dphi_m=dphi_m + speed_noise,
             ref=reference.ref,
             ref_kind=reference.kind,
             period=reference.period,

@@ -13,7 +13,6 @@ import numpy as np
 
 from robotid.model.array import Array, Index, Mask, blocks
 from robotid.model.linear_algebra import product
-from robotid.model.linear_part import linear_part
 from robotid.simulation.friction.mode import FrictionMode, friction_mode
 from robotid.simulation.friction.regular_step import regular_steps
 from robotid.simulation.friction.step import StepInputs, Steps
@@ -30,7 +29,7 @@ END_TOLERANCE = 1e-5  # of the largest state at the end, likewise
 
 def linearise_steps(inputs: StepInputs, x0: Array, x1: Array) -> Steps:
     """All steps linearised at nodes x0 -> x1, (nx, n) each, crossings included."""
-    prepared = replace(inputs, linear=linear_part(inputs.joint, inputs.theta))
+    prepared = replace(inputs, linear=inputs.joint.linear_at(inputs.theta))
     return _advance(prepared, x0, x1, friction_mode(prepared, x0), MAX_CROSSINGS)
 
 

@@ -2,32 +2,83 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 import numpy as np
 
-from robotid.model.array import Array, Index
+from robotid.model.array import Array, Index, Mask
 from robotid.model.derivatives import DerivativeColumns
-from robotid.model.joint import Joint
-from robotid.model.linear_part import LinearPart
+from robotid.model.joint import Dynamics, EdgeDistances
+
+
+class Mechanism(Protocol):
+    """What a step and the solver ask of equations of motion; `Joint` says what each means.
+
+    speeds : rows of the state that are speeds, one a mass. dry : the masses on which dry friction acts. edges : how
+    many there are; state_limits : by row. The torque u is (n,), or (n, axes) where there are several motors.
+    """
+
+    @property
+    def nx(self) -> int: ...
+
+    @property
+    def masses(self) -> int: ...
+
+    @property
+    def edges(self) -> int: ...
+
+    @property
+    def dry(self) -> tuple[int, ...]: ...
+
+    @property
+    def speeds(self) -> slice: ...
+
+    @property
+    def state_limits(self) -> Mapping[int, float]: ...
+
+    def linear_at(self, theta: Array) -> Any: ...
+
+    def force(self, x: Array, u: Array, s: Array, t: Array, theta: Array) -> Array: ...
+
+    def directions(self, x: Array, s: Array, t: Array, theta: Array) -> Array: ...
+
+    def distances(self, x: Array, s: Array, t: Array, theta: Array) -> Array: ...
+
+    def distance_slopes(
+        self, x: Array, s: Array, t: Array, theta: Array, columns: DerivativeColumns | None = None
+    ) -> EdgeDistances: ...
+
+    def evaluate(
+        self,
+        x: Array,
+        u: Array,
+        s: Array,
+        t: Array,
+        theta: Array,
+        sticking: Mask | None = None,
+        columns: DerivativeColumns | None = None,
+        linear: Any = None,
+    ) -> Dynamics: ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StepInputs:
     """What acts during n steps.
 
-    theta : (p,) parameters of the joint; u : (n,) motor torque, constant during each step; t : (n,) start times [s];
-    h : lengths [s], (n,) or the same for all; columns : what to differentiate to besides the states, None for nothing;
-    linear : of the joint at these parameters, None where it is not known yet.
+    theta : (p,) parameters of the joint; u : (n,) or (n, axes) motor torque, constant during each step; t : (n,) start
+    times [s]; h : lengths [s], (n,) or the same for all; columns : what to differentiate to besides the states, None
+    for nothing; linear : what `linear_at` says at these parameters, None where it is not known yet.
     """
 
-    joint: Joint
+    joint: Mechanism
     theta: Array
     u: Array
     t: Array
     h: Array | float
     columns: DerivativeColumns | None = None
-    linear: LinearPart | None = None
+    linear: Any = None
 
     @property
     def width(self) -> int:

@@ -11,7 +11,7 @@ from robotid.model.array import Array
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
 from robotid.simulation.friction.crossing import linearise_steps
-from robotid.simulation.friction.step import StepInputs, Steps
+from robotid.simulation.friction.step import Mechanism, StepInputs, Steps
 
 FIRST_WINDOW = 2000  # samples, where the guess is the measured motion
 NEAR_WINDOW = 8000  # samples, where it is a trajectory nearby
@@ -27,7 +27,7 @@ class WindowProblem(Protocol):
     """
 
     @property
-    def joint(self) -> Joint: ...
+    def joint(self) -> Mechanism: ...
 
     @property
     def sampling_time(self) -> float: ...
