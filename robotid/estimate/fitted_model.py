@@ -18,6 +18,7 @@ from robotid.model.parameters import Parameters
 from robotid.model.units import unit_of
 from robotid.signals.companion import together
 from robotid.signals.record import SIGNALS, Quantity, Record
+from robotid.signals.torque_steps import in_a_row
 from robotid.simulation.simulate import simulate
 from robotid.simulation.trajectory import Trajectory
 
@@ -133,6 +134,7 @@ def joined(runs: Sequence[Simulated]) -> Simulated:
         for name in SIGNALS
         if getattr(records[0], name) is not None
     }
+    signals["torque_steps"] = in_a_row([(record.torque_steps, len(record)) for record in records])
     signals["companions"] = {
         name: together([record.companions[name] for record in records]) for name in records[0].companions
     }

@@ -29,7 +29,7 @@ from robotid.signals.companion import Companion
 from robotid.signals.quality import MIN_SAMPLES, Report, inspect
 from robotid.signals.readers.table import Table
 from robotid.signals.record import OPERATORS, Quantity, Record, Role, SpeedOrigin, Use
-from robotid.signals.repair import repair
+from robotid.signals.repair import RepairedSignals, repair
 from robotid.signals.resampling import mean_over_intervals, speed_error
 from robotid.signals.sampling import HELD, NOTABLE_JITTER, ROUNDED, Findings, Grid, Policy, in_order, uninterrupted
 from robotid.signals.speed_check import speed_lag, speed_origin, speed_scale
@@ -142,7 +142,7 @@ def _measured_record(
     signals = {name: signal.values[wanted] for name, signal in found.items() if name != "t"}
     flaws = Findings(table, chosen.policy, rows)
     repaired = repair(flaws, signals, t, chosen.sampling_time, _turns(chosen, found))
-    record = _record(chosen, repaired.signals, repaired.grid.sampling_time, found)
+    record = _record(chosen, repaired, found)
     found_remarks = [*remarks, *repaired.remarks]
     if len(record) > 2:
         found_remarks += _clock_remarks(chosen, repaired.grid, record, derived="dphi_m" not in found)
@@ -250,8 +250,10 @@ def _kept(chosen: Selection, table: Table, n: int, t: Array | None) -> Mask:
     return kept
 
 
-def _record(chosen: Selection, signals: dict[str, Array], h: float, found: Mapping[str, Signal]) -> Record:
-    signals = _without_torque_delay(chosen, signals, h)
+def _record(chosen: Selection, repaired: RepairedSignals, found: Mapping[str, Signal]) -> Record:
+    h = repaired.grid.sampling_time
+    signals = _without_torque_delay(chosen, repaired.signals, h)
+    steps = repaired.torque_steps if chosen.torque_delay == 0.0 else None  # of a torque that is moved, means are left
     late = chosen.speed_delay if "dphi_m" in signals else 0
     n = len(signals["phi_m"])
     if abs(late) > n // 2:
@@ -280,6 +282,7 @@ def _record(chosen: Selection, signals: dict[str, Array], h: float, found: Mappi
         ref_kind=None if ref is None else _kind(found["ref"], ref, angle, speed),
         companions=_companions(chosen, cut, h),
         speed_origin=origin,
+        torque_steps=None if steps is None else steps.take(slice(first, last)),
     )
 
 

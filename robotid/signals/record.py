@@ -16,6 +16,7 @@ from robotid.model.array import Array
 from robotid.model.companion import CompanionKind, Course
 from robotid.signals.companion import Companion
 from robotid.signals.differentiate import backward_difference, central_difference
+from robotid.signals.torque_steps import TorqueSteps
 
 SHORTEST_PIECE = 20  # samples
 SIGNALS = ("tau_m", "phi_m", "dphi_m", "phi_a", "ref")
@@ -38,11 +39,12 @@ OPERATORS: dict[SpeedOrigin, Callable[[Array, float], Array]] = {
 class Record(Displayed):
     """One experiment. All signals are on the motor side unless they end in _a, and (n,).
 
-    tau_m is held from its sample to the next. ref is the controller's reference, of the quantity ref_kind names.
-    period [s] is set where the excitation repeats; band [Hz] where it fills a known band. begin [s] : time of the first
-    sample, other than zero for a piece of an experiment. experiment : name of the recording, of which gaps have left
-    several records. speed_origin : whether dphi_m was measured, or derived from phi_m, and by which operator; a
-    simulated speed passes the same one. companions : further recorded signals, by name.
+    tau_m is held from its sample to the next, or is the mean over that interval where torque_steps tell how it changes
+    within it, as on the regular grid of a clock that jittered. ref is the controller's reference, of the quantity
+    ref_kind names. period [s] is set where the excitation repeats; band [Hz] where it fills a known band. begin [s] :
+    time of the first sample, other than zero for a piece of an experiment. experiment : name of the recording, of which
+    gaps have left several records. speed_origin : whether dphi_m was measured, or derived from phi_m, and by which
+    operator; a simulated speed passes the same one. companions : further recorded signals, by name.
     """
 
     name: str
@@ -61,6 +63,7 @@ class Record(Displayed):
     experiment: str = ""
     speed_origin: SpeedOrigin = "sensor"
     companions: dict[str, Companion] = field(default_factory=dict)
+    torque_steps: TorqueSteps | None = None
 
     @classmethod
     def from_arrays(
@@ -138,7 +141,8 @@ class Record(Displayed):
             cut["dphi_m"] = OPERATORS[self.speed_origin](cut["phi_m"], self.sampling_time)
         companions = {name: one.piece(first, last) for name, one in self.companions.items()}
         begin = self.begin + first * self.sampling_time
-        return replace(self, period=None, begin=begin, companions=companions, **cut)
+        steps = None if self.torque_steps is None else self.torque_steps.take(slice(first, last))
+        return replace(self, period=None, begin=begin, companions=companions, torque_steps=steps, **cut)
 
     def pieces(self, length: float | None) -> tuple[Record, ...]:
         """Consecutive pieces of about this length [s], none shorter than half of it; None: all of it as one. Raises

@@ -10,6 +10,7 @@ import numpy as np
 from robotid.errors import InputError
 from robotid.model.array import Array
 from robotid.signals.sampling import Findings, Grid, distinct, few, longest_run, regular
+from robotid.signals.torque_steps import TorqueSteps
 
 MAX_STEP = 0.4  # of a turn, between samples; half a turn could be either way
 
@@ -18,7 +19,8 @@ MAX_STEP = 0.4  # of a turn, between samples; half a turn could be either way
 class RepairedSignals:
     """Signals (n,) on a regular grid, and how many samples were duplicated, not finite, or past a wrap-around.
 
-    angle : (k,) the motor angle as it was recorded, before it was brought onto the grid.
+    angle : (k,) the motor angle as it was recorded, before it was brought onto the grid; torque_steps : of a torque
+    that was brought onto the grid.
     """
 
     signals: dict[str, Array]
@@ -28,6 +30,7 @@ class RepairedSignals:
     wraps: int
     remarks: tuple[str, ...]
     angle: Array | None = None
+    torque_steps: TorqueSteps | None = None
 
 
 def repair(
@@ -59,7 +62,8 @@ def repair(
         wraps, bad = wraps + count, bad + holes
     angle = signals.get("phi_m")
     grid = grid if angle is None else grid.settled(angle)
-    return RepairedSignals(grid.fill(signals), grid, lost, bad, wraps, tuple(found.remarks), angle)
+    steps = grid.torque_steps(signals["tau_m"]) if "tau_m" in signals else None
+    return RepairedSignals(grid.fill(signals), grid, lost, bad, wraps, tuple(found.remarks), angle, steps)
 
 
 def finite(found: Findings, name: str, values: Array, at: Array) -> tuple[Array, int]:

@@ -4,12 +4,14 @@ A torque that a controller sets lasts until it sets it anew, so each interval of
 acted in it. The motion is interpolated by a spline of degree five through the samples: with stamps that jitter by 10 %
 of the interval, its error on a motion of 40 Hz is 4e-7 of the amplitude at 2 ms and 3e-5 at 4 ms, 15 to 60 times below
 that of a cubic one, and the steps of an encoder come out as on a regular clock. What the steps of the torque do to the
-motion is no polynomial: the integral of the torque, scaled as the samples demand, is taken off before and added after.
+motion is no polynomial, nor is what dry friction does to a speed that reverses: the integrals of the torque and of the
+direction of motion, scaled as the samples demand, are taken off before and added after.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 from math import ceil, floor
 
 import numpy as np
@@ -21,7 +23,9 @@ from robotid.signals.differentiate import bandwidth, central_difference, low_pas
 
 DEGREE = 5  # of the spline
 CLOSEST = 0.25  # intervals between samples of the spline: noise of closer ones would become a steep slope
-PASSES = 30  # of the weights that leave out reversals
+PASSES = 30  # of the weights that leave out what neither torque nor friction makes
+NOTHING = 1e-6  # of the largest distance of a corner from a smooth curve, that counts as rounding
+REVERSAL_PASSES = 3  # of the instants of reversals
 SIGNIFICANT = 25.0  # F of one more regressor, from which the steps of the torque are seen in a motion
 MIN_TO_COMPARE = 20  # samples from which the smoothness of a signal is measured
 SMOOTHER = 0.7  # of the roughness over the stamps, below which the regular grid is what was sampled on
@@ -43,15 +47,13 @@ def resample(at: Array, signals: Mapping[str, Array], held: Collection[str]) -> 
     at : (n,) increasing stamps in intervals; signals : (n,) each; held : those that last from sample to sample.
     """
     grid = grid_positions(at)
-    driven = _integrals(at, signals["tau_m"], grid) if "tau_m" in signals else {}
     found = {}
     for name, signal in signals.items():
         if name in held:
             found[name] = mean_over_intervals(at, signal, grid)
-        elif name in driven:
-            before, after = driven[name]
-            share = _driven_share(at, signal, before)
-            found[name] = interpolate(at, signal - share * before, grid) + share * after
+        elif name in ("phi_m", "dphi_m") and "tau_m" in signals and len(at) >= MIN_TO_COMPARE:
+            driven = _Driven(at, signals["tau_m"] - signals["tau_m"].mean(), speed=name == "dphi_m")
+            found[name] = _with_corners(at, signal, driven).at(grid)
         else:
             found[name] = interpolate(at, signal, grid)
     return found
@@ -65,33 +67,109 @@ def interpolate(at: Array, signal: Array, grid: Array) -> Array:
     return np.asarray(spline(np.clip(grid, at[0], at[-1])), dtype=np.float64)
 
 
-def _integrals(at: Array, torque: Array, grid: Array) -> dict[str, tuple[Array, Array]]:
-    """What a held torque, less its mean, makes of speed and angle of a mass of one, at its samples (n,) and on the grid
-    (m,)."""
-    u = torque - torque.mean()
-    step = np.diff(at)
-    speed = np.concatenate([[0.0], np.cumsum(u[:-1] * step)])
-    angle = np.concatenate([[0.0], np.cumsum(speed[:-1] * step + 0.5 * u[:-1] * step**2)])
-    k = np.clip(np.searchsorted(at, grid, side="right") - 1, 0, len(at) - 1)
-    rest = grid - at[k]
-    return {
-        "dphi_m": (speed, speed[k] + u[k] * rest),
-        "phi_m": (angle, angle[k] + speed[k] * rest + 0.5 * u[k] * rest**2),
-    }
+@dataclass(frozen=True, slots=True, eq=False)
+class _Driven:
+    """What a torque (n,) from its stamp (n,) to the next makes of the speed, or else the angle, of a mass of one."""
+
+    stamps: Array
+    torque: Array
+    speed: bool
+
+    def at(self, x: Array) -> Array:
+        """(m,) -> (m,)."""
+        step, u = np.diff(self.stamps), self.torque
+        speed = np.concatenate([[0.0], np.cumsum(u[:-1] * step)])
+        k = np.clip(np.searchsorted(self.stamps, x, side="right") - 1, 0, len(u) - 1)
+        rest = x - self.stamps[k]
+        if self.speed:
+            return np.asarray(speed[k] + u[k] * rest)
+        angle = np.concatenate([[0.0], np.cumsum(speed[:-1] * step + 0.5 * u[:-1] * step**2)])
+        return np.asarray(angle[k] + speed[k] * rest + 0.5 * u[k] * rest**2)
 
 
-def _driven_share(at: Array, signal: Array, driven: Array) -> float:
-    """The factor of what the torque drives in a signal, that leaves it smoothest; 0.0 where that is not significant."""
-    if len(at) < MIN_TO_COMPARE:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Reversing:
+    """What a friction of one makes of the speed of a mass of one that reverses at instants (k,). first : direction
+    before these."""
+
+    first: float
+    instants: Array
+
+    @classmethod
+    def of(cls, at: Array, speed: Array) -> _Reversing:
+        """Reversals of a speed that is straight between its samples."""
+        moving = np.flatnonzero(speed)
+        if not len(moving):
+            return cls(1.0, np.zeros(0))
+        last = np.searchsorted(moving, np.arange(len(speed)), side="right") - 1
+        direction = np.sign(speed[moving[np.maximum(last, 0)]])
+        k = np.flatnonzero(direction[:-1] * direction[1:] < 0.0)
+        return cls(float(direction[0]), at[k] + speed[k] / (speed[k] - speed[k + 1]) * (at[k + 1] - at[k]))
+
+    def at(self, x: Array) -> Array:
+        """(m,) -> (m,)."""
+        edges = np.concatenate([[min(0.0, float(x[0]))], self.instants])
+        direction = self.first * (1.0 - 2.0 * (np.arange(len(edges)) % 2))
+        integral = np.concatenate([[0.0], np.cumsum(direction[:-1] * np.diff(edges))])
+        k = np.searchsorted(edges, x, side="right") - 1
+        return np.asarray(integral[k] + direction[k] * (x - edges[k]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Cornered:
+    """A signal (n,) at its stamps (n,), smooth but for what corners, each with its factor, make of it."""
+
+    stamps: Array
+    signal: Array
+    corners: tuple[tuple[float, _Driven | _Reversing], ...] = ()
+
+    @property
+    def smooth(self) -> Array:
+        """The signal without its corners, (n,)."""
+        return np.asarray(self.signal - self._corners(self.stamps))
+
+    def at(self, x: Array) -> Array:
+        """(m,) -> (m,)."""
+        return np.asarray(interpolate(self.stamps, self.smooth, x) + self._corners(x))
+
+    def with_corner(self, corner: _Driven | _Reversing) -> _Cornered:
+        """With a further corner, the factor 0.0 where it is not significant."""
+        factor = _factor(*(_off_cubic(self.stamps, one) for one in (self.smooth, corner.at(self.stamps))))
+        return replace(self, corners=(*self.corners, (factor, corner)))
+
+    def _corners(self, x: Array) -> Array:
+        return np.asarray(np.sum([np.zeros(len(x)), *(factor * one.at(x) for factor, one in self.corners)], axis=0))
+
+
+def _with_corners(at: Array, signal: Array, driven: _Driven) -> _Cornered:
+    """A signal (n,) at its stamps (n,) with the corners that are significant: of the torque, and of the friction that a
+    speed under this torque turns round at its reversals."""
+    found = by_torque = _Cornered(at, signal).with_corner(driven)
+    reversing, step = _Reversing.of(at, signal), np.diff(at)
+    if not driven.speed or not found.corners[0][0] or not len(reversing.instants):
+        return found
+    k = np.searchsorted(at, reversing.instants, side="right") - 1
+    slope = np.diff(signal)[k] / step[k]
+    for _ in range(REVERSAL_PASSES):
+        found = by_torque.with_corner(reversing)
+        moved = reversing.instants - found.at(reversing.instants) / slope
+        reversing = replace(reversing, instants=np.clip(moved, at[k], at[k + 1]))
+    return by_torque.with_corner(reversing)
+
+
+def _factor(y: Array, x: Array) -> float:
+    """The factor of x (n,) that leaves least of y (n,), where x is not zero; 0.0 where that is not significant."""
+    seen = np.abs(x) > NOTHING * np.abs(x).max()
+    if not seen.any():
         return 0.0
-    y, x = _off_cubic(at, signal), _off_cubic(at, driven)
-    share, weights = 0.0, np.ones(len(y))
-    for _ in range(PASSES):  # Cauchy's weights: where friction reverses, the samples tell of friction
-        share = float((weights * x) @ y) / max(float((weights * x) @ x), 1e-300)
-        rest = y - share * x
-        weights = 1.0 / (1.0 + np.square(rest / max(2.0 * float(np.median(np.abs(rest))), 1e-300)))
-    gain = 1.0 - float(weights @ rest**2) / max(float(weights @ y**2), 1e-300)
-    return share if gain * len(y) > SIGNIFICANT else 0.0
+    y, x = y[seen], x[seen]
+    factor, weights, left = 0.0, np.ones(len(y)), y
+    for _ in range(PASSES):  # Cauchy's weights: what sticks or is disturbed, tells of neither torque nor friction
+        factor = float((weights * x) @ y) / max(float((weights * x) @ x), 1e-300)
+        left = y - factor * x
+        weights = 1.0 / (1.0 + np.square(left / max(2.0 * float(np.median(np.abs(left))), 1e-300)))
+    gain = 1.0 - float(weights @ left**2) / max(float(weights @ y**2), 1e-300)
+    return factor if gain * len(y) > SIGNIFICANT else 0.0
 
 
 def mean_over_intervals(at: Array, signal: Array, grid: Array) -> Array:

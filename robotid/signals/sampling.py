@@ -16,11 +16,13 @@ from numpy.typing import NDArray
 from robotid.errors import InputError
 from robotid.model.array import Array, Mask
 from robotid.signals.readers.table import Table
-from robotid.signals.resampling import MIN_TO_COMPARE, resample, sampled_regularly
+from robotid.signals.resampling import MIN_TO_COMPARE, grid_positions, resample, sampled_regularly
+from robotid.signals.torque_steps import TorqueSteps, torque_steps
 
 MAX_RUN = 3  # samples in a row that are repaired unasked
 MAX_SHARE = 0.01  # share of all samples that is repaired unasked
 NOTABLE_JITTER = 1e-3  # of the sampling time, root mean square, from which signals are resampled on their stamps
+IRREGULAR = 0.2  # of the sampling time, root mean square, from which steps are no multiples of it: nothing is missing
 MAX_MISSING = 0.5  # share of all samples that may be missing between the others
 ROUNDED = 0.6  # of the resolution of time stamps, up to which a regular clock is only written with few digits
 COARSE = 0.1  # share of repeated times from which the time is written with too few digits
@@ -87,6 +89,10 @@ class Grid:
             return dict(signals)
         regular = np.arange(self.at[-1] + 1)
         return {name: np.interp(regular, self.at, signal) for name, signal in signals.items()}
+
+    def torque_steps(self, torque: Array) -> TorqueSteps | None:
+        """How a torque (n,) at its stamps changes within the intervals of the regular grid; None where it does not."""
+        return torque_steps(self.at, torque, grid_positions(self.at)) if self.resampled else None
 
 
 def few(count: int, longest: int, n: int) -> bool:
@@ -166,6 +172,8 @@ def regular(found: Findings, t: Array, declared: float | None) -> Grid:
     missing = int(numbers[-1]) + 1 - len(t)
     if resampled:  # long steps may make up for short ones
         missing = max(0, min(missing, round((t[-1] - t[0]) / (usual_step(t))) + 1 - len(t)))
+    if resampled and found.policy.gaps is None and jitter_rms > IRREGULAR and counts.max() <= MAX_RUN + 2:
+        missing = 0
     if missing:
         _bridge(found, counts, missing)
     at = (t - t[0]) / h if resampled else numbers

@@ -62,7 +62,15 @@ def follow_motor(problem: Problem, x0: Array) -> Array:
     joint, guess = problem.joint, problem.guess
     if joint.nx == 1 + joint.keeps_angle:
         return guess
-    prescribed = PrescribedMotor(joint, problem.theta, problem.u, problem.sampling_time, guess, begin=problem.begin)
+    prescribed = PrescribedMotor(
+        joint,
+        problem.theta,
+        problem.u,
+        problem.sampling_time,
+        guess,
+        begin=problem.begin,
+        torque_steps=problem.torque_steps,
+    )
 
     def as_guessed(first: int, stop: int, start: Array) -> Array:
         return np.asarray(np.concatenate([start[:, None], guess[:, first + 1 : stop + 1]], axis=1))

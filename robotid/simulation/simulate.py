@@ -10,7 +10,7 @@ from robotid.errors import NumericsError
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.signals.record import Record
-from robotid.simulation.actuator import effective_torque
+from robotid.simulation.actuator import effective_steps, effective_torque
 from robotid.simulation.fallback.lsoda import lsoda
 from robotid.simulation.first_guess import follow_motor, initial_state, measured_guess
 from robotid.simulation.newton.problem import FIRST_WINDOW, NEAR_WINDOW, Problem
@@ -51,6 +51,7 @@ def simulate(
         record.sampling_time,
         near,
         begin=record.begin,
+        torque_steps=effective_steps(joint, record),
         max_failed_windows=max_failed_windows,
         first_window=NEAR_WINDOW if near is guess else FIRST_WINDOW,
     )
@@ -81,6 +82,7 @@ def trajectory_of(
         fallback_windows=fallback_windows,
         begin=record.begin,
         speed_origin=record.speed_origin,
+        torque_steps=effective_steps(joint, record),
     )
 
 

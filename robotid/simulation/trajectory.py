@@ -10,6 +10,7 @@ from robotid.model.array import Array, blocks
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
 from robotid.signals.record import SpeedOrigin
+from robotid.signals.torque_steps import TorqueSteps
 from robotid.simulation.friction.crossing import linearise_steps
 from robotid.simulation.friction.mode import friction_mode
 from robotid.simulation.friction.step import StepInputs, Steps
@@ -24,7 +25,8 @@ class Trajectory:
 
     x : (nx, n) states; phi_m, dphi_m : (n,) [rad, rad/s]; twist : (n,) of the gear [rad], None for a rigid joint;
     u : (n,) effective torque; fallback_windows : samples (first, stop) that LSODA had to integrate; begin [s] : of the
-    record; speed_origin : how the record has its speed.
+    record; speed_origin : how the record has its speed; torque_steps : how u changes within the intervals, None where
+    it is held.
     """
 
     joint: Joint
@@ -38,6 +40,7 @@ class Trajectory:
     fallback_windows: tuple[tuple[int, int], ...] = ()
     begin: float = 0.0
     speed_origin: SpeedOrigin = "sensor"
+    torque_steps: TorqueSteps | None = None
 
     @property
     def t(self) -> Array:
@@ -66,12 +69,21 @@ class Trajectory:
             twist=None if self.twist is None else self.twist[at],
             fallback_windows=(),
             begin=self.begin + at.start * self.sampling_time,
+            torque_steps=None if self.torque_steps is None else self.torque_steps.take(at),
         )
 
     def step_inputs(self, at: slice, columns: DerivativeColumns | None = None) -> StepInputs:
         """What acts in the intervals after these samples. columns : what to differentiate to
         besides the states."""
-        problem = Problem(self.joint, self.theta, self.u, self.sampling_time, self.x, begin=self.begin)
+        problem = Problem(
+            self.joint,
+            self.theta,
+            self.u,
+            self.sampling_time,
+            self.x,
+            begin=self.begin,
+            torque_steps=self.torque_steps,
+        )
         return problem.inputs(at, columns)
 
     def linearise(self, at: slice, columns: DerivativeColumns | None = None) -> Steps:

@@ -196,6 +196,22 @@ def test_stamps_of_a_logger_that_writes_late_are_not_resampled_on() -> None:
     np.testing.assert_array_equal(repaired.signals["phi_m"], np.sin(3 * T))
 
 
+def test_intervals_that_are_no_multiples_of_one_miss_no_samples() -> None:
+    t = np.cumsum(H * np.random.default_rng(2).uniform(0.3, 1.7, N))
+    repaired = run({"phi_m": np.sin(3 * t), "tau_m": np.cos(3 * t)}, t)
+    assert repaired.grid.resampled
+    assert repaired.grid.missing == 0
+    assert repaired.remarks == ()
+    assert repaired.torque_steps is not None
+    assert len(repaired.torque_steps.step) == len(repaired.signals["phi_m"])
+    with pytest.raises(InputError, match="samples are missing"):
+        run({"phi_m": np.sin(3 * t)}, t, Policy(gaps="refuse"))
+
+
+def test_a_regular_clock_has_no_steps_within_its_intervals() -> None:
+    assert run(signals(), T).torque_steps is None
+
+
 def test_most_samples_missing() -> None:
     kept = np.flatnonzero(np.arange(N) % 9 < 3)
     with pytest.raises(InputError, match="264 of 399 samples are missing between the others"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.dry_axis import DryAxis, switched_torque
 
 from robotid.model.array import Array
 from robotid.signals.differentiate import central_difference
@@ -71,6 +72,20 @@ def test_a_speed_that_a_held_torque_drives_keeps_its_corners() -> None:
     k = np.searchsorted(at, grid, side="right") - 1
     true = speed[k] + torque[k] * (grid - at[k])
     assert rms(resample(at, {"tau_m": torque, "dphi_m": speed}, ("tau_m",))["dphi_m"] - true) < 1e-6
+    assert rms(interpolate(at, speed, grid) - true) > 1e-2
+
+
+def test_a_speed_keeps_the_corners_of_friction_at_its_reversals() -> None:
+    """The torque's corners alone would leave three times as much, and none five times."""
+    h, axis = 0.01, DryAxis()
+    at = jittered(0.12)[:1000]
+    at -= at[0]
+    torque = switched_torque(np.arange(1000) * h)
+    speed, _ = axis.motion(at * h, torque, at * h)
+    grid = grid_positions(at)
+    true, _ = axis.motion(at * h, torque, grid * h)
+    found = resample(at, {"tau_m": torque, "dphi_m": speed}, ("tau_m",))["dphi_m"]
+    assert rms(found - true) < 1e-3
     assert rms(interpolate(at, speed, grid) - true) > 1e-2
 
 

@@ -72,6 +72,7 @@ def _coarse(record: Record, factor: int) -> Record:
         phi_a=None,
         ref=None,
         period=None,
+        torque_steps=None,
         companions={name: one.piece(0, nodes.stop, factor) for name, one in record.companions.items()},
     )
 

@@ -38,7 +38,7 @@ from robotid.estimate.result import End
 from robotid.interrupt import Interrupted, check
 from robotid.model.array import Array
 from robotid.progress import Iteration
-from robotid.simulation.actuator import effective_torque
+from robotid.simulation.actuator import effective_steps, effective_torque
 from robotid.simulation.first_guess import follow_motor, measured_guess
 from robotid.simulation.newton.problem import TOLERANCE, Problem
 from robotid.simulation.simulate import trajectory_of
@@ -159,7 +159,8 @@ def _first_nodes(problem: OutputError, unknowns: Array) -> list[Array]:
         x = measured_guess(joint, theta, record)
         x[:, 0] = first
         u = effective_torque(joint, theta, record.sampling_time, record.tau_m)[:-1]
-        nodes = Problem(joint, theta, u, record.sampling_time, x, begin=record.begin)
+        steps = effective_steps(joint, record)
+        nodes = Problem(joint, theta, u, record.sampling_time, x, begin=record.begin, torque_steps=steps)
         found.append(np.array(follow_motor(nodes, first)))
     return found
 

@@ -23,7 +23,8 @@ from robotid.estimate.residual import OutputError, output_columns, output_rows
 from robotid.model.array import Array, Index
 from robotid.model.derivatives import DerivativeColumns
 from robotid.signals.record import Record
-from robotid.simulation.actuator import effective_torque, torque_columns
+from robotid.signals.torque_steps import in_a_row
+from robotid.simulation.actuator import effective_steps, effective_torque, torque_columns
 from robotid.simulation.friction.crossing import linearise_steps
 from robotid.simulation.friction.step import StepInputs
 from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
@@ -136,6 +137,7 @@ def _changes(problem: OutputError, segments: Sequence[_Segment]) -> list[Array]:
     starts[:, borders] = stops[:, borders]
     u, t = np.concatenate([s.u for s in segments])[:-1], np.concatenate([s.record.t for s in segments])[:-1]
     lengths = np.repeat([s.record.sampling_time for s in segments], [len(s.record) for s in segments])[:-1]
+    within = in_a_row([(effective_steps(joint, s.record), len(s.record)) for s in segments])
     same = float(lengths[0]) if np.all(lengths == lengths[0]) else None  # what is the same throughout costs less
     channel = {c: np.concatenate([s.channel[c] for s in segments]) for c in segments[0].channel}
     found, begin = np.empty((width, x.shape[1], joint.nx)), begins[0]
@@ -144,7 +146,10 @@ def _changes(problem: OutputError, segments: Sequence[_Segment]) -> list[Array]:
         last = min(len(u), first + BLOCK)
         block = slice(first, last)
         h = lengths[block] if same is None else same
-        inputs = StepInputs(joint, theta, u[block], t[block], h, DerivativeColumns(tuple(mechanical)))
+        inner = None if within is None else within.take(block)
+        inputs = StepInputs(
+            joint, theta, u[block], t[block], h, DerivativeColumns(tuple(mechanical)), torque_steps=inner
+        )
         steps = linearise_steps(inputs, starts[:, block], stops[:, block])
         assert steps.S is not None
         forcing = np.zeros((width, last - first + 1, joint.nx)).transpose(2, 0, 1)

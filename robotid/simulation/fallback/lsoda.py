@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import warnings
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -52,22 +53,38 @@ def _integrate(problem: Problem, first: int, stop: int, start: Array) -> Array:
     h, x = problem.sampling_time, [start]
     for k in range(first, stop):
         check()
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # that it failed is reported below
-            step = _solve_ivp(
-                lambda t, y, k=k: smooth_rate(problem.joint, y, float(problem.u[k]), t, problem.theta),
-                (problem.begin + k * h, problem.begin + (k + 1) * h),
-                x[-1],
-                method="LSODA",
-                rtol=RTOL,
-                atol=ATOL,
-            )
-        if not step.success or not np.abs(step.y[:, -1]).max() < MAX_STATE:
-            raise NumericsError(
-                f"the simulation diverges at t = {k * h:.4g} s", hint="check the parameters' guesses and bounds"
-            )
-        x.append(step.y[:, -1])
+        state = x[-1]
+        for begin, end, torque in _held_torques(problem, k):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", UserWarning)  # that it failed is reported below
+                step = _solve_ivp(
+                    lambda t, y, torque=torque: smooth_rate(problem.joint, y, torque, t, problem.theta),
+                    (problem.begin + (k + begin) * h, problem.begin + (k + end) * h),
+                    state,
+                    method="LSODA",
+                    rtol=RTOL,
+                    atol=ATOL,
+                )
+            state = step.y[:, -1]
+            if not step.success or not np.abs(state).max() < MAX_STATE:
+                raise NumericsError(
+                    f"the simulation diverges at t = {k * h:.4g} s", hint="check the parameters' guesses and bounds"
+                )
+        x.append(state)
     return np.stack(x, axis=1)
+
+
+def _held_torques(problem: Problem, k: int) -> Iterator[tuple[float, float, float]]:
+    """The parts of interval k over which the torque is constant: from and to which share of it, and the torque."""
+    steps = problem.torque_steps
+    if steps is None or steps.step[k] == 0.0:
+        yield 0.0, 1.0, float(problem.u[k])
+        return
+    here = slice(k, k + 1)
+    before, after = steps.take(here).around(problem.u[here])
+    share = float(steps.share[k])
+    yield 0.0, share, float(before[0])
+    yield share, 1.0, float(after[0])
 
 
 def _key(problem: Problem, first: int, stop: int, start: Array) -> str:
@@ -78,6 +95,9 @@ def _key(problem: Problem, first: int, stop: int, start: Array) -> str:
     digest = hashlib.sha256(repr((*versions, *sources, *settings)).encode())
     for array in (problem.theta, problem.u[first:stop], start, np.array([problem.sampling_time])):
         digest.update(np.ascontiguousarray(array).tobytes())
+    if problem.torque_steps is not None:
+        within = problem.torque_steps.take(slice(first, stop))
+        digest.update(np.stack([within.share, within.step]).tobytes())
     for name in sorted({term.companion_name for _, term in joint.terms} & set(joint.companions)):
         digest.update(np.ascontiguousarray(joint.companions[name].samples).tobytes())
     return digest.hexdigest()

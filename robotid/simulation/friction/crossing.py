@@ -29,8 +29,45 @@ END_TOLERANCE = 1e-5  # of the largest state at the end, likewise
 
 def linearise_steps(inputs: StepInputs, x0: Array, x1: Array) -> Steps:
     """All steps linearised at nodes x0 -> x1, (nx, n) each, crossings included."""
-    prepared = replace(inputs, linear=inputs.joint.linear_at(inputs.theta))
-    return _advance(prepared, x0, x1, friction_mode(prepared, x0), MAX_CROSSINGS)
+    prepared = replace(inputs, linear=inputs.joint.linear_at(inputs.theta), torque_steps=None)
+    if inputs.torque_steps is None:
+        return _advance(prepared, x0, x1, friction_mode(prepared, x0), MAX_CROSSINGS)
+    steps = Steps.empty(inputs.joint.nx, inputs.width, x0.shape[1])
+    changes = inputs.torque_steps.step != 0.0
+    for at, advance in ((np.flatnonzero(~changes), _held), (np.flatnonzero(changes), _stepped)):
+        if at.size:
+            stepping = replace(prepared, torque_steps=inputs.torque_steps).take(at)
+            steps.put(at, advance(stepping, x0[:, at], x1[:, at]))
+    return steps
+
+
+def _held(inputs: StepInputs, x0: Array, x1: Array) -> Steps:
+    """Steps with a torque that is the same from start to end."""
+    return _advance(inputs, x0, x1, friction_mode(inputs, x0), MAX_CROSSINGS)
+
+
+def _stepped(inputs: StepInputs, x0: Array, x1: Array) -> Steps:
+    """Steps with a torque that changes on the way, as two in a row; the instant is given, and moves with nothing.
+
+    The returned c leads from x1 to the end to first order, as if the state at the change were solved for.
+    """
+    assert inputs.torque_steps is not None
+    h, share = inputs.h, inputs.torque_steps.share
+    first, then = inputs.torque_steps.around(inputs.u)
+    before = replace(inputs.with_duration(share * h, inputs.t), u=first)
+    after = replace(inputs.with_duration((1.0 - share) * h, inputs.t + share * h), u=then)
+    mode, z = friction_mode(before, x0), x0 + share * (x1 - x0)
+    for _ in range(MAX_ITERATIONS):
+        step = _advance(before, x0, z, mode, MAX_CROSSINGS)
+        z = z + step.c
+        if np.all(np.abs(step.c).max(axis=1) <= END_TOLERANCE * np.abs(z).max(axis=1)):
+            break
+    rest = _advance(after, z, x1, friction_mode(after, z), MAX_CROSSINGS)
+    start = step.G if step.S is None else np.concatenate([step.G, step.S], axis=1)
+    total, nx = product(rest.G, start), len(step.G)
+    if step.S is None or rest.S is None:
+        return Steps(total, rest.c, None, step.start, rest.end)
+    return Steps(total[:, :nx], rest.c, total[:, nx:] + rest.S, step.start, rest.end)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,6 +11,7 @@ import numpy as np
 from robotid.model.array import Array, Index, Mask
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Dynamics, EdgeDistances
+from robotid.signals.torque_steps import TorqueSteps
 
 
 class Mechanism(Protocol):
@@ -67,9 +68,10 @@ class Mechanism(Protocol):
 class StepInputs:
     """What acts during n steps.
 
-    theta : (p,) parameters of the joint; u : (n,) or (n, axes) motor torque, constant during each step; t : (n,) start
-    times [s]; h : lengths [s], (n,) or the same for all; columns : what to differentiate to besides the states, None
-    for nothing; linear : what `linear_at` says at these parameters, None where it is not known yet.
+    theta : (p,) parameters of the joint; u : (n,) or (n, axes) motor torque, constant during each step but for
+    torque_steps; t : (n,) start times [s]; h : lengths [s], (n,) or the same for all; columns : what to differentiate
+    to besides the states, None for nothing; linear : what `linear_at` says at these parameters, None where it is not
+    known yet.
     """
 
     joint: Mechanism
@@ -79,6 +81,7 @@ class StepInputs:
     h: Array | float
     columns: DerivativeColumns | None = None
     linear: Any = None
+    torque_steps: TorqueSteps | None = None
 
     @property
     def width(self) -> int:
@@ -88,7 +91,8 @@ class StepInputs:
     def take(self, where: Index | slice) -> StepInputs:
         """The steps at these indices."""
         h = self.h if isinstance(self.h, float) else self.h[where]
-        return StepInputs(self.joint, self.theta, self.u[where], self.t[where], h, self.columns, self.linear)
+        steps = None if self.torque_steps is None else self.torque_steps.take(where)
+        return StepInputs(self.joint, self.theta, self.u[where], self.t[where], h, self.columns, self.linear, steps)
 
     def with_duration(self, h: Array, t: Array) -> StepInputs:
         """The same steps with other lengths h and start times t, (n,) [s]."""

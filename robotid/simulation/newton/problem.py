@@ -10,6 +10,7 @@ import numpy as np
 from robotid.model.array import Array
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
+from robotid.signals.torque_steps import TorqueSteps
 from robotid.simulation.friction.crossing import linearise_steps
 from robotid.simulation.friction.step import Mechanism, StepInputs, Steps
 
@@ -58,8 +59,9 @@ class WindowProblem(Protocol):
 class Problem:
     """A joint under a given torque.
 
-    theta : (p,); u : (n,) effective motor torque, constant over each of the n intervals; sampling_time [s]; guess :
-    (nx, n + 1) of the nodes; begin [s] : time of the first node. The rest as of `WindowProblem`.
+    theta : (p,); u : (n,) effective motor torque, constant over each of the n intervals but for torque_steps;
+    sampling_time [s]; guess : (nx, n + 1) of the nodes; begin [s] : time of the first node. The rest as of
+    `WindowProblem`.
     """
 
     joint: Joint
@@ -68,6 +70,7 @@ class Problem:
     sampling_time: float
     guess: Array
     begin: float = field(default=0.0, kw_only=True)
+    torque_steps: TorqueSteps | None = field(default=None, kw_only=True)
     max_failed_windows: int | None = field(default=None, kw_only=True)
     first_window: int = field(default=FIRST_WINDOW, kw_only=True)
     tolerance: ClassVar[float] = TOLERANCE
@@ -84,4 +87,5 @@ class Problem:
         """What acts in these intervals. columns : what to differentiate to besides."""
         h = self.sampling_time
         t = self.begin + np.arange(at.start, at.stop, dtype=np.float64) * h
-        return StepInputs(self.joint, self.theta, self.u[at], t, h, columns)
+        steps = None if self.torque_steps is None else self.torque_steps.take(at)
+        return StepInputs(self.joint, self.theta, self.u[at], t, h, columns, torque_steps=steps)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.paper_joint import RATIO, STRUCTURE, TRUTH
@@ -10,6 +12,7 @@ from robotid.catalogue import assemble
 from robotid.model.array import Array
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.structure import Structure
+from robotid.signals.torque_steps import TorqueSteps
 from robotid.simulation.friction import crossing
 from robotid.simulation.friction.crossing import linearise_steps
 from robotid.simulation.friction.step import StepInputs, Steps
@@ -56,3 +59,43 @@ def test_a_reversal_is_where_the_speed_vanishes(share: float) -> None:
     )
     assert v0 + steps.c[0, 0] == pytest.approx(after * (1.0 - share) * H, rel=1e-9)
     assert steps.G[0, 0, 0] == pytest.approx(after / braking, rel=1e-9)  # a faster start reverses later
+
+
+def test_a_torque_that_changes_on_the_way_is_two_steps_in_a_row() -> None:
+    """Settled nodes and derivatives are those of a grid that has a node at every change."""
+    whole, x0, x1 = inputs()
+    share = np.where(np.arange(40) % 3, np.linspace(0.1, 0.9, 40), 0.5)
+    steps = TorqueSteps(share, np.where(np.arange(40) % 3, 0.8, 0.0))
+    found = linearise_steps(replace(whole, torque_steps=steps), x0, x1)
+    first, then = steps.around(whole.u)
+    before = replace(whole.with_duration(share * H, whole.t), u=first)
+    after = replace(whole.with_duration((1 - share) * H, whole.t + share * H), u=then)
+    middle = x0 + share * (x1 - x0)
+    for _ in range(5):
+        middle = middle + linearise_steps(before, x0, middle).c
+    one, other = linearise_steps(before, x0, middle), linearise_steps(after, middle, x1)
+    assert one.S is not None
+    assert other.S is not None
+    assert found.S is not None
+    G = np.einsum("ijn,jkn->ikn", other.G, one.G)
+    S = np.einsum("ijn,jkn->ikn", other.G, one.S) + other.S
+    changes = np.flatnonzero(steps.step)
+    for part, expected in ((found.c, other.c), (found.G, G), (found.S, S)):
+        wanted = expected[..., changes]
+        np.testing.assert_allclose(part[..., changes], wanted, rtol=1e-7, atol=1e-10 * np.abs(wanted).max())
+    same, rest = linearise_steps(whole, x0, x1), np.flatnonzero(steps.step == 0.0)
+    np.testing.assert_allclose(found.c[:, rest], same.c[:, rest], rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.7])
+def test_a_reversal_follows_a_torque_that_changes_within_the_interval(share: float) -> None:
+    """A free motor that is braked from that share of the interval on, in closed form."""
+    joint = assemble(Structure(("motor.inertia", "motor.coulomb")))
+    J, Fc, u, step = 0.01, 0.5, -2.0, -4.0
+    steps = TorqueSteps(np.array([share]), np.array([step]))
+    before, after = ((float(one[0]) - Fc) / J for one in steps.around(np.array([u])))
+    left = (1.0 - share) * H
+    v0 = -after * 0.5 * left - before * share * H
+    made = StepInputs(joint, np.array([J, Fc]), np.array([u]), np.zeros(1), H, torque_steps=steps)
+    found = linearise_steps(made, np.array([[v0]]), np.array([[v0]]))
+    assert v0 + found.c[0, 0] == pytest.approx((after * J + 2 * Fc) / J * 0.5 * left, rel=1e-9)
