@@ -149,8 +149,16 @@ def show(
 
 @app.command()
 def export(
-    artifact: Annotated[Path, typer.Argument(metavar="FILE.h5", help="model.h5, records.h5 or flex.h5 of a run.")],
-    to: Annotated[Path, typer.Argument(metavar="TO", help="A .mat, .json or .csv file.")],
+    artifact: Annotated[
+        Path, typer.Argument(metavar="FILE.h5", help="model.h5, extension.h5, records.h5 or flex.h5 of a run.")
+    ],
+    to: Annotated[
+        Path,
+        typer.Argument(
+            metavar="TO",
+            help="A .mat, .json or .csv file; of a model also .xml (MuJoCo), .urdf, .py or .m (a function).",
+        ),
+    ],
     model: Annotated[
         str | None, typer.Option("--model", metavar="NAME", help="Which fitted model; by default the best.")
     ] = None,
@@ -160,12 +168,18 @@ def export(
     speed: Annotated[
         float, typer.Option("--speed", metavar="V", help="Motor speed [rad/s] that a model is linearised about.")
     ] = 0.0,
+    joint: Annotated[
+        str, typer.Option("--joint", metavar="NAME", help="What the joint is called in MuJoCo or URDF.")
+    ] = "",
+    into: Annotated[
+        Path | None, typer.Option("--into", metavar="FILE", help="A URDF; TO is a copy of it with this joint changed.")
+    ] = None,
     debug: Debug = False,
 ) -> None:
     """A fitted model, signals or frequency responses for other programs."""
-    from robotid.cli.export import export_artifact
+    from robotid.cli.export import Request, export_artifact
 
-    export_artifact(artifact, to, model=model, record=record, speed=speed)
+    export_artifact(artifact, to, Request(model, record, speed, joint, into))
 
 
 @app.command()

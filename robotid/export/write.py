@@ -6,7 +6,7 @@ import csv
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from io import BytesIO, StringIO
 from pathlib import Path
@@ -28,11 +28,12 @@ Columns = Mapping[str, Array | Sequence[str]]
 """Heads, with units, to values, (n,) each."""
 
 
-def check_format(path: Path) -> None:
-    """Raises ConfigError for a format that nothing is written in."""
-    if path.suffix.lower() not in FORMATS:
-        close = get_close_matches(path.suffix.lower(), FORMATS, 1, 0.6)
-        hint = f"did you mean {close[0]}?" if close else f"use {', '.join(FORMATS)}"
+def check_format(path: Path, further: Iterable[str] = ()) -> None:
+    """Raises ConfigError for a format that nothing is written in. further : endings besides those of this module."""
+    known = (*FORMATS, *further)
+    if path.suffix.lower() not in known:
+        close = get_close_matches(path.suffix.lower(), known, 1, 0.6)
+        hint = f"did you mean {close[0]}?" if close else f"use {', '.join(known)}"
         raise ConfigError(f'nothing is exported as "{path.suffix}"', where=str(path), hint=hint)
 
 

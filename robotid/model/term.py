@@ -211,12 +211,13 @@ class MotionTransform(Term):
 
     Position, speed and direction may change. watches : another port, whose motion enters as xw and vw and whose speed
     enters the new speed linearly, as that of a mechanism does: by virtual work the torques at the transformed port then
-    act back on the watched one. follows : the new speed is the rate of the new position. At its null a transform
-    changes nothing.
+    act back on the watched one. follows : the new speed is the rate of the new position. play : the new position is
+    what exceeds the first parameter on either side, and nothing below it. At its null a transform changes nothing.
     """
 
     watches: ClassVar[Port | None] = None
     follows: ClassVar[bool] = False
+    play: ClassVar[bool] = False
 
     @abstractmethod
     def transform(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array, Array]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from robotid.config.suggest import suggest
 from robotid.errors import ConfigError, NumericsError
 from robotid.estimate.fitted_model import fitted_model
 from robotid.estimate.result import FitResult, Fits
+from robotid.export.handover.handed_model import HandedModel
 from robotid.export.linear_model import model_tree, parameter_columns
 from robotid.export.responses import response_columns
 from robotid.export.signals import signal_columns
@@ -21,26 +23,34 @@ from robotid.export.write import Columns, Tree
 from robotid.pipeline.stage import find
 from robotid.pipeline.table import COLLECT, FIT, STAGES
 from robotid.signals.quality import Recordings
+from robotid.signals.record import Record
 
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
     """What is to be exported. model, record : one of several, absent: the best model, all records. speed [rad/s] : of
-    the motor, about which a model is linearised. remark : gets a sentence on what is left out."""
+    the motor, about which a model is linearised. remark : gets a sentence on what is left out. to : file that is
+    written; joint, into : of a model that is handed over, the name of the joint in the other program, and text of the
+    file that is to have it."""
 
     model: str | None
     record: str | None
     speed: float
     remark: Callable[[str], None]
+    to: Path = Path("joint")
+    joint: str = ""
+    into: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Export:
-    """What is offered. summary : of all of it; tree : for MATLAB and JSON; columns : for CSV, a file each."""
+    """What is offered. summary : of all of it; tree : for MATLAB and JSON; columns : for CSV, a file each; handed : a
+    model as it is handed over to other programs, None where there is none."""
 
     summary: str
     tree: Callable[[], Tree]
     columns: Mapping[str, Columns]
+    handed: Callable[[], HandedModel] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +79,43 @@ def export_of(file: Path, wanted: Wanted) -> Export:
 
 def model(source: Source) -> Export:
     """A fitted model: its linearisation and parameters, as columns the parameters alone."""
-    fit = _fit(source.content, source.wanted.model, source.file)
+    return _model(source, _fit(source.content, source.wanted.model, source.file))
+
+
+def extended_model(source: Source) -> Export:
+    """The same of the model with its causes."""
+    if source.wanted.model not in (None, source.content.model):
+        _known(source.wanted.model or "", {source.content.model: None}, "model", source.file)
+    return _model(source, source.content.fit)
+
+
+def _model(source: Source, fit: FitResult) -> Export:
     return Export(
         f"model {fit.name}",
-        lambda: model_tree(fit, source.wanted.speed, _sampling_times(source, fit)),
+        lambda: model_tree(fit, source.wanted.speed, {r.name: r.sampling_time for r in _records(source, fit)}),
         {fit.name: parameter_columns(fit)},
+        lambda: _handed(source, fit),
+    )
+
+
+def _handed(source: Source, fit: FitResult) -> HandedModel:
+    """A model with the records that it can be simulated on."""
+    wanted, config = source.wanted, source.config
+    records = _records(source)
+    if not records:
+        what = f"there is no {COLLECT.output} beside {source.file.name} that it was made from"
+        wanted.remark(f"{what}: what the file lacks is listed, its cost is not simulated")
+    chosen = [r for r in records if wanted.record in (None, r.name)]
+    if wanted.record is not None and not chosen:
+        _known(wanted.record, {r.name: r for r in records}, "record", source.file)
+    return HandedModel(
+        robot=config.robot.name,
+        fit=fit,
+        estimate_states=config.fit.initial_states == "free",
+        records=tuple(chosen),
+        joint_name=wanted.joint,
+        file_stem=re.sub(r"\W", "_", wanted.to.stem) or "joint",
+        patched=wanted.into,
     )
 
 
@@ -112,12 +154,12 @@ def _fields(columns: Columns) -> dict[str, Any]:
     return {**dict(zip(units, columns.values(), strict=True)), "units": units}
 
 
-def _sampling_times(source: Source, fit: FitResult) -> dict[str, float]:
-    """Of the records of a fit, where they still lie beside it."""
+def _records(source: Source, fit: FitResult | None = None) -> tuple[Record, ...]:
+    """The records, or those of a fit, where they still lie beside it."""
     file = source.file.with_name(COLLECT.output)
     if not file.exists() or read_header(file).digest != source.header.provenance.inputs.get(COLLECT.name):
-        return {}
-    return {r.name: r.sampling_time for r in load(file, Recordings).content.records if r.name in fit.records}
+        return ()
+    return tuple(r for r in load(file, Recordings).content.records if fit is None or r.name in fit.records)
 
 
 def _fit(fits: Fits, name: str | None, file: Path) -> FitResult:

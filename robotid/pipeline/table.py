@@ -118,6 +118,7 @@ EXTEND = Stage(
     inputs=("collect", "fit", "diagnose"),
     sections=("robot", "fit", "extend"),
     logs=True,
+    export="robotid.pipeline.exports:extended_model",
     after_run="always",
     companion=Companion("extended.yaml", "robotid.config.extended:extended_configuration"),
 )

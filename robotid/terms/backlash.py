@@ -27,6 +27,7 @@ class Backlash(MotionTransform):
     signature = "free motion inside the gap, with impacts where the torque of the gear reverses"
     edges = ("upper", "lower")
     follows = True
+    play = True
 
     def distance(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array]:
         return m.x - p[0], m.x + p[0]

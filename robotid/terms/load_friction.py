@@ -37,4 +37,4 @@ class LoadFriction(Term):
 
 def _way(m: Motion) -> Array:
     """Sign of the gear's torque, (n,)."""
-    return np.asarray(np.sign(np.asarray(m.tau).real))
+    return np.asarray(np.sign(m.tau.real))

@@ -15,6 +15,8 @@ from robotid.artifacts.store import load
 from robotid.cli.app import main
 from robotid.estimate.flexible import FlexResult
 from robotid.estimate.result import Fits
+from robotid.export.handover.target import Target
+from robotid.export.targets import TARGETS
 from robotid.signals.metrics import fit_percent
 from robotid.signals.quality import Recordings
 from robotid.signals.readers import read
@@ -124,3 +126,65 @@ def test_what_cannot_be_exported_is_said(
     assert export(run_directory / artifact, tmp_path / name, *options) == 2
     assert line in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+ROBOT = '<robot name="r"><joint name="a" type="revolute"><limit/></joint><joint name="b" type="revolute"/></robot>'
+
+
+@pytest.mark.parametrize("target", TARGETS.values(), ids=lambda target: target.name)
+def test_a_model_for_another_program(
+    target: Target, run_directory: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    to = tmp_path / f"joint{target.suffix}"
+    assert export(run_directory / "model.h5", to) == 0
+    talk = capsys.readouterr().err.splitlines()
+    assert talk[0] == f"{to} written: model m, {target.summary}"
+    text = to.read_text()
+    for line in talk[1:]:
+        assert line in text
+    lacks = any(line.startswith("It lacks ") for line in talk)
+    assert lacks == any(line.startswith("On wide the whole model fits ") for line in talk)
+    assert lacks == (target.suffix == ".urdf")
+
+
+def test_a_robot_description_gets_the_dynamics_of_a_joint(run_directory: Path, tmp_path: Path) -> None:
+    given, to = tmp_path / "given.urdf", tmp_path / "new.urdf"
+    given.write_text(ROBOT)
+    assert export(run_directory / "model.h5", to, "--into", str(given), "--joint", "a") == 0
+    assert given.read_text() == ROBOT
+    assert to.read_text().startswith('<robot name="r"><joint name="a" type="revolute"><limit/>\n')
+    assert to.read_text().count("<dynamics ") == 1
+
+
+@pytest.mark.parametrize(
+    ("artifact", "to", "options", "complaint"),
+    [
+        ("records.h5", "m.xml", (), ".xml is written of a model only"),
+        ("model.h5", "m.xml", ("--into", "given.urdf"), "--into: no .urdf file is changed this way"),
+        ("model.h5", "m.urdf", ("--into", "given.urdf", "--joint", "c"), '--into: it has no joint "c"'),
+        ("model.h5", "m.xml", ("--record", "no"), 'there is no record "no"'),
+    ],
+)
+def test_what_cannot_be_handed_over_is_refused(
+    artifact: str,
+    to: str,
+    options: tuple[str, ...],
+    complaint: str,
+    run_directory: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("given.urdf").write_text(ROBOT)
+    assert export(run_directory / artifact, Path(to), *options) == 2
+    assert complaint in capsys.readouterr().err
+    assert not Path(to).exists()
+
+
+def test_a_description_that_is_not_there(
+    run_directory: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    missing = tmp_path / "none.urdf"
+    assert export(run_directory / "model.h5", tmp_path / "m.urdf", "--into", str(missing)) == 3
+    assert f"{missing}: cannot be read" in capsys.readouterr().err
