@@ -35,8 +35,8 @@ def _folded(sentence: str) -> str:
 def _reached(done: Sequence[Outcome]) -> Iterator[str]:
     for outcome in done:
         sentence = getattr(PRODUCTS[outcome.stage].view(), "sentence", None)
-        if sentence is not None and outcome.content is not None:
-            yield sentence(outcome.content)
+        if sentence is not None and outcome.content is not None and (found := sentence(outcome.content)):
+            yield found
 
 
 def next_command(run: Run, found: Sequence[StageStatus], stage: str | None = None) -> str:

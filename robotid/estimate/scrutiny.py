@@ -33,7 +33,7 @@ from robotid.signals.differentiate import ParallelFilter
 from robotid.signals.record import SHORTEST_PIECE, Record
 from robotid.simulation.first_guess import measured_guess
 
-OFFSET = "motor.constant_torque"
+OFFSET, OFFSET_SUFFIX = "motor.constant_torque", "_offset"
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,30 +72,52 @@ def fit_and_scrutinise(
     options: FitOptions,
     log: Callable[[Iteration], None] | None = None,
 ) -> FitResult:
+    """The fit of `scrutinised_fit`, without the one with a constant torque."""
+    return scrutinised_fit(name, joint, parameters, records, options, log).fit
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScrutinisedFit:
+    """A fit, and the one from the same start with a constant torque free, which the model does not have; None where
+    that is not far better, or not asked for. The name of the latter is that of the fit and OFFSET_SUFFIX."""
+
+    fit: FitResult
+    with_offset: FitResult | None = None
+
+
+def scrutinised_fit(
+    name: str,
+    joint: Joint,
+    parameters: Parameters,
+    records: Sequence[Record],
+    options: FitOptions,
+    log: Callable[[Iteration], None] | None = None,
+) -> ScrutinisedFit:
     """The fit of `fit_model`, with `remarks` on what makes it doubtful, and on what a constant torque would change.
 
-    Where a fit with a constant torque explains the records far better, the declared model is fitted once more from
-    there, and the better of its two fits is kept.
+    A doubtful fit is tried again from its start with a constant torque free. Where that explains the records far
+    better, the declared model is fitted once more from there, and the better of its two fits is kept.
     """
     if options.choose_horizon:
         return _in_chosen_pieces(name, joint, parameters, records, options, log)
     first = fit_model(name, joint, parameters, records, options, log)
     found = tuple(doubts(first, joint, parameters, records))
     if not found and min(first.fit_percent.values()) >= SETTINGS.poor_fit:
-        return first
+        return ScrutinisedFit(first)
     if options.horizon is None and min(first.fit_percent.values()) < SETTINGS.poor_fit:
         in_pieces = _in_pieces(first, joint, parameters, records, options, log)
         if in_pieces is not None:
-            return in_pieces
+            return ScrutinisedFit(in_pieces)
     offset = _with_offset(first, joint, parameters, records, options, log)
     if offset is None:
-        return replace(first, remarks=found)
+        return ScrutinisedFit(replace(first, remarks=found))
     values = {p.name: p.value for p in offset.parameters if p.name in joint.names}
     again = _attempt(name, joint, parameters.with_values(values), records, options, log)
     if again is not None and _misfit(again) < (1 - SETTINGS.better) * _misfit(first):
         note = "fitted once more from the parameters of a fit with a constant torque, which simulates it better"
-        return replace(again, remarks=(*doubts(again, joint, parameters, records), note, _advice(again, offset)))
-    return replace(first, remarks=(*found, _advice(first, offset)))
+        doubted = tuple(doubts(again, joint, parameters, records))
+        return ScrutinisedFit(replace(again, remarks=(*doubted, note, _advice(again, offset))), offset)
+    return ScrutinisedFit(replace(first, remarks=(*found, _advice(first, offset))), offset)
 
 
 def doubts(fit: FitResult, joint: Joint, start: Parameters, records: Sequence[Record]) -> Iterator[str]:
@@ -193,22 +215,26 @@ def _in_chosen_pieces(
     records: Sequence[Record],
     options: FitOptions,
     log: Callable[[Iteration], None] | None,
-) -> FitResult:
+) -> ScrutinisedFit:
     """The fit over pieces that the data choose before it, whole records where no error grows far."""
     instability, options = _instability(joint, parameters, records), replace(options, choose_horizon=False)
     horizon = instability.horizon if instability.growth > SETTINGS.growth else None
     if horizon is None:
-        found = fit_and_scrutinise(name, joint, parameters, records, options, log)
+        found = scrutinised_fit(name, joint, parameters, records, options, log)
         far = instability.growth > SETTINGS.growth
         why = "errors grow too fast for any piece" if far else "no error of an open simulation grows far"
         note = f"horizon: auto fits whole records, for {why} on this motion"
-        return found if found.horizon else replace(found, remarks=(*found.remarks, note))
-    found = fit_and_scrutinise(name, joint, parameters, records, replace(options, horizon=horizon), log)
+        return found if found.fit.horizon else _noted(found, note)
+    found = scrutinised_fit(name, joint, parameters, records, replace(options, horizon=horizon), log)
     note = (
         f"horizon: auto fits pieces of {horizon:g} s, for an error of the open simulation grows by a factor of e in"
         f" {1 / instability.rate:.2g} s on this motion"
     )
-    return replace(found, horizon=horizon, remarks=(*found.remarks, note))
+    return _noted(replace(found, fit=replace(found.fit, horizon=horizon)), note)
+
+
+def _noted(found: ScrutinisedFit, note: str) -> ScrutinisedFit:
+    return replace(found, fit=replace(found.fit, remarks=(*found.fit.remarks, note)))
 
 
 def _in_pieces(
@@ -249,11 +275,16 @@ def _with_offset(
         return None
     extended = assemble(joint.structure.extended(OFFSET), angle=joint.keeps_angle)
     start = extended.parameters().taken_from(parameters)
-    found = _attempt(first.name, extended, start, records, replace(options, other_starts=()), log)
+    name = first.name + OFFSET_SUFFIX
+    found = _attempt(name, extended, start, records, replace(options, other_starts=()), log)
     if found is None:
         return None
     gain = [(found.noise_std[n] / std) ** 2 for n, std in first.noise_std.items() if std > 0]
-    return found if gain and max(gain) < SETTINGS.offset_gain else None
+    if not gain or max(gain) >= SETTINGS.offset_gain:
+        return None
+    torque = found[f"{OFFSET}.tau0"]
+    remark = f"{first.name} with a constant torque of {torque.value:.3g} {torque.unit}, which it does not have"
+    return replace(found, horizon=options.horizon, remarks=(remark,))
 
 
 def _misfit(fit: FitResult) -> float:

@@ -327,9 +327,11 @@ def _fit(result: FitResult, config: Config, data: Dataset, rigid: RigidResult | 
     joint = assemble(result.structure, angle=result.keeps_angle)
     guesses = (rigid.guesses if rigid else {}) | (flex.guesses if flex else {})
     initial = starting_parameters(joint, config.robot.known(), guesses, config.fit.fix)
+    model = model_of(config)
+    undeclared = [effect for effect in result.structure.effects if effect not in model.structure.effects]
     return Fit(
         **fields_of(result, FitResult),
-        model=model_of(config),
+        model=model.with_effects(*undeclared) if undeclared else model,
         dataset=data,
         options=replace(options_of(config), output=result.output, horizon=config.fit.fixed_horizon or result.horizon),
         initial=initial,

@@ -11,7 +11,7 @@ from robotid.estimate.grey_box import FitOptions
 from robotid.estimate.identify import starting_parameters
 from robotid.estimate.result import End, FitResult, Fits
 from robotid.estimate.rigid import RigidResult
-from robotid.estimate.scrutiny import fit_and_scrutinise
+from robotid.estimate.scrutiny import ScrutinisedFit, scrutinised_fit
 from robotid.estimate.sensing import default_output, joint_for
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
@@ -22,7 +22,7 @@ from robotid.signals.record import Quantity, Record
 
 
 def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: FlexResult, log: Log | None = None) -> Fits:
-    """Fit all models. log : gets an event for every iteration.
+    """Fit all models, and a doubtful one with a constant torque besides. log : gets an event for every iteration.
 
     Raises NumericsError where a model does not converge from this start.
     """
@@ -40,8 +40,10 @@ def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: Flex
     shared = _Common(joint, parameters, options, names)
     with ahead(_fitted, shared, items, samples=samples, log=log, hands_on_interrupts=True) as found:
         for name, result in zip(names, found, strict=True):
-            models[name] = result
-            if result.end is End.INTERRUPTED:
+            models[name] = result.fit
+            if result.with_offset is not None and result.with_offset.name not in names:
+                models[result.with_offset.name] = result.with_offset
+            if result.fit.end is End.INTERRUPTED:
                 break
     best = settings.fit.best if settings.fit.best in models else list(models)[-1]
     return Fits(models, best)
@@ -57,10 +59,10 @@ class _Common:
     names: tuple[str, ...]
 
 
-def _fitted(shared: _Common, item: tuple[str, Sequence[Record]], log: Log | None = None) -> FitResult:
+def _fitted(shared: _Common, item: tuple[str, Sequence[Record]], log: Log | None = None) -> ScrutinisedFit:
     name, records = item
     line = None if log is None else (lambda iteration: log(Step(name, shared.names, iteration)))
-    return fit_and_scrutinise(name, shared.joint, shared.parameters, records, shared.options, line)
+    return scrutinised_fit(name, shared.joint, shared.parameters, records, shared.options, line)
 
 
 def start(settings: Config, joint: Joint, rigid: RigidResult, flex: FlexResult) -> Parameters:

@@ -83,7 +83,7 @@ def _by_share(share: TorqueShare | None, relative: float) -> tuple[Verdict, str]
     text = f"{share.effect} carries {_percent(share.rms)} of the torque at the {share.port} (RMS)"
     if share.rms >= WEAK_SHARE:
         return "seen", text
-    text += f", {_percent(share.largest)} where it is largest, at {share.there}"
+    text += f", {_percent(share.largest)} where it is largest, at {share.there}" if share.there else ""
     if share.rms >= UNSEEN_SHARE:
         return "weak", text
     hidden = f"an error of {_percent(UNSEEN_SHARE)} anywhere else hides it"

@@ -13,7 +13,7 @@ from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.identify import starting_parameters
 from robotid.estimate.result import FitResult
 from robotid.estimate.rigid import fit_rigid
-from robotid.estimate.scrutiny import doubts, fit_and_scrutinise, growth_rate
+from robotid.estimate.scrutiny import doubts, fit_and_scrutinise, growth_rate, scrutinised_fit
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
@@ -66,6 +66,23 @@ def test_a_constant_torque_that_is_not_declared_is_named_with_what_it_changes(of
     assert f"with a constant torque of {offset:.3g} Nm" in advice
     assert "motor.inertia.J = 0.00012 kg m2" in advice
     assert "add constant_torque to robot.model.motor" in advice
+
+
+@pytest.mark.parametrize("offset", [0.003, 0.012])
+def test_a_doubtful_fit_is_tried_again_with_a_constant_torque_free(offset: float) -> None:
+    """What went into inertia and friction, by a factor of up to seventeen, is in the constant torque."""
+    found = scrutinised_fit("m", JOINT, start(offset), [record(offset)], FitOptions()).with_offset
+    assert found is not None
+    assert found.name == "m_offset"
+    for name, value in (TRUTH | {"motor.constant_torque.tau0": offset}).items():
+        assert found[name].value == pytest.approx(value, rel=0.02)
+    assert found.fit_percent["log"] > 99.0
+    (remark,) = found.remarks
+    assert remark == f"m with a constant torque of {offset:.3g} Nm, which it does not have"
+
+
+def test_a_fit_without_fault_is_not_tried_again() -> None:
+    assert scrutinised_fit("m", JOINT, start(0.0), [record(0.0)], FitOptions()).with_offset is None
 
 
 def test_a_friction_that_vanishes_is_said() -> None:

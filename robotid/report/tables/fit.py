@@ -19,6 +19,13 @@ def document(fits: Fits) -> Json:
     return {"models": {name: _model(fit) for name, fit in fits.models.items()}, "best": fits.best}
 
 
+def sentence(fits: Fits) -> str:
+    """What makes the fit that later stages use doubtful, if anything does: the first remark and the last, which is what
+    would cure it."""
+    remarks = fits.models[fits.best].remarks
+    return f"{fits.best}: {'; '.join(dict.fromkeys([remarks[0], remarks[-1]]))}" if remarks else ""
+
+
 def _model(fit: FitResult) -> Json:
     return {
         "parameters": {p.name: _estimate(p) for p in fit.parameters},
