@@ -183,6 +183,25 @@ def export(
 
 
 @app.command()
+def compare(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run directories; the first is the reference.")],
+    model: Annotated[
+        str | None, typer.Option("--model", metavar="NAME", help="Which fitted model; by default the best of each.")
+    ] = None,
+    extended: Annotated[bool, typer.Option("--extended", help="The models with their causes.")] = False,
+    page: Annotated[
+        Path | None, typer.Option("--page", metavar="FILE.html", help="Write a page of it, which needs nothing else.")
+    ] = None,
+    as_json: AsJson = False,
+    debug: Debug = False,
+) -> None:
+    """Runs side by side: what differs significantly, verdicts, gains."""
+    from robotid.cli.compare import compare as compare_runs
+
+    compare_runs(runs, model, page, extended=extended, as_json=as_json)
+
+
+@app.command()
 def explain(
     effect: Annotated[str | None, typer.Argument(metavar="EFFECT", help="Such as coulomb or gear.spring.")] = None,
     as_json: AsJson = False,

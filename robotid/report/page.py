@@ -47,17 +47,25 @@ class StageTables:
 
 def page(findings: Findings, stages: Sequence[StageTables], origin: Origin, title: str | None = None) -> str:
     """The HTML. stages : tables of each stage that has run, in order. title : the heading, absent: the robot's name."""
-    found = [(section, list(section.figures(findings))) for section in SECTIONS]
-    over_time = sum(spec.plot is not None for _, specs in found for spec in specs)
+    sections = [(one.title, one.note(findings), list(one.figures(findings))) for one in SECTIONS]
+    return rendered(title or findings.robot, summary(findings), sections, stages, origin)
+
+
+def rendered(
+    title: str,
+    summary: str,
+    sections: Sequence[tuple[str, str, Sequence[FigureSpec]]],
+    stages: Sequence[StageTables],
+    origin: Origin,
+) -> str:
+    """The HTML of any page. summary : the answer, under the title; sections : title, note and figures of each; one
+    without figures is left out."""
+    over_time = sum(spec.plot is not None for _, _, specs in sections for spec in specs)
     most = max(MIN_SAMPLES, MAX_SAMPLES // max(1, over_time))
     return _template().render(
-        title=title or findings.robot,
-        summary=summary(findings),
-        sections=[
-            (section.title, section.note(findings), [_shown(spec, most) for spec in specs])
-            for section, specs in found
-            if specs
-        ],
+        title=title,
+        summary=summary,
+        sections=[(name, note, [_shown(spec, most) for spec in specs]) for name, note, specs in sections if specs],
         tables=[(stage.heading, [_grid(table) for table in stage.tables if table.rows]) for stage in reversed(stages)],
         origin=origin,
         style=Markup(_own("page.css")),

@@ -1,0 +1,69 @@
+"""The command compare: runs side by side, and what differs significantly."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from robotid import __version__
+from robotid.artifacts.provenance import digest
+from robotid.artifacts.store import read_header
+from robotid.cli.console import print_json, print_message, print_tables
+from robotid.files import atomic_write
+from robotid.pipeline.compare import compare_runs
+from robotid.pipeline.table import FIT
+from robotid.report import comparison
+from robotid.report.comparison import RunComparison
+from robotid.report.origin import Origin, Source
+from robotid.report.tables.sliding import in_units_of_axis
+
+
+def compare(
+    folders: Sequence[Path], model: str | None, page: Path | None, *, extended: bool = False, as_json: bool = False
+) -> None:
+    """Print how runs compare, and write a page of it where one is asked for. Raises as `compare_runs` does."""
+    found = compare_runs(folders, model, extended=extended)
+    if page is not None:
+        atomic_write(page, _page(found, folders))
+    if as_json:
+        print_json(comparison.document(found))
+    else:
+        linear = next(iter(found.fits.fits.values())).structure.linear
+        print_tables(tuple(map(partial(in_units_of_axis, linear=linear), comparison.tables(found))))
+        print_message(comparison.sentence(found))
+    if page is not None:
+        print_message(f"{page} written")
+
+
+def _page(found: RunComparison, folders: Sequence[Path]) -> str:
+    from robotid.report.page import StageTables, rendered
+
+    linear = next(iter(found.fits.fits.values())).structure.linear
+    tables = tuple(map(partial(in_units_of_axis, linear=linear), comparison.tables(found)))
+    sources = tuple(_source(name, folder) for name, folder in zip(found.runs, folders, strict=True))
+    stamp = digest("\n".join([__version__, *(one.digest for one in sources)]).encode())
+    text = comparison.sentence(found)
+    return rendered(
+        title=" and ".join(found.runs) if len(found.runs) == 2 else f"{len(found.runs)} runs",
+        summary=f"{text[0].upper()}{text[1:]}. " + " ".join(f"{remark}." for remark in found.remarks),
+        sections=[("Parameters", "", list(comparison.figures(found)))],
+        stages=(StageTables("Comparison", tables),),
+        origin=Origin(stamp, "", sources, {}),
+    )
+
+
+def _source(name: str, folder: Path) -> Source:
+    header = read_header(folder / FIT.output)
+    made = header.provenance
+    return Source(
+        stage=name,
+        file=FIT.output,
+        command=made.command,
+        version=made.version,
+        created=made.created,
+        digest=header.digest,
+        inputs=made.inputs,
+        seed=made.seed,
+        environment=made.environment,
+    )

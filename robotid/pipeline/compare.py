@@ -1,0 +1,113 @@
+"""Runs to be compared: what their artifacts hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from robotid.artifacts.store import Artifact, load, read_header
+from robotid.config.load import parse
+from robotid.config.suggest import suggest
+from robotid.errors import ConfigError, InputError
+from robotid.estimate.comparison import compare_fits
+from robotid.estimate.result import FitResult, Fits
+from robotid.pipeline.stage import Stage
+from robotid.pipeline.table import COLLECT, DIAGNOSE, EXTEND, FIT, VALIDATE
+from robotid.report.comparison import RunComparison, RunSummary
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoadedRun:
+    """A run's model and what is known of it. records : digest of the records that it was fitted to."""
+
+    folder: Path
+    fit: FitResult
+    summary: RunSummary
+    records: str
+    created: str
+    version: str
+
+
+def compare_runs(folders: Sequence[Path], model: str | None = None, *, extended: bool = False) -> RunComparison:
+    """Compare runs with the first of them. model : which of their fitted models, None for the best of each; extended :
+    the models with their causes, where they have any.
+
+    Raises ConfigError for fewer than two runs, InputError where a run has no model.
+    """
+    if len(folders) < 2:
+        raise ConfigError("there is nothing to compare with", where="compare", hint="give two run directories or more")
+    runs = dict(zip(_names(folders), (load_run(f, model, extended=extended) for f in folders), strict=True))
+    compared = compare_fits({name: run.fit for name, run in runs.items()})
+    return RunComparison({name: run.summary for name, run in runs.items()}, compared, tuple(_remarks(runs)))
+
+
+def load_run(folder: Path, model: str | None = None, *, extended: bool = False) -> LoadedRun:
+    """What a run directory holds of its model. Raises InputError where it holds none, ConfigError for a name."""
+    if not folder.is_dir():
+        raise InputError(
+            "there is no such run directory", where=str(folder), hint="run `robotid run` of its configuration"
+        )
+    made = load(folder / FIT.output, Fits)
+    fits, config = made.content, parse(made.provenance.configuration)
+    name = model or fits.best
+    if name not in fits.models:
+        raise ConfigError(f'there is no model "{name}"', where=str(folder), hint=suggest(name, fits.models))
+    fit = fits.models[name]
+    validation, diagnosis, extension = (_beside(folder, stage, made) for stage in (VALIDATE, DIAGNOSE, EXTEND))
+    percent = dict(fit.fit_percent)
+    if validation is not None and name in validation.models:
+        percent = {record: one.fit_percent for record, one in validation.models[name].records.items()}
+    gains: dict[str, tuple[float, float]] = {}
+    if extension is not None and extension.added and extension.model == name:
+        both = [r for r in extension.after if r in extension.before and not extension.after[r].used]
+        gains = {r: (extension.before[r].fit_percent, extension.after[r].fit_percent) for r in both}
+        if extended:
+            fit, name = extension.fit, f"{name} extended"
+            percent = {r: score.fit_percent for r, score in extension.after.items()}
+    own = diagnosis is not None and diagnosis.model == fits.best
+    summary = RunSummary(
+        robot=config.robot.name,
+        model=name,
+        fit_percent=percent,
+        verdict=diagnosis.verdict if own else "",
+        causes=tuple(cause.effect for cause in diagnosis.causes) if own else (),
+        gains=gains,
+    )
+    digest = made.provenance.inputs.get(COLLECT.name, "")
+    return LoadedRun(folder, fit, summary, digest, made.provenance.created, made.provenance.version)
+
+
+def _beside(folder: Path, stage: Stage, model: Artifact[Fits]) -> Any:
+    """The content of an artifact that was made from this model, None where there is none."""
+    file = folder / stage.output
+    if not file.is_file() or read_header(file).provenance.inputs.get(FIT.name) != model.header.digest:
+        return None
+    return load(file, stage.type()).content
+
+
+def _names(folders: Sequence[Path]) -> list[str]:
+    """Short names of the runs: those of their directories, or where these are alike the paths as given."""
+    short = [folder.resolve().name for folder in folders]
+    names = short if len(set(short)) == len(short) else [str(folder) for folder in folders]
+    if len(set(names)) < len(names):
+        raise ConfigError("a run is given twice", where="compare", hint="give each run once")
+    return names
+
+
+def _remarks(runs: Mapping[str, LoadedRun]) -> Iterator[str]:
+    """What makes a comparison doubtful, in sentences."""
+    (first, reference), *others = runs.items()
+    for name, run in others:
+        if run.records and run.records == reference.records:
+            yield f"{name} was fitted to the very records of {first}: their errors are not independent"
+        differing = set(run.fit.structure.effects) ^ set(reference.fit.structure.effects)
+        if differing:
+            yield f"{name} and {first} are models of different effects ({', '.join(sorted(differing))})"
+        if run.fit.structure.gear_ratio != reference.fit.structure.gear_ratio:
+            yield f"{name} and {first} have different gear ratios"
+    for name, run in runs.items():
+        if not run.fit.converged:
+            yield f"{name}: {run.fit.end.value}"
+        yield from (f"{name}: {remark}" for remark in run.fit.remarks)
