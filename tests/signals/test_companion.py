@@ -15,7 +15,7 @@ from robotid.errors import ConfigError
 from robotid.model.array import Array
 from robotid.model.companion import CompanionKind
 from robotid.signals.columns import Column
-from robotid.signals.companion import Companion, derivatives, together
+from robotid.signals.companion import Companion, acceleration_band, derivatives, together
 from robotid.signals.measured import CompanionColumn, Selection, measured_records
 from robotid.signals.plausibility import Axis, check_records
 from robotid.signals.quality import Recordings, inspect
@@ -153,3 +153,23 @@ def test_companions_that_make_sense_have_no_finding() -> None:
 def test_two_companions_that_are_one_are_found() -> None:
     one, same = Companion.of(CompanionKind.ANGLE, OTHER, H), Companion.of(CompanionKind.ANGLE, 1.0 - 2.0 * OTHER, H)
     assert findings(q2=one, q3=same) == [("companion_copy", "warning")]
+
+
+@pytest.mark.parametrize("quantum", [0.0, 1e-6])
+def test_fast_motion_on_a_slow_swing_is_differentiated_too(quantum: float) -> None:
+    """A thousandth of the energy of the speed is most of the acceleration."""
+    omega, fast = 2 * np.pi * 0.5, 2 * np.pi * 25.0
+    angle = np.sin(omega * T) + 4e-4 * np.sin(fast * T)
+    recorded = np.round(angle / quantum) * quantum if quantum else angle
+    _, acceleration = derivatives(recorded, H)
+    inner = slice(N // 20, -N // 20)
+    expected = -(omega**2) * np.sin(omega * T) - 4e-4 * fast**2 * np.sin(fast * T)
+    error = np.std((acceleration - expected)[inner])
+    assert error < 0.03 * np.std(expected)
+    assert acceleration_band(recorded, H) == pytest.approx(25.0, abs=1.0)
+
+
+def test_the_noise_of_an_angle_is_no_motion() -> None:
+    noisy = OTHER + 1e-3 * np.random.default_rng(3).standard_normal(N)
+    assert acceleration_band(noisy, H) < 3.0
+    assert acceleration_band(noisy[:200], H) == 0.0
