@@ -1,6 +1,6 @@
 """`make chaos`: kills, damaged files and bad inputs until all counts or ten minutes are reached, and what did not hold.
 
-Two kills are under way at a time, then two processes damage files: more processes would only wait for each other.
+Two processes kill runs, then two damage files: more would only wait for each other.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ import sys
 import tempfile
 import time
 import warnings
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 from support.paths import ROOT
 
-from chaos.kills import completion, configuration, duration, kill, moment
+from chaos.kills import COLD, completion, configuration, duration, kill, moment
 from chaos.mutations import complaint, mutated, subjects
 
 KILLS, MUTATIONS, SECONDS = 200, 10_000, 600.0
@@ -63,11 +63,11 @@ def main() -> int:
         folder = Path(name)
         config, run = configuration(folder), folder / "run"
         whole = duration(config, run)
-        print(f"seed {chosen.seed}, a whole run takes {whole:.1f} s", flush=True)
+        print(f"seed {chosen.seed}, a whole run takes {whole:.1f} s besides its imports", flush=True)
         wrong = _bad_inputs()
         tasks = _tasks(folder, config, run, chosen.kills, chosen.seed, begin + SHARE * chosen.seconds)
-        with ThreadPoolExecutor(AT_ONCE) as pool:
-            kills = list(pool.map(_kills, tasks, [whole] * AT_ONCE))
+        with ProcessPoolExecutor(AT_ONCE) as pool:
+            kills = list(pool.map(_kills, tasks))
         print(f"{sum(k.tried for k in kills)} kills by {time.time() - begin:.0f} s", flush=True)
         tasks = _tasks(folder, config, run, chosen.mutations, chosen.seed + AT_ONCE, begin + chosen.seconds)
         with ProcessPoolExecutor(AT_ONCE) as pool:
@@ -87,19 +87,28 @@ def _tasks(folder: Path, config: Path, run: Path, count: int, seed: int, end: fl
 
 def _bad_inputs() -> list[str]:
     """What of the bad inputs does not hold."""
-    command = [sys.executable, "-m", "pytest", "-q", "--tb=line", *BAD_INPUTS]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
-    print(f"bad inputs: {(done.stdout.strip().splitlines() or [done.stderr])[-1]}", flush=True)
-    return [line for line in done.stdout.splitlines() if line.startswith("FAILED")] if done.returncode else []
+    command = [sys.executable, "-m", "pytest", "-q", "--tb=line", "-p", "no:cacheprovider"]
+    started = [
+        subprocess.Popen([*command, file], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        for file in BAD_INPUTS
+    ]
+    wrong = []
+    for file, process in zip(BAD_INPUTS, started, strict=True):
+        lines = process.communicate()[0].strip().splitlines() or [""]
+        print(f"{file}: {lines[-1]}", flush=True)
+        if process.returncode:
+            wrong += [line for line in lines if line.startswith("FAILED")] or lines[-1:]
+    return wrong
 
 
-def _kills(task: Task, whole: float) -> Result:
+def _kills(task: Task) -> Result:
     """A run directory is completed once in a while, which counts as no try."""
     rng, wrong, tried = random.Random(task.seed), [], 0
-    run = task.folder / "killed"
+    run, whole = task.folder / "killed", duration(task.config, task.folder / "whole")
     while tried < task.count and time.time() < task.end:
-        number, after = moment(rng, whole)
-        made = kill(task.config, run, number, after)
+        cold = tried % COLD == 0
+        number, after = moment(rng, whole, cold=cold)
+        made = kill(task.config, run, number, after, cold=cold)
         wrong += [f"kill by {number.name} after {after:.3f} s (seed {task.seed}): {text}" for text in made.wrong]
         tried += 1
         if tried % COMPLETE_EVERY == 0 or tried == task.count:

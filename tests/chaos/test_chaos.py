@@ -28,8 +28,8 @@ def test_a_run_that_is_killed_is_whole_and_the_next_one_completes_it(
 ) -> None:
     rng = random.Random(SEED)
     for k in range(6):
-        number, after = moment(rng, 0.7 * run[2])
-        found = kill(run[0], tmp_path / "run", signal.SIGINT if k == 0 else number, after)
+        number, after = moment(rng, 0.7 * run[2], cold=k == 0)
+        found = kill(run[0], tmp_path / "run", signal.SIGINT if k == 0 else number, after, cold=k == 0)
         assert found.wrong == (), found
     assert completion(run[0], tmp_path / "run") == []
 
