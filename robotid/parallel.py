@@ -140,6 +140,12 @@ def ahead(
     yield _OneByOne(task, _as_sent(shared), items, log, crew)
 
 
+def workers() -> int:
+    """How many processes there may be here."""
+    crew = _crew.get()
+    return 1 if crew is None else crew.jobs
+
+
 def expect(samples: int) -> None:
     """Fits over so many samples are about to come, one after the other and several at a time: processes that are worth
     their start begin it now."""

@@ -2,13 +2,17 @@
 
 An artifact is an HDF5 file behind a user block of 512 bytes, which HDF5 leaves to its user. The block holds a signature
 and the SHA-256 of all that follows, so that one pass over the bytes, without HDF5, finds any damage.
+
+The artifact of a single joint holds its content and where that comes from; that of a robot of several axes holds
+both for each axis, in a group of its name.
 """
 
 from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -18,12 +22,13 @@ import h5py
 from robotid.artifacts.codec import CodecError, Units, read, write
 from robotid.artifacts.layout import layout_digest
 from robotid.artifacts.provenance import Provenance, content_digest
-from robotid.errors import InputError, printable
+from robotid.errors import ConfigError, InputError, printable
 from robotid.files import atomic_write
 
 FORMAT = 2  # 1 had no user block
 BLOCK = 512  # [bytes] of the user block; HDF5 allows powers of two from here on
 SIGNATURE = re.compile(rb"robotid artifact, format (\d+)\n")
+AXES = "axes"
 FORMER_MARK = "robotid artifact"  # the attribute `format` of format 1
 NAMES = ("name", "record")  # fields that name what the reports show
 UNSAFE = re.compile(r"[<>\"&`]")
@@ -62,42 +67,117 @@ class Artifact(Generic[T]):
         return self.header.provenance
 
 
+@dataclass(frozen=True, slots=True)
+class Made:
+    """What is to be saved. units : what a declared unit is called here."""
+
+    content: object
+    provenance: Provenance
+    units: Units = str
+
+
 def save(path: Path, content: object, provenance: Provenance, units: Units = str) -> None:
     """Write an artifact so that the file is whole or as it was. units : what a declared unit is called here.
 
     Raises InputError where it cannot be written.
     """
-    body = _hdf5(content, provenance, units)
-    atomic_write(path, _user_block(body) + body, hint=ELSEWHERE)
+    made = Made(content, provenance, units)
+    _write(path, lambda file: _write_entry(file, made))
 
 
-def load(path: Path, cls: type[T]) -> Artifact[T]:
-    """Read an artifact of a known class. Raises InputError where it is missing, foreign, damaged or of another format,
-    class or layout."""
+def save_axes(path: Path, made: Mapping[str, Made], axes: Sequence[str]) -> None:
+    """Write the artifact of a robot of several axes so that the file is whole or as it was. made : by axis; of the
+    others among `axes`, the file keeps what it holds.
+
+    Raises InputError where it cannot be written.
+    """
+    with ExitStack() as stack:
+        kept: h5py.Group | None = None
+        if path.is_file() and set(axes) - set(made):
+            with suppress(InputError):  # what is damaged is lost already
+                kept = stack.enter_context(_open(path)).get(AXES)
+        _write(path, lambda file: _write_axes(file.create_group(AXES, track_order=True), made, axes, kept))
+
+
+def _write_axes(group: h5py.Group, made: Mapping[str, Made], axes: Sequence[str], kept: h5py.Group | None) -> None:
+    for axis in axes:
+        if axis in made:
+            _write_entry(group.create_group(axis), made[axis])
+        elif kept is not None and axis in kept:
+            kept.copy(axis, group)
+
+
+def load(path: Path, cls: type[T], axis: str = "") -> Artifact[T]:
+    """Read an artifact of a known class. axis : which one of a robot of several.
+
+    Raises InputError where it is missing, foreign, damaged or of another format, class or layout, ConfigError where it
+    has no such axis.
+    """
     with _open(path) as file:
-        header = _header(path, file)
-        if header.kind != cls.__name__:
-            raise InputError(f"this holds {header.kind}, not {cls.__name__}", where=str(path), hint=AGAIN)
+        return _load(path, _entry(path, file, axis), cls)
+
+
+def load_axes(path: Path, cls: type[T], axes: Sequence[str]) -> dict[str, Artifact[T]]:
+    """The same of several axes in one reading of the file."""
+    with _open(path) as file:
+        return {axis: _load(path, _entry(path, file, axis), cls) for axis in axes}
+
+
+def _load(path: Path, entry: h5py.Group, cls: type[T]) -> Artifact[T]:
+    header = _header(path, entry)
+    if header.kind != cls.__name__:
+        raise InputError(f"this holds {header.kind}, not {cls.__name__}", where=str(path), hint=AGAIN)
+    try:
+        content = read(_group(entry, "content"), cls)
+        _require_names(content)
+        return Artifact(content, header)
+    except UNREADABLE as error:
+        raise InputError(f"of another version ({_first_line(error)})", where=str(path), hint=AGAIN) from error
+
+
+def read_header(path: Path, axis: str = "") -> ArtifactHeader:
+    """The header alone, of whatever kind; the whole file is checked. Raises as `load` does."""
+    with _open(path) as file:
+        return _header(path, _entry(path, file, axis))
+
+
+def read_headers(path: Path) -> dict[str, ArtifactHeader]:
+    """The header of every axis by its name, "" for a single joint. Raises InputError as `load` does."""
+    with _open(path) as file:
+        return {axis: _header(path, _entry(path, file, axis)) for axis in _axes(path, file) or ("",)}
+
+
+def _axes(path: Path, file: h5py.File) -> tuple[str, ...]:
+    """The axes that an artifact holds, none of a single joint."""
+    if AXES not in file:
+        return ()
+    try:
+        return tuple(_group(file, AXES))
+    except UNREADABLE as error:
+        raise InputError(f"of another version ({_first_line(error)})", where=str(path), hint=AGAIN) from error
+
+
+def _entry(path: Path, file: h5py.File, axis: str) -> h5py.Group:
+    """The group that holds the content of an axis, or of a single joint."""
+    known = _axes(path, file)
+    if axis in known:
+        return _group(_group(file, AXES), axis)
+    if not axis and not known:
+        return file
+    what = f'it holds no axis "{axis}"' if axis else f"it is of several axes: {', '.join(known)}"
+    hint = (
+        "choose one with --axis" if not axis else f"it holds {', '.join(known)}" if known else "it is of a single joint"
+    )
+    raise ConfigError(what, where=str(path), hint=hint)
+
+
+def count_entries(path: Path, field: str, axis: str = "") -> int:
+    """How many entries a tuple of the content has, read without the class of the content. Raises as `load` does, and
+    InputError where the content has no such tuple."""
+    with _open(path) as file:
+        entry = _entry(path, file, axis)
         try:
-            content = read(_group(file, "content"), cls)
-            _require_names(content)
-            return Artifact(content, header)
-        except UNREADABLE as error:
-            raise InputError(f"of another version ({_first_line(error)})", where=str(path), hint=AGAIN) from error
-
-
-def read_header(path: Path) -> ArtifactHeader:
-    """The header alone, of whatever kind; the whole file is checked. Raises InputError as `load` does."""
-    with _open(path) as file:
-        return _header(path, file)
-
-
-def count_entries(path: Path, field: str) -> int:
-    """How many entries a tuple of the content has, read without the class of the content. Raises InputError as `load`
-    does, and where the content has no such tuple."""
-    with _open(path) as file:
-        try:
-            node = _group(file, "content")[field]
+            node = _group(entry, "content")[field]
             return int(node.attrs["length"] if isinstance(node, h5py.Group) else node.shape[0])
         except UNREADABLE as error:
             raise InputError(f"of another version ({_first_line(error)})", where=str(path), hint=AGAIN) from error
@@ -108,22 +188,27 @@ def _user_block(body: bytes | memoryview) -> bytes:
     return text.encode().ljust(BLOCK, b"\n")
 
 
-def _hdf5(content: object, provenance: Provenance, units: Units) -> bytes:
-    """The HDF5 file, made in memory, so that all that can go wrong on the disk goes wrong in one place."""
+def _write(path: Path, fill: Callable[[h5py.File], None]) -> None:
+    """Write an HDF5 file, made in memory, so that all that can go wrong on the disk goes wrong in one place."""
     with h5py.File("artifact", "w", driver="core", backing_store=False, block_size=2**20) as file:
-        group = file.create_group("content")
-        write(group, content, units)
-        write(file.create_group("provenance"), provenance)
-        file.attrs.update(
-            {
-                "kind": type(content).__name__,
-                "digest": content_digest(group),
-                "layout": layout_digest(type(content)),
-            }
-        )
+        fill(file)
         file.flush()
-        image: bytes = file.id.get_file_image()
-        return image
+        body: bytes = file.id.get_file_image()
+    atomic_write(path, _user_block(body) + body, hint=ELSEWHERE)
+
+
+def _write_entry(entry: h5py.Group, made: Made) -> None:
+    """Write what was made, and what it states about itself, into an empty group."""
+    group = entry.create_group("content")
+    write(group, made.content, made.units)
+    write(entry.create_group("provenance"), made.provenance)
+    entry.attrs.update(
+        {
+            "kind": type(made.content).__name__,
+            "digest": content_digest(group),
+            "layout": layout_digest(type(made.content)),
+        }
+    )
 
 
 def _open(path: Path) -> h5py.File:
@@ -161,10 +246,10 @@ def _other_format(path: Path, found: int) -> InputError:
     return InputError(f"written in format {found}, this version reads {FORMAT}", where=str(path), hint=hint)
 
 
-def _header(path: Path, file: h5py.File) -> ArtifactHeader:
+def _header(path: Path, entry: h5py.Group) -> ArtifactHeader:
     try:
-        kind, digest, layout = (str(file.attrs[name]) for name in ("kind", "digest", "layout"))
-        return ArtifactHeader(kind, digest, layout, read(_group(file, "provenance"), Provenance))
+        kind, digest, layout = (str(entry.attrs[name]) for name in ("kind", "digest", "layout"))
+        return ArtifactHeader(kind, digest, layout, read(_group(entry, "provenance"), Provenance))
     except UNREADABLE as error:
         raise InputError(f"of another version ({_first_line(error)})", where=str(path), hint=AGAIN) from error
 
@@ -186,11 +271,11 @@ def _require_names(content: Any) -> None:
         _require_names(part)
 
 
-def _group(file: h5py.File, name: str) -> h5py.Group:
-    """A group that the file itself holds."""
-    if not isinstance(file.get(name, getlink=True), h5py.HardLink):
+def _group(parent: h5py.Group, name: str) -> h5py.Group:
+    """A group that a file itself, or a group in it, holds."""
+    if not isinstance(parent.get(name, getlink=True), h5py.HardLink):
         raise CodecError(f"it holds no {name}")
-    return file[name]
+    return parent[name]
 
 
 def _first_line(error: Exception) -> str:

@@ -13,7 +13,7 @@ import typer
 
 from robotid import __version__
 from robotid.cli.console import print_message
-from robotid.cli.options import Accept, AsJson, ConfigPath, Debug, Out, Quiet, Set
+from robotid.cli.options import Accept, AsJson, AxisName, ConfigPath, Debug, Out, Quiet, Set
 from robotid.cli.stages import add_stages
 from robotid.cli.streams import standard_streams
 from robotid.errors import INTERRUPTED, InputError, RobotidError
@@ -106,6 +106,7 @@ def check_records(
     config: ConfigPath,
     out: Out = None,
     overrides: Set = None,
+    axis: AxisName = None,
     accept: Accept = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -115,23 +116,29 @@ def check_records(
     from robotid.cli.check import check_configuration
     from robotid.cli.perform import open_run
 
-    check_configuration(open_run(config, out, overrides or []), accept or [], as_json=as_json, quiet=quiet)
+    check_configuration(open_run(config, out, overrides or [], axis), accept or [], as_json=as_json, quiet=quiet)
 
 
 @app.command()
 def status(
-    config: ConfigPath, out: Out = None, overrides: Set = None, as_json: AsJson = False, debug: Debug = False
+    config: ConfigPath,
+    out: Out = None,
+    overrides: Set = None,
+    axis: AxisName = None,
+    as_json: AsJson = False,
+    debug: Debug = False,
 ) -> None:
     """Which artifacts are fresh, stale or absent, and why."""
     from robotid.cli.perform import open_run
     from robotid.cli.status import show_status
 
-    show_status(open_run(config, out, overrides or []), as_json=as_json)
+    show_status(open_run(config, out, overrides or [], axis), as_json=as_json)
 
 
 @app.command()
 def show(
     artifact: Annotated[Path, typer.Argument(metavar="FILE.h5", help="An artifact of a run directory.")],
+    axis: AxisName = None,
     as_json: AsJson = False,
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="FILE.png", help="Draw it instead; also .svg and .pdf.")
@@ -142,9 +149,9 @@ def show(
     from robotid.cli.show import plot_artifact, show_artifact
 
     if plot is None:
-        show_artifact(artifact, as_json=as_json)
+        show_artifact(artifact, axis, as_json=as_json)
     else:
-        plot_artifact(artifact, plot)
+        plot_artifact(artifact, plot, axis)
 
 
 @app.command()
@@ -165,6 +172,9 @@ def export(
     record: Annotated[
         str | None, typer.Option("--record", metavar="NAME", help="One record alone; by default all.")
     ] = None,
+    axis: Annotated[
+        str | None, typer.Option("--axis", metavar="NAME", help="Which axis of a robot of several.")
+    ] = None,
     speed: Annotated[
         float, typer.Option("--speed", metavar="V", help="Motor speed [rad/s] that a model is linearised about.")
     ] = 0.0,
@@ -179,7 +189,7 @@ def export(
     """A fitted model, signals or frequency responses for other programs."""
     from robotid.cli.export import Request, export_artifact
 
-    export_artifact(artifact, to, Request(model, record, speed, joint, into))
+    export_artifact(artifact, to, Request(model, record, speed, joint, into, axis))
 
 
 @app.command()

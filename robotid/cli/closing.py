@@ -13,13 +13,14 @@ from robotid.artifacts.store import count_entries
 from robotid.pipeline.execute import Outcome, status
 from robotid.pipeline.freshness import StageStatus, State
 from robotid.pipeline.report_page import is_current
-from robotid.pipeline.run import Run
+from robotid.pipeline.run import Runs
 from robotid.pipeline.table import DIAGNOSE, EXTEND, PRODUCTS, REPORT, VALIDATE
+from robotid.report.tables import by_axis
 
 EXTENDED = Path("extended.yaml")
 
 
-def closing(run: Run, stage: str | None, done: Sequence[Outcome]) -> tuple[str, ...]:
+def closing(run: Runs, stage: str | None, done: Sequence[Outcome]) -> tuple[str, ...]:
     """Sentences on what was reached, and `next: ` with a command. stage : None for all of them."""
     reached = _reached(done if stage is None else done[-1:])
     return (*map(_folded, reached), f"next: {next_command(run, status(run), stage)}")
@@ -34,12 +35,10 @@ def _folded(sentence: str) -> str:
 
 def _reached(done: Sequence[Outcome]) -> Iterator[str]:
     for outcome in done:
-        sentence = getattr(PRODUCTS[outcome.stage].view(), "sentence", None)
-        if sentence is not None and outcome.content is not None and (found := sentence(outcome.content)):
-            yield found
+        yield from by_axis.sentences(PRODUCTS[outcome.stage].view(), outcome.contents)
 
 
-def next_command(run: Run, found: Sequence[StageStatus], stage: str | None = None) -> str:
+def next_command(run: Runs, found: Sequence[StageStatus], stage: str | None = None) -> str:
     """After one stage the first that is due, else all of them; then the report; then the extended model, where there
     is one; else a way to look. found : the state of every stage."""
     due = next((s.stage for s in found if s.state is not State.FRESH), None)
@@ -47,12 +46,12 @@ def next_command(run: Run, found: Sequence[StageStatus], stage: str | None = Non
         return run.command(due if stage else "run")
     if not is_current(run, found):
         return run.command(REPORT.name)
-    if due is None and count_entries(run.file(EXTEND), "added"):
+    if due is None and any(count_entries(run.file(EXTEND), "added", axis) for axis in run.axes):
         again = f"{run.out}-{EXTENDED.stem}"
         return shlex.join(["robotid", "run", str(run.out / EXTENDED), "--out", again])
     return shlex.join(["robotid", "show", str(run.file(VALIDATE if due is None else DIAGNOSE))])
 
 
-def _is_clean(run: Run) -> bool:
+def _is_clean(run: Runs) -> bool:
     """Whether the diagnosis names nothing to extend by."""
-    return not count_entries(run.file(DIAGNOSE), "causes")
+    return not any(count_entries(run.file(DIAGNOSE), "causes", axis) for axis in run.axes)

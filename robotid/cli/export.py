@@ -17,13 +17,15 @@ from robotid.pipeline.exports import Export, Wanted, export_of
 @dataclass(frozen=True, slots=True)
 class Request:
     """What is wanted of an artifact. model, record : one of several; speed [rad/s] : about which a model is linearised;
-    joint : its name in the other program; into : a file that is to have it."""
+    joint : its name in the other program; into : a file that
+    is to have it; axis : of a robot of several."""
 
     model: str | None = None
     record: str | None = None
     speed: float = 0.0
     joint: str = ""
     into: Path | None = None
+    axis: str | None = None
 
 
 def export_artifact(file: Path, to: Path, request: Request) -> None:
@@ -35,7 +37,14 @@ def export_artifact(file: Path, to: Path, request: Request) -> None:
     check_format(to, TARGETS)
     target = TARGETS.get(to.suffix.lower())
     wanted = Wanted(
-        request.model, request.record, request.speed, print_message, to, request.joint, _patched(request.into, target)
+        request.model,
+        request.record,
+        request.speed,
+        print_message,
+        to,
+        request.joint,
+        _patched(request.into, target),
+        request.axis or "",
     )
     found = export_of(file, wanted)
     if target is not None:

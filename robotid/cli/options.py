@@ -12,6 +12,9 @@ Out = Annotated[
 Set = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY.PATH=VALUE", help="Change the configuration; repeatable.")
 ]
+AxisName = Annotated[
+    str | None, typer.Option("--axis", metavar="NAME", help="One axis of a robot of several; by default all.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")]
 Accept = Annotated[
     list[str] | None,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,22 +12,26 @@ import typer
 from robotid.cli.closing import closing
 from robotid.cli.console import print_json, print_message, print_tables
 from robotid.cli.progress import watching
-from robotid.config.load import load
-from robotid.errors import INTERRUPTED, ThresholdError
+from robotid.config.load import load, load_robot
+from robotid.errors import INTERRUPTED, RobotidError, ThresholdError
 from robotid.numerals import fixed
 from robotid.parallel import working
 from robotid.pipeline.check import check_collected, precedes_a_fit, require_meaningful
-from robotid.pipeline.execute import AFTER_ANOTHER, FRESH, Outcome, execute, execute_all, reader
+from robotid.pipeline.execute import AFTER_ANOTHER, FRESH, Outcome, execute, execute_all, one_error, reader
 from robotid.pipeline.lock import locked
-from robotid.pipeline.run import Run
+from robotid.pipeline.report_page import findings_of
+from robotid.pipeline.run import Run, Runs, runs_of
 from robotid.pipeline.table import COLLECT, PRODUCTS, REPORT, STAGES, VALIDATE
 from robotid.progress import Log
+from robotid.report.tables import by_axis
 from robotid.report.tables import check as check_view
-from robotid.report.tables.sliding import in_units_of_axis
 from robotid.report.tables.table import Json, Table
 from robotid.signals.plausibility import Plausibility
 
 STATES = {"made": "green", "fresh": "dim", "yes": "yellow", "no": "dim"}
+
+Keep = Callable[[Mapping[str, Plausibility]], None]
+"""Gets what the check found in the records of each axis."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,12 +49,14 @@ class StageOptions:
     jobs: int | None = None
 
 
-def open_run(config: Path, out: Path | None, overrides: Sequence[str]) -> Run:
-    """A configuration and its run directory, by default runs/<stem> of the current directory."""
-    return Run(load(config, overrides), out or Path("runs") / config.stem)
+def open_run(config: Path, out: Path | None, overrides: Sequence[str], axis: str | None = None) -> Runs:
+    """A configuration and its run directory, by default runs/<stem> of the current directory. axis : one of several
+    alone."""
+    out = out or Path("runs") / config.stem
+    return runs_of(load_robot(config, overrides), out) if axis is None else Run(load(config, overrides, axis), out)
 
 
-def perform(stage: str | None, run: Run, options: StageOptions) -> None:
+def perform(stage: str | None, run: Runs, options: StageOptions) -> None:
     """Run one stage, or all of them, and print what came of it. Waits for another process in the same run directory.
     Raises what the stages raise."""
     if options.dry_run:
@@ -60,10 +66,10 @@ def perform(stage: str | None, run: Run, options: StageOptions) -> None:
         _perform(stage, run, options)
 
 
-def _perform(stage: str | None, run: Run, options: StageOptions) -> None:
+def _perform(stage: str | None, run: Runs, options: StageOptions) -> None:
     done: list[Outcome] = []
-    checked: list[Plausibility] = []
-    failure = None
+    checked: list[Mapping[str, Plausibility]] = []
+    failure: RobotidError | None = None
     with watching(quiet=options.quiet or options.dry_run) as log, working(options.jobs):
         try:
             for outcome in _outcomes(stage, run, options, log, checked.append):
@@ -78,6 +84,8 @@ def _perform(stage: str | None, run: Run, options: StageOptions) -> None:
         _print_plan(run, done, options)
         return
     _print_results(stage, run, done, options, checked)
+    failures = {axis: error for outcome in done for axis, error in outcome.failures.items()}
+    failure = failure or (one_error(failures) if failures else None)
     if failure is not None:
         raise failure
     if any(outcome.interrupted for outcome in done):
@@ -89,7 +97,11 @@ def _perform(stage: str | None, run: Run, options: StageOptions) -> None:
 
 
 def _outcomes(
-    stage: str | None, run: Run, options: StageOptions, log: Log | None, keep: Callable[[Plausibility], None]
+    stage: str | None,
+    run: Runs,
+    options: StageOptions,
+    log: Log | None,
+    keep: Keep,
 ) -> Iterator[Outcome]:
     """The stages as they are done. keep : gets what the check found in the records."""
     if stage is None:
@@ -108,23 +120,24 @@ def _outcomes(
         yield execute(run, stage, force=options.force, dry_run=options.dry_run, log=log)
 
 
-def _check(stage: str | None, run: Run, options: StageOptions, keep: Callable[[Plausibility], None]) -> None:
+def _check(stage: str | None, run: Runs, options: StageOptions, keep: Keep) -> None:
     """Stop before anything is computed from records that make no sense; a warning is a line on stderr."""
     working = precedes_a_fit(run, stage, force=options.force)
-    found = check_collected(run, options.accept) if working or (options.as_json and stage is None) else None
-    if found is None:
+    found = check_collected(run, options.accept) if working or (options.as_json and stage is None) else {}
+    if not found:
         return
     keep(found)
     if not working:
         return
-    if options.as_json and stage is None and not found:
-        print_json({"out": str(run.out), "check": check_view.document(found)})
+    if options.as_json and stage is None and not all(found.values()):
+        documents: dict[str, dict[str, Json]] = {a: {"check": check_view.document(one)} for a, one in found.items()}
+        print_json({"out": str(run.out), **by_axis.document(documents)})
     require_meaningful(run, found)
-    for line in check_view.lines(found):
+    for line in (by_axis.titled(axis, line) for axis, one in found.items() for line in check_view.lines(one)):
         print_message(line, quiet=options.quiet)
 
 
-def _reported(run: Run, options: StageOptions, log: Log | None, *, would_change: bool = False) -> Outcome:
+def _reported(run: Runs, options: StageOptions, log: Log | None, *, would_change: bool = False) -> Outcome:
     if would_change:
         return Outcome(REPORT.name, run.file(REPORT), False, AFTER_ANOTHER)
     from robotid.cli.report import make_report
@@ -134,7 +147,7 @@ def _reported(run: Run, options: StageOptions, log: Log | None, *, would_change:
     )
 
 
-def _kept(stage: str, run: Run) -> Outcome:
+def _kept(stage: str, run: Runs) -> Outcome:
     """What a stage saved before it missed its threshold."""
     return Outcome(stage, run.file(STAGES[stage]), True, "", read=reader(run, STAGES[stage]))
 
@@ -145,7 +158,7 @@ def _line(outcome: Outcome) -> str:
     return f"{outcome.stage}: {outcome.file} written in {fixed(outcome.seconds)} s ({outcome.why})"
 
 
-def _print_plan(run: Run, plan: Sequence[Outcome], options: StageOptions) -> None:
+def _print_plan(run: Runs, plan: Sequence[Outcome], options: StageOptions) -> None:
     if options.as_json:
         print_json({"out": str(run.out), "stages": [_entry(o) for o in plan]})
         return
@@ -154,31 +167,53 @@ def _print_plan(run: Run, plan: Sequence[Outcome], options: StageOptions) -> Non
 
 
 def _print_results(
-    stage: str | None, run: Run, done: Sequence[Outcome], options: StageOptions, checked: Sequence[Plausibility]
+    stage: str | None,
+    run: Runs,
+    done: Sequence[Outcome],
+    options: StageOptions,
+    checked: Sequence[Mapping[str, Plausibility]],
 ) -> None:
     shown = done[-1:] if stage is not None else _of_a_run(done)
     if options.as_json and stage is not None:
-        print_json(PRODUCTS[stage].view().document(shown[-1].content))
+        print_json(by_axis.document(_documents(shown[-1])))
     elif options.as_json:
-        results: dict[str, Json] = {"check": check_view.document(checked[-1])} if checked else {}
-        results |= {o.stage: PRODUCTS[o.stage].view().document(o.content) for o in shown}
-        print_json({"out": str(run.out), "stages": [_entry(o) for o in done], **results})
+        results: dict[str, dict[str, Json]] = {axis: {} for axis in run.axes}
+        for axis, one in checked[-1].items() if checked else ():
+            results[axis]["check"] = check_view.document(one)
+        for outcome in shown:
+            for axis, document in _documents(outcome).items():
+                results[axis][outcome.stage] = document
+        print_json({"out": str(run.out), "stages": [_entry(o) for o in done], **by_axis.document(results)})
     elif not options.quiet:
-        linear = run.loaded.config.robot.linear
-        tables = [in_units_of_axis(table, linear=linear) for o in shown for table in _tables(o, brief=stage is None)]
-        print_tables(tables if stage is not None else [_summary(done), *tables])
+        linear = {axis: joint.loaded.config.robot.linear for axis, joint in run.axes.items()}
+        tables = [
+            table
+            for o in shown
+            for table in by_axis.tables(PRODUCTS[o.stage].view(), o.contents, {"": False} | linear, brief=stage is None)
+        ]
+        print_tables(tables if stage is not None else [_summary(done), *tables, *_overview(run, done)])
+
+
+def _overview(run: Runs, done: Sequence[Outcome]) -> Iterator[Table]:
+    """The axes side by side, of several."""
+    made = [o for o in done if o.several and STAGES[o.stage].after_run != "never"]
+    if made:
+        from robotid.report.tables.overview import overview
+
+        found = {axis: {o.stage: o.contents[axis] for o in made if axis in o.contents} for axis in run.axes}
+        yield overview({axis: findings_of(run.axes[axis], contents) for axis, contents in found.items()})
+
+
+def _documents(outcome: Outcome) -> dict[str, Json]:
+    """The document of each axis."""
+    view = PRODUCTS[outcome.stage].view()
+    return {axis: view.document(content) for axis, content in outcome.contents.items()}
 
 
 def _of_a_run(done: Sequence[Outcome]) -> list[Outcome]:
     """The outcomes that a whole run prints: the latest of those marked so, and those that it always does."""
     after = [(o, STAGES[o.stage].after_run) for o in done if o.stage in STAGES]
     return [*[o for o, when in after if when == "latest"][-1:], *[o for o, when in after if when == "always"]]
-
-
-def _tables(outcome: Outcome, *, brief: bool) -> tuple[Table, ...]:
-    module = PRODUCTS[outcome.stage].view()
-    tables: tuple[Table, ...] = getattr(module, "brief" if brief else "tables", module.tables)(outcome.content)
-    return tables
 
 
 def _entry(outcome: Outcome) -> Json:

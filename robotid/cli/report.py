@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from robotid.artifacts.store import ELSEWHERE, ArtifactHeader
 from robotid.files import atomic_write, touch
 from robotid.interrupt import check
 from robotid.pipeline.execute import FORCED, FRESH, Outcome
 from robotid.pipeline.report_page import Material, gather, page_file, page_stamp, why_made
-from robotid.pipeline.run import Run
+from robotid.pipeline.run import Run, Runs
 from robotid.pipeline.table import REPORT, STAGES
 from robotid.progress import Begun, Log, Progress
 from robotid.report.origin import Origin, Source
 from robotid.report.save import check_format, save_figure
 from robotid.report.stamp import Report
 
+if TYPE_CHECKING:
+    from robotid.report.page import StageTables
+
 
 def make_report(
-    run: Run,
+    run: Runs,
     *,
     force: bool = False,
     dry_run: bool = False,
@@ -46,29 +51,42 @@ def make_report(
     written = () if figures is None else _write_figures(material, figures, form, log)
     stamp = page_stamp(run)
     assert stamp is not None
-    content = Report(file, stamp.summary, tuple(material.fresh), dict(material.left_out), written)
+    content = Report(file, stamp.summary, material.stages, dict(material.left_out), written)
     return Outcome(REPORT.name, file, bool(why), why or FRESH, time.perf_counter() - begin, lambda: content)
 
 
 def _page(material: Material) -> str:
-    from robotid.report.page import StageTables, page
+    from robotid.report.page import AxisPage, page, robot_page
+
+    run = material.run
+    parts = {
+        axis: AxisPage(found, _tables(run.axes[axis], material, axis)) for axis, found in material.findings.items()
+    }
+    sources = [
+        _source(stage, header, axis) for axis, headers in material.fresh.items() for stage, header in headers.items()
+    ]
+    origin = Origin(material.digest, material.configuration, tuple(sources), material.left_out)
+    title = run.loaded.config.report.title
+    if run.several:
+        return robot_page(parts, origin, title or str(run.loaded.robot["robot"]["name"]))
+    return page(parts[""].findings, parts[""].stages, origin, title)
+
+
+def _tables(run: Run, material: Material, axis: str) -> tuple[StageTables, ...]:
+    from robotid.report.page import StageTables
     from robotid.report.tables.sliding import in_units_of_axis
 
-    loaded = material.run.loaded
-    in_units = partial(in_units_of_axis, linear=loaded.config.robot.linear)
-    tables = tuple(
+    in_units = partial(in_units_of_axis, linear=run.loaded.config.robot.linear)
+    return tuple(
         StageTables(STAGES[name].heading, tuple(map(in_units, STAGES[name].view().tables(content))))
-        for name, content in material.contents.items()
+        for name, content in material.contents[axis].items()
     )
-    sources = tuple(_source(stage, header) for stage, header in material.fresh.items())
-    origin = Origin(material.digest, loaded.resolved_text(), sources, material.left_out)
-    return page(material.findings, tables, origin, loaded.config.report.title)
 
 
-def _source(stage: str, header: ArtifactHeader) -> Source:
+def _source(stage: str, header: ArtifactHeader, axis: str) -> Source:
     made = header.provenance
     return Source(
-        stage=stage,
+        stage=f"{stage}{axis and f', axis {axis}'}",
         file=STAGES[stage].output,
         command=made.command,
         version=made.version,
@@ -83,7 +101,11 @@ def _source(stage: str, header: ArtifactHeader) -> Source:
 def _write_figures(material: Material, folder: Path, form: str, log: Log | None) -> tuple[Path, ...]:
     from robotid.report.sections import figure_specs
 
-    every = figure_specs(material.findings)
+    every = [
+        replace(spec, name=f"{axis}-{spec.name}" if axis else spec.name)
+        for axis, findings in material.findings.items()
+        for spec in figure_specs(findings)
+    ]
     files = tuple(folder / f"{spec.name}.{form}" for spec in every)
     for k, (spec, file) in enumerate(zip(every, files, strict=True)):
         check()

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from robotid.cli.options import Accept, AsJson, ConfigPath, Debug, DryRun, Force, Jobs, Out, Quiet, Set
+from robotid.cli.options import Accept, AsJson, AxisName, ConfigPath, Debug, DryRun, Force, Jobs, Out, Quiet, Set
 from robotid.interrupt import Interrupted
 from robotid.pipeline.table import REPORT, STAGES
 
@@ -25,6 +26,7 @@ def _run(
     config: ConfigPath,
     out: Out = None,
     overrides: Set = None,
+    axis: AxisName = None,
     accept: Accept = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -34,7 +36,7 @@ def _run(
     debug: Debug = False,
 ) -> None:
     options = {"as_json": as_json, "quiet": quiet, "force": force, "dry_run": dry_run, "accept": tuple(accept or ())}
-    _perform(None, config, out, overrides, jobs, **options)
+    _perform(None, Source(config, out, overrides, axis), jobs, **options)
 
 
 def _command(stage: str) -> Callable[..., None]:
@@ -42,6 +44,7 @@ def _command(stage: str) -> Callable[..., None]:
         config: ConfigPath,
         out: Out = None,
         overrides: Set = None,
+        axis: AxisName = None,
         accept: Accept = None,
         as_json: AsJson = False,
         quiet: Quiet = False,
@@ -51,7 +54,7 @@ def _command(stage: str) -> Callable[..., None]:
         debug: Debug = False,
     ) -> None:
         chosen = {"as_json": as_json, "quiet": quiet, "force": force, "dry_run": dry_run}
-        _perform(stage, config, out, overrides, jobs, accept=tuple(accept or ()), **chosen)
+        _perform(stage, Source(config, out, overrides, axis), jobs, accept=tuple(accept or ()), **chosen)
 
     return command
 
@@ -64,6 +67,7 @@ def _report(
     form: Annotated[str, typer.Option("--format", metavar="FORMAT", help="Of the figures: pdf, svg or png.")] = "pdf",
     out: Out = None,
     overrides: Set = None,
+    axis: AxisName = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
     force: Force = False,
@@ -72,16 +76,25 @@ def _report(
     debug: Debug = False,
 ) -> None:
     options = {"as_json": as_json, "quiet": quiet, "force": force, "dry_run": dry_run, "figures": figures, "form": form}
-    _perform(REPORT.name, config, out, overrides, jobs, **options)
+    _perform(REPORT.name, Source(config, out, overrides, axis), jobs, **options)
 
 
-def _perform(
-    stage: str | None, config: Path, out: Path | None, overrides: list[str] | None, jobs: int | None, **options: Any
-) -> None:
+@dataclass(frozen=True, slots=True)
+class Source:
+    """What a command works on."""
+
+    config: Path
+    out: Path | None
+    overrides: list[str] | None
+    axis: str | None
+
+
+def _perform(stage: str | None, source: Source, jobs: int | None, **options: Any) -> None:
     """A stage, or all of them. options : as of `robotid.cli.perform.StageOptions`."""
     from robotid.cli.perform import StageOptions, open_run, perform
 
     try:
-        perform(stage, open_run(config, out, overrides or []), StageOptions(jobs=jobs, **options))
+        run = open_run(source.config, source.out, source.overrides or [], source.axis)
+        perform(stage, run, StageOptions(jobs=jobs, **options))
     except KeyboardInterrupt:
         raise Interrupted from None

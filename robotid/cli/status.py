@@ -9,20 +9,23 @@ from robotid.cli.console import print_json, print_tables
 from robotid.numerals import duration
 from robotid.pipeline.execute import status
 from robotid.pipeline.freshness import StageStatus
-from robotid.pipeline.run import Run
+from robotid.pipeline.run import Runs
+from robotid.report.tables import by_axis
 from robotid.report.tables.table import Table
 
 STATES = {"fresh": "green", "stale": "yellow", "absent": "dim"}
 
 
-def show_status(run: Run, *, as_json: bool = False) -> None:
-    """Print one row a stage, and the command to type next."""
+def show_status(run: Runs, *, as_json: bool = False) -> None:
+    """Print one row a stage, of several axes a row an axis of it, and the command to type next."""
     found = status(run)
     if as_json:
-        print_json({"out": str(run.out), "stages": {s.stage: _entry(s) for s in found}})
+        documents = {a: {"stages": {s.stage: _entry(s) for s in found if s.axis == a}} for a in run.axes}
+        print_json({"out": str(run.out), **by_axis.document(documents)})
         return
-    rows = tuple((s.stage, s.state.value, s.why, _age(s), str(s.file)) for s in found)
-    columns = ("stage", "state", "why", "made", "file")
+    axis = ("axis",) * run.several
+    rows = tuple((s.stage, *((s.axis,) * run.several), s.state.value, s.why, _age(s), str(s.file)) for s in found)
+    columns = ("stage", *axis, "state", "why", "made", "file")
     print_tables([Table("", columns, rows, f"next: {next_command(run, found)}", STATES)])
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from typing import Any
 
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
@@ -37,6 +38,11 @@ def has_axes(root: MappingNode) -> bool:
     """Whether a configuration is of several axes, each a mapping below `robot.axes`."""
     robot = _get(root, "robot")
     return isinstance(robot, MappingNode) and _get(robot, AXES) is not None
+
+
+def axes_of(written: Mapping[str, Any]) -> tuple[str, ...]:
+    """The names of the axes of a configuration that is given as mappings, none of a single joint."""
+    return tuple(written["robot"].get(AXES, ()))
 
 
 def split(root: MappingNode) -> dict[str, Document]:

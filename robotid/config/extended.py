@@ -4,19 +4,54 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from pathlib import Path
+from typing import Any
 
-from robotid.config.load import Loaded, resolved
+from robotid.config.axes import AXES
+from robotid.config.load import Loaded, as_yaml, resolved
 from robotid.config.records import RecordSettings
 from robotid.config.robot import Effects, ParameterSettings
 from robotid.extension.results import Extension
 from robotid.model.structure import Structure, belongs, changed
 
 
-def extended_configuration(loaded: Loaded, extension: Extension, folder: Path) -> str:
-    """The text of extended.yaml, to be kept in a folder."""
-    added = [p for p in extension.fit.parameters if any(belongs(p.name, effect) for effect in extension.added)]
-    return extended_text(loaded, extension.fit.structure, {p.name: p.value for p in added}, folder)
+def extended_configuration(loaded: Loaded, found: Extension | Mapping[str, Extension], folder: Path) -> str:
+    """The text of extended.yaml, to be kept in a folder. found : the extension of a single joint, or of each axis of
+    the robot by its name; an axis without one stays as it is."""
+    if isinstance(found, Extension):
+        return extended_text(loaded, found.fit.structure, _guesses(found), folder)
+    return _robot_text(loaded, found, folder)
+
+
+def _guesses(extension: Extension) -> dict[str, float]:
+    """Fitted values of what the extension added."""
+    added = (p for p in extension.fit.parameters if any(belongs(p.name, effect) for effect in extension.added))
+    return {p.name: p.value for p in added}
+
+
+def _robot_text(loaded: Loaded, extensions: Mapping[str, Extension], folder: Path) -> str:
+    """The configuration of a robot of several axes as it is written, with the models of the extensions."""
+    whole: dict[str, Any] = deepcopy(dict(loaded.robot))
+    for axis, extension in extensions.items():
+        joint, structure = whole["robot"][AXES][axis], extension.fit.structure
+        known = dict(joint.get("parameters") or {})
+        known |= {name: {**(known.get(name) or {}), "guess": guess} for name, guess in _guesses(extension).items()}
+        joint |= {"model": _as_lists(effects_of(structure)), "changes": _as_lists(changes_of(structure))}
+        joint |= {"parameters": known}
+    for record in whole["records"]:
+        if (file := record.get("file")) is not None:
+            files = (file,) if isinstance(file, str) else tuple(file)
+            record["file"] = _as_list(_relative(files, loaded.directory, folder))
+    return as_yaml(whole)
+
+
+def _as_lists(mapping: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+    return {key: list(values) for key, values in mapping.items()}
+
+
+def _as_list(files: str | tuple[str, ...]) -> str | list[str]:
+    return files if isinstance(files, str) else list(files)
 
 
 def extended_text(loaded: Loaded, structure: Structure, guesses: Mapping[str, float], folder: Path) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -28,12 +28,14 @@ MAX_SIZE = 500_000  # [bytes] of a configuration; ours have ten thousand at most
 @dataclass(frozen=True, slots=True)
 class Loaded:
     """A configuration of one joint that fits together. overrides : what --set changed. axis : which one it is of a
-    robot of several, empty for a single joint."""
+    robot of several, empty for a single joint; robot : the whole configuration of that robot as it is written, without
+    defaults."""
 
     config: Config
     path: Path
     overrides: tuple[str, ...] = ()
     axis: str = ""
+    robot: Mapping[str, Any] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def directory(self) -> Path:
@@ -49,33 +51,19 @@ class Loaded:
         return json.dumps(_dump(self.config)[name], sort_keys=True)
 
 
-@dataclass(frozen=True, slots=True)
-class LoadedRobot:
-    """A configuration of a robot. axes : that of each axis by its name, "" for a single joint. written : all that is
-    given, without defaults."""
-
-    axes: Mapping[str, Loaded]
-    written: Mapping[str, Plain]
-
-    @property
-    def several(self) -> bool:
-        """Whether the robot has axes, be it one."""
-        return "" not in self.axes
-
-
 def load(path: Path | str, overrides: Sequence[str] = (), axis: str | None = None) -> Loaded:
     """Read and check a configuration file of one joint. overrides : "key.path=value". axis : which one of a robot of
     several. Raises ConfigError."""
-    found: Loaded = _one_of(load_robot(path, overrides).axes, str(path), axis)
+    found: Loaded = _one_of(load_robot(path, overrides), str(path), axis)
     return found
 
 
-def load_robot(path: Path | str, overrides: Sequence[str] = ()) -> LoadedRobot:
-    """Read and check a configuration file. overrides : "key.path=value". Raises ConfigError."""
+def load_robot(path: Path | str, overrides: Sequence[str] = ()) -> dict[str, Loaded]:
+    """The same of each axis of a robot by its name, "" for a single joint. Raises ConfigError."""
     path = Path(path)
     root = _tree(_text_of(path), str(path), overrides)
-    axes = {axis: Loaded(config, path, tuple(overrides), axis) for axis, config in _checked_axes(root).items()}
-    return LoadedRobot(axes, _written(root))
+    axes, written = _checked_axes(root), _written(root)
+    return {axis: Loaded(config, path, tuple(overrides), axis, written) for axis, config in axes.items()}
 
 
 def _text_of(path: Path) -> str:
@@ -127,7 +115,7 @@ def _one_of(axes: Mapping[str, Any], name: str, axis: str | None = None) -> Any:
             raise ConfigError("this robot has a single joint", where=name, hint="leave the axis out")
         return axes[""]
     if axis is None:
-        raise ConfigError(f"this robot has several axes: {', '.join(axes)}", where=name, hint="choose one")
+        raise ConfigError(f"this robot has several axes: {', '.join(axes)}", where=name, hint="choose one with --axis")
     require_axis(axes, axis, name)
     return axes[axis]
 
@@ -187,7 +175,12 @@ def _written(root: MappingNode) -> dict[str, Plain]:
 
 def resolved(config: Config) -> str:
     """A complete configuration as YAML."""
-    return yaml.safe_dump(_dump(config), sort_keys=False, allow_unicode=True, default_flow_style=None, width=120)
+    return as_yaml(_dump(config))
+
+
+def as_yaml(sections: Mapping[str, object]) -> str:
+    """Sections as YAML."""
+    return yaml.safe_dump(dict(sections), sort_keys=False, allow_unicode=True, default_flow_style=None, width=120)
 
 
 def _dump(config: Config) -> dict[str, object]:

@@ -31,7 +31,7 @@ class Wanted:
     """What is to be exported. model, record : one of several, absent: the best model, all records. speed [rad/s] : of
     the motor, about which a model is linearised. remark : gets a sentence on what is left out. to : file that is
     written; joint, into : of a model that is handed over, the name of the joint in the other program, and text of the
-    file that is to have it."""
+    file that is to have it; axis : of a robot of several, empty for a single joint."""
 
     model: str | None
     record: str | None
@@ -40,6 +40,7 @@ class Wanted:
     to: Path = Path("joint")
     joint: str = ""
     into: str = ""
+    axis: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,13 +67,13 @@ class Source:
 
 def export_of(file: Path, wanted: Wanted) -> Export:
     """What an artifact offers. Raises ConfigError where that is nothing, or a name is not in it."""
-    header = read_header(file)
+    header = read_header(file, wanted.axis)
     stage = STAGES.get(header.provenance.stage)
     if stage is None or not stage.export:
         known = ", ".join(s.output for s in sorted(STAGES.values(), key=lambda s: s is not FIT) if s.export)
         what = f"nothing is exported of what {header.provenance.stage} makes"
         raise ConfigError(what, where=str(file), hint=f"give {known}")
-    content = load(file, stage.type()).content
+    content = load(file, stage.type(), wanted.axis).content
     found: Export = find(stage.export)(Source(file, header, content, parse(header.provenance.configuration), wanted))
     return found
 
@@ -157,9 +158,10 @@ def _fields(columns: Columns) -> dict[str, Any]:
 def _records(source: Source, fit: FitResult | None = None) -> tuple[Record, ...]:
     """The records, or those of a fit, where they still lie beside it."""
     file = source.file.with_name(COLLECT.output)
-    if not file.exists() or read_header(file).digest != source.header.provenance.inputs.get(COLLECT.name):
+    axis = source.wanted.axis
+    if not file.exists() or read_header(file, axis).digest != source.header.provenance.inputs.get(COLLECT.name):
         return ()
-    return tuple(r for r in load(file, Recordings).content.records if fit is None or r.name in fit.records)
+    return tuple(r for r in load(file, Recordings, axis).content.records if fit is None or r.name in fit.records)
 
 
 def _fit(fits: Fits, name: str | None, file: Path) -> FitResult:
@@ -171,7 +173,7 @@ def _fit_beside(source: Source) -> FitResult | None:
     if not file.exists() and source.wanted.model is None:
         source.wanted.remark(f"there is no {file.name} beside it: measured signals alone are written")
         return None
-    made = load(file, Fits)
+    made = load(file, Fits, source.wanted.axis)
     if made.provenance.inputs.get(COLLECT.name) != source.header.digest:
         what = f"its models were fitted to other records than {source.file.name} holds"
         raise ConfigError(what, where=str(file), hint="run its stage again")

@@ -11,10 +11,12 @@ from enum import StrEnum
 from pathlib import Path
 
 from robotid import __version__
-from robotid.artifacts.store import ArtifactHeader, read_header
+from robotid.artifacts.store import ArtifactHeader, read_headers
 from robotid.errors import InputError
-from robotid.pipeline.run import Run
+from robotid.pipeline.run import Run, Runs
 from robotid.pipeline.stage import Stage
+
+NOT_MADE = "not made yet"
 
 
 class State(StrEnum):
@@ -27,26 +29,41 @@ class State(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class StageStatus:
-    """State of one stage's artifact, and why it is not fresh."""
+    """State of one stage's artifact, and why it is not fresh. axis : of a robot of several, whose states differ."""
 
     stage: str
     file: Path
     state: State
     why: str = ""
     header: ArtifactHeader | None = None
+    axis: str = ""
 
 
-def judge(run: Run, stage: Stage, before: Mapping[str, StageStatus]) -> StageStatus:
-    """State of one stage's artifact; a damaged one is stale. before : states of the stages that it reads."""
+Before = Mapping[str, Mapping[str, StageStatus]]
+"""States of the stages that a stage reads, by axis and stage."""
+
+
+def judge(run: Runs, stage: Stage, before: Before) -> dict[str, StageStatus]:
+    """State of one stage's artifact for each axis; a damaged one is stale."""
     file = run.file(stage)
     if not file.exists():
-        return StageStatus(stage.name, file, State.ABSENT, "not made yet")
+        return {axis: StageStatus(stage.name, file, State.ABSENT, NOT_MADE, axis=axis) for axis in run.axes}
     try:
-        header = read_header(file)
+        headers = read_headers(file)
     except InputError as error:
-        return StageStatus(stage.name, file, State.STALE, error.what)
+        return {axis: StageStatus(stage.name, file, State.STALE, error.what, axis=axis) for axis in run.axes}
+    if run.several == ("" in headers):
+        what = "made for a single joint" if run.several else f"made for several axes: {', '.join(headers)}"
+        return {axis: StageStatus(stage.name, file, State.STALE, what, axis=axis) for axis in run.axes}
+    return {axis: _judged(joint, stage, headers.get(axis), before[axis]) for axis, joint in run.axes.items()}
+
+
+def _judged(run: Run, stage: Stage, header: ArtifactHeader | None, before: Mapping[str, StageStatus]) -> StageStatus:
+    file, axis = run.file(stage), run.loaded.axis
+    if header is None:
+        return StageStatus(stage.name, file, State.ABSENT, NOT_MADE, axis=axis)
     why = _why_stale(run, stage, header, before)
-    return StageStatus(stage.name, file, State.STALE if why else State.FRESH, why, header)
+    return StageStatus(stage.name, file, State.STALE if why else State.FRESH, why, header, axis)
 
 
 def _why_stale(run: Run, stage: Stage, header: ArtifactHeader, before: Mapping[str, StageStatus]) -> str:

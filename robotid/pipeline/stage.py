@@ -10,8 +10,8 @@ from typing import Any, Literal
 
 @dataclass(frozen=True, slots=True)
 class Companion:
-    """A text file that goes with an artifact. function : makes the text of the loaded configuration, the content and
-    the run directory."""
+    """A text file that goes with an artifact. function : makes the text of the loaded configuration, the content (of
+    several axes by axis) and the run directory."""
 
     output: str
     function: str

@@ -6,7 +6,7 @@ import base64
 import hashlib
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
@@ -25,7 +25,8 @@ from robotid.report.origin import Origin
 from robotid.report.sections import SECTIONS, FigureSpec
 from robotid.report.style.axes import envelope
 from robotid.report.style.svg import COLOURS, identifier, inline
-from robotid.report.summary import summary
+from robotid.report.summary import robot_summary, summary
+from robotid.report.tables.overview import overview
 from robotid.report.tables.table import Table
 
 MAX_SAMPLES = 100_000  # of all signals that can be zoomed, together
@@ -45,28 +46,92 @@ class StageTables:
     tables: tuple[Table, ...]
 
 
+Sections = Sequence[tuple[str, str, Sequence[FigureSpec]]]
+"""Title, note and figures of each; one without figures is left out."""
+
+
+@dataclass(frozen=True, slots=True)
+class AxisPage:
+    """What a page shows of one axis. stages : tables of each stage that has run, in order."""
+
+    findings: Findings
+    stages: Sequence[StageTables]
+
+
 def page(findings: Findings, stages: Sequence[StageTables], origin: Origin, title: str | None = None) -> str:
     """The HTML. stages : tables of each stage that has run, in order. title : the heading, absent: the robot's name."""
-    sections = [(one.title, one.note(findings), list(one.figures(findings))) for one in SECTIONS]
-    return rendered(title or findings.robot, summary(findings), sections, stages, origin)
+    return rendered(title or findings.robot, summary(findings), _sections(findings), stages, origin)
 
 
-def rendered(
-    title: str,
-    summary: str,
-    sections: Sequence[tuple[str, str, Sequence[FigureSpec]]],
-    stages: Sequence[StageTables],
-    origin: Origin,
-) -> str:
-    """The HTML of any page. summary : the answer, under the title; sections : title, note and figures of each; one
-    without figures is left out."""
-    over_time = sum(spec.plot is not None for _, _, specs in sections for spec in specs)
+def robot_page(axes: Mapping[str, AxisPage], origin: Origin, title: str) -> str:
+    """The HTML for a robot of several axes: an overview, and the sections of each axis. axes : by name."""
+    findings = {axis: one.findings for axis, one in axes.items()}
+    parts = [
+        _Part(axis, summary(one.findings), _sections(one.findings, axis), one.stages) for axis, one in axes.items()
+    ]
+    return _rendered(title, robot_summary(findings), parts, origin, overview(findings))
+
+
+def rendered(title: str, summary: str, sections: Sections, stages: Sequence[StageTables], origin: Origin) -> str:
+    """The HTML of any page. summary : the answer, under the title."""
+    return _rendered(title, summary, [_Part("", "", sections, stages)], origin)
+
+
+def _sections(findings: Findings, axis: str = "") -> Sections:
+    """All sections; the names of figures begin with that of the axis."""
+    prefix = f"{axis}-" if axis else ""
+    return [
+        (one.title, one.note(findings), [replace(spec, name=f"{prefix}{spec.name}") for spec in one.figures(findings)])
+        for one in SECTIONS
+    ]
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """What is shown of one axis, its name empty where it is the whole page. summary : under its name."""
+
+    name: str
+    summary: str
+    sections: Sections
+    stages: Sequence[StageTables]
+
+    @property
+    def anchor(self) -> str:
+        """How the identifiers of its sections begin."""
+        return f"{self.name}-" if self.name else ""
+
+    @property
+    def level(self) -> int:
+        """Of the headings of its sections."""
+        return 3 if self.name else 2
+
+    def shown(self, most: int) -> list[tuple[str, str, list[_Shown]]]:
+        """The sections that have figures. most : samples of a signal that can be zoomed."""
+        return [(name, note, [_shown(spec, most) for spec in specs]) for name, note, specs in self.sections if specs]
+
+    def tables(self) -> list[tuple[str, list[_Grid]]]:
+        """Heading and tables of each stage, the last first."""
+        return [(one.heading, [_grid(table) for table in one.tables if table.rows]) for one in reversed(self.stages)]
+
+
+def _rendered(title: str, summary: str, parts: Sequence[_Part], origin: Origin, overview: Table | None = None) -> str:
+    over_time = sum(spec.plot is not None for part in parts for _, _, specs in part.sections for spec in specs)
     most = max(MIN_SAMPLES, MAX_SAMPLES // max(1, over_time))
     return _template().render(
         title=title,
         summary=summary,
-        sections=[(name, note, [_shown(spec, most) for spec in specs]) for name, note, specs in sections if specs],
-        tables=[(stage.heading, [_grid(table) for table in stage.tables if table.rows]) for stage in reversed(stages)],
+        overview=None if overview is None else _grid(overview),
+        axes=[
+            {
+                "name": part.name,
+                "summary": part.summary,
+                "anchor": part.anchor,
+                "level": part.level,
+                "sections": part.shown(most),
+                "tables": part.tables(),
+            }
+            for part in parts
+        ],
         origin=origin,
         style=Markup(_own("page.css")),
         script=Markup(_own("page.js")),

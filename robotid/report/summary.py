@@ -28,6 +28,29 @@ def summary(findings: Findings) -> str:
     return " ".join(f"{sentence[0].upper()}{sentence[1:]}" for sentence in _sentences(findings))
 
 
+def robot_summary(axes: Mapping[str, Findings]) -> str:
+    """The paragraph on a robot of several axes: how well their models simulate, and on which axes what is missing."""
+    best = {axis: f.validation.models[f.validation.best] for axis, f in axes.items() if f.validation is not None}
+    parts = [f"{_number(len(axes), 'axis', 'axes')}."]
+    for used, where in ((True, "On the records that they were fitted to"), (False, "On held-out records")):
+        levels = {
+            axis: min(values)
+            for axis, model in best.items()
+            if (values := [record.fit_percent for record in model.records.values() if record.used == used])
+        }
+        if levels:
+            low, high = min(levels, key=levels.__getitem__), max(levels, key=levels.__getitem__)
+            parts.append(
+                f"{where} the models fit from {fixed(levels[low])} % ({low}) to {fixed(levels[high])} % ({high})."
+            )
+    diagnosed = {axis: f.diagnosis for axis, f in axes.items() if f.diagnosis is not None}
+    for verdict in dict.fromkeys(d.verdict for d in diagnosed.values()):
+        found = {axis: d.causes for axis, d in diagnosed.items() if d.verdict == verdict}
+        named = [f"{axis} ({listed([c.effect for c in causes])})" if causes else axis for axis, causes in found.items()]
+        parts.append(f"{verdict[0].upper()}{verdict[1:]}: {listed(named)}.")
+    return " ".join(parts)
+
+
 def _sentences(f: Findings) -> Iterator[str]:
     yield from _simulates(f)
     if f.fits is not None:
@@ -123,8 +146,8 @@ def _recorded(f: Findings) -> Iterator[str]:
         yield f"{_number(count, 'reference signal')} for {f.robot} {_are(count)} ready; nothing has been recorded yet."
 
 
-def _number(count: int, noun: str) -> str:
-    return f"{count} {noun}{'' if count == 1 else 's'}"
+def _number(count: int, noun: str, plural: str = "") -> str:
+    return f"{count} {noun if count == 1 else plural or f'{noun}s'}"
 
 
 def _are(count: int) -> str:

@@ -100,8 +100,7 @@ def test_a_single_joint_has_one_axis_without_a_name(tmp_path: Path) -> None:
     file = tmp_path / "joint.yaml"
     file.write_text(resolved(parse_axes(ROBOT)["a1"]))
     robot = load_robot(file)
-    assert not robot.several
-    assert robot.axes[""] == load(file)
+    assert robot == {"": load(file)}
     with pytest.raises(ConfigError, match="this robot has a single joint"):
         load(file, axis="a1")
 

@@ -1,0 +1,43 @@
+"""Results of each axis of a robot as tables and JSON: what the module of a stage's tables offers for one content, here
+for contents by axis. A single joint is the one axis without a name, and is shown as such."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from types import ModuleType
+from typing import Any, TypeVar
+
+from robotid.report.tables.sliding import in_units_of_axis
+from robotid.report.tables.table import Json, Table
+
+T = TypeVar("T", bound=Json)
+
+
+def tables(
+    view: ModuleType, contents: Mapping[str, Any], linear: Mapping[str, bool], *, brief: bool = False
+) -> Iterator[Table]:
+    """The tables of every axis, its name before their titles. linear : the axes that slide. brief : what the end of a
+    whole run shows."""
+    make = getattr(view, "brief" if brief else "tables", view.tables)
+    for axis, content in contents.items():
+        for table in make(content):
+            shown = in_units_of_axis(table, linear=linear[axis])
+            yield replace(shown, title=titled(axis, shown.title))
+
+
+def titled(axis: str, title: str) -> str:
+    """A title with the name of the axis, if it has one, before it."""
+    return ": ".join(word for word in (axis, title) if word)
+
+
+def document(documents: Mapping[str, T]) -> T | dict[str, Mapping[str, T]]:
+    """One JSON document of those of all axes."""
+    return documents.get("", {"axes": documents})
+
+
+def sentences(view: ModuleType, contents: Mapping[str, Any]) -> Iterator[str]:
+    """What came of it in a sentence an axis, where the stage has any."""
+    if hasattr(view, "sentence"):
+        found = {axis: view.sentence(content) for axis, content in contents.items()}
+        yield from (titled(axis, sentence) for axis, sentence in found.items() if sentence)
