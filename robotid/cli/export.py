@@ -17,8 +17,7 @@ from robotid.pipeline.exports import Export, Wanted, export_of
 @dataclass(frozen=True, slots=True)
 class Request:
     """What is wanted of an artifact. model, record : one of several; speed [rad/s] : about which a model is linearised;
-    joint : its name in the other program; into : a file that
-    is to have it; axis : of a robot of several."""
+    joint : its name in the other program; into : a file that is to have it; axis : of a robot of several."""
 
     model: str | None = None
     record: str | None = None
