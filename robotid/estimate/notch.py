@@ -10,6 +10,7 @@ import scipy
 from robotid.errors import NumericsError
 from robotid.model.array import Array
 from robotid.signals.frf import Frf
+from robotid.signals.frf_matrix import FrfMatrix
 
 MIN_PROMINENCE = 3.0  # [dB] of a notch or a resonance over its surroundings
 # Standard deviations of the response that a prominence must exceed, too: hundreds of lines scatter so far.
@@ -41,6 +42,12 @@ def read_off(frf: Frf) -> Reading:
     far = frf.omega > FLAT_FROM * (resonance or 0.0)
     high = far if resonance and far.sum() >= 3 else frf.omega >= np.quantile(frf.omega, 0.8)
     return Reading(notch, resonance, float(np.median(np.abs(frf.response[high]))))
+
+
+def read_off_axes(matrix: FrfMatrix) -> dict[str, Reading]:
+    """What every axis shows while the motors of all others stand, by its name: its notch is then that of its own gear
+    and arm, whatever the others do."""
+    return {axis: read_off(matrix.alone(axis)) for axis in matrix.axes}
 
 
 def _extremes(level: Array, doubt: Array, omega: Array) -> list[float]:

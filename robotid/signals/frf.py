@@ -55,7 +55,7 @@ class Frf:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Spectra:
+class Spectra:
     """Complex amplitudes at the lines of one or more stretches of a record, (stretches, lines), and the lines [Hz].
 
     instrument : see `_instrument`.
@@ -95,6 +95,11 @@ def estimate_frf(
         return _average(record.name, spectra, lines)
     frf = _smooth(record.name, spectra, lines, spread)
     return frf if record.ref is not None else replace(frf, remarks=(*frf.remarks, IN_CLOSED_LOOP))
+
+
+def period_spectra(record: Record) -> Spectra:
+    """The spectra of a record's periods, the first of several left out; of all of it where it does not repeat."""
+    return _spectra(record, record.tau_m, *_stretches(record))
 
 
 def combine(name: str, frfs: tuple[Frf, ...]) -> Frf:
@@ -140,7 +145,7 @@ def _stretches(record: Record) -> tuple[int, int]:
     return (length, max(1, whole - 1)) if whole else (len(record), 1)
 
 
-def _spectra(record: Record, torque: Array, length: int, count: int) -> _Spectra:
+def _spectra(record: Record, torque: Array, length: int, count: int) -> Spectra:
     h, used = record.sampling_time, length * count
     frequency: Array = np.fft.rfftfreq(length, h)[1:].astype(np.float64)
     s = 2j * np.pi * frequency
@@ -150,17 +155,17 @@ def _spectra(record: Record, torque: Array, length: int, count: int) -> _Spectra
     )
     # The torque is held from sample to sample: in continuous time its amplitude falls and it acts half a sample late.
     hold = (1 - np.exp(-s * h)) / (s * h)
-    return _Spectra(frequency, u * hold, v * s, r)
+    return Spectra(frequency, u * hold, v * s, r)
 
 
-def _excited(spectra: _Spectra, band: tuple[float, float]) -> NDArray[np.intp]:
+def _excited(spectra: Spectra, band: tuple[float, float]) -> NDArray[np.intp]:
     slack = 1e-6 * band[0]
     inside = (spectra.frequency >= band[0] - slack) & (spectra.frequency <= band[1] + slack)
     amplitude = np.abs(spectra.instrument).mean(axis=0) * inside
     return np.flatnonzero(amplitude > EXCITED * amplitude.max()) if inside.any() else np.zeros(0, dtype=np.intp)
 
 
-def _average(name: str, spectra: _Spectra, lines: NDArray[np.intp]) -> Frf:
+def _average(name: str, spectra: Spectra, lines: NDArray[np.intp]) -> Frf:
     """Periods averaged; their scatter is the noise. Any reference is the same in all of them, so none is needed."""
     u, y = spectra.torque[:, lines], spectra.acceleration[:, lines]
     response = y.mean(axis=0) / u.mean(axis=0)
@@ -169,7 +174,7 @@ def _average(name: str, spectra: _Spectra, lines: NDArray[np.intp]) -> Frf:
     return Frf(name, spectra.frequency[lines], response, std, noise_std=std, remarks=(f"{len(u)} periods averaged",))
 
 
-def _smooth(name: str, spectra: _Spectra, lines: NDArray[np.intp], spread: int) -> Frf:
+def _smooth(name: str, spectra: Spectra, lines: NDArray[np.intp], spread: int) -> Frf:
     """Local polynomials over spread times as many lines as the least."""
     spacing = max(1, int(np.median(np.diff(lines)))) * spread
     at = lines[:: max(1, -(-len(lines) // LINES))]
