@@ -6,13 +6,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import inf
 
+from robotid.body.results import INERTIA, TORQUE
 from robotid.catalogue import EFFECTS
 from robotid.channels import CHANNELS
 from robotid.config.robot import Effects
 from robotid.config.schema import Config
 from robotid.config.suggest import suggest
 from robotid.config.tree import Step
-from robotid.model.companion import companion_of
+from robotid.model.companion import CompanionKind, companion_of
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port, Signal
 from robotid.model.structure import RECORD_CHANGE, Structure, changed
@@ -21,6 +22,8 @@ from robotid.signals.plausibility.procedure import CHECKS
 from robotid.terms import TERMS
 
 PLACES = [*map(str, Port), *map(str, Signal)]
+BODY_SIGNALS = {INERTIA: CompanionKind.INERTIA, TORQUE: CompanionKind.TORQUE}
+"""What the body adds to the records."""
 FLEXIBLE = (Port.GEAR, Port.LINK, Port.TOOL)
 
 
@@ -38,6 +41,7 @@ def problems(config: Config) -> Iterator[Problem]:
     robot, plant = config.robot, config.plant
     yield from _effects(robot.model, robot.gear_ratio, ("robot", "model"))
     yield from _companions(config)
+    yield from _body(config)
     yield from _changes(config)
     yield from _parameters(config)
     if plant is not None:
@@ -107,6 +111,28 @@ def _companions(config: Config) -> Iterator[Problem]:
                 yield Problem(("plant", "model", place, i), f"{effect} reads a companion, which no excitation moves")
 
 
+def _body(config: Config) -> Iterator[Problem]:
+    """Whether every record has the signals of all axes, and none of the body's own."""
+    body = config.robot.body
+    if body is None:
+        return
+    wanted = {one.angle: "angle" for one in body.axes.values() if one.angle}
+    wanted |= {one.torque: "drive" for one in body.axes.values() if one.torque}
+    for k, record in enumerate(config.records):
+        if record.excite is not None:
+            yield Problem(("records", k), f"{record.name} is of one axis alone", "a body needs records of all axes")
+            return
+        for name in BODY_SIGNALS:
+            if name in record.signals:
+                yield Problem(("records", k, "signals", name), f"{name} is what robot.body adds", "rename the signal")
+        for name, kind in wanted.items():
+            if name not in record.signals:
+                yield Problem(("records", k), f"{record.name} has no signal {name}", f"add {name} of kind {kind}")
+            elif record.signals[name].kind != kind:
+                what = f"{name} is of kind {record.signals[name].kind}, not {kind}"
+                yield Problem(("records", k, "signals", name), what, f"write kind: {kind}")
+
+
 def _companion(config: Config, effect: str, loc: tuple[Step, ...]) -> Iterator[Problem]:
     """Whether an effect reads a companion where it must, one that is there and of its kind."""
     name, companion = companion_of(effect)
@@ -117,7 +143,10 @@ def _companion(config: Config, effect: str, loc: tuple[Step, ...]) -> Iterator[P
         if companion:
             yield Problem(loc, f"{name} reads no companion", f"write {name}")
         return
+    if config.robot.body is not None and BODY_SIGNALS.get(companion) == kind.companion:
+        return
     known = list(dict.fromkeys(key for r in config.records for key, s in r.signals.items() if s.kind == kind.companion))
+    known += [key for key, one in BODY_SIGNALS.items() if config.robot.body is not None and one == kind.companion]
     hint = f"write {name}[{known[0]}]" if known else f"add one of kind {kind.companion} to signals of the records"
     if not companion:
         yield Problem(loc, f"{name} reads a companion of kind {kind.companion}", hint)

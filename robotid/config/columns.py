@@ -41,10 +41,11 @@ class ColumnSettings(Section):
 class CompanionSettings(ColumnSettings):
     """A further signal that may explain the joint: a column as any other, and its kind.
 
-    angle : of another axis; temperature : kept in degC; torque : that acts beside the motor's; voltage : of the supply.
+    angle : of another axis; temperature : kept in degC; torque : that acts beside the motor's; voltage : of the supply;
+    inertia : of the axis, as it changes with the pose; drive : the torque of another axis, for robot.body.
     """
 
-    kind: Literal["angle", "temperature", "torque", "voltage"]
+    kind: Literal["angle", "temperature", "torque", "voltage", "inertia", "drive"]
 
 
 class ColumnsSettings(Section):

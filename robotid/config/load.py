@@ -63,7 +63,27 @@ def load_robot(path: Path | str, overrides: Sequence[str] = ()) -> dict[str, Loa
     path = Path(path)
     root = _tree(_text_of(path), str(path), overrides)
     axes, written = _checked_axes(root), _written(root)
-    return {axis: Loaded(config, path, tuple(overrides), axis, written) for axis, config in axes.items()}
+    return {
+        axis: Loaded(_with_files(config, path.parent), path, tuple(overrides), axis, written)
+        for axis, config in axes.items()
+    }
+
+
+def _with_files(config: Config, directory: Path) -> Config:
+    """The configuration with the text of the URDF in place of its name. Raises ConfigError."""
+    body = config.robot.body
+    if body is None or body.urdf is None or body.urdf.lstrip().startswith("<"):
+        return config
+    path = directory / body.urdf
+    try:
+        if path.stat().st_size > MAX_SIZE:
+            raise ConfigError(f"larger than {MAX_SIZE // 1000} kB, which no URDF is", where=str(path))
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        unreadable = f"cannot be read: {error.strerror}" if isinstance(error, OSError) else "this is not UTF-8 text"
+        raise ConfigError(unreadable, where=str(path), hint="check robot.body.urdf") from error
+    with_text = body.model_copy(update={"urdf": text})
+    return config.model_copy(update={"robot": config.robot.model_copy(update={"body": with_text})})
 
 
 def _text_of(path: Path) -> str:

@@ -7,6 +7,7 @@ from typing import Self
 
 from pydantic import field_validator, model_validator
 
+from robotid.config.body import BodySettings
 from robotid.config.section import Finite, Name, Section
 from robotid.model.parameters import KnownParameter
 from robotid.model.port import Port, Signal
@@ -37,7 +38,8 @@ class ParameterSettings(Section):
 class RobotSettings(Section):
     """One joint. gear_ratio : phi_a / phi_m, absent for a rigid axis. linear : the axis slides (m, N, kg).
 
-    changes : by record, the parameters that differ there: a payload, a warm gearbox.
+    changes : by record, the parameters that differ there: a payload, a warm gearbox. body : of all links of the robot;
+    it adds the signals body_inertia and body_torque to the records.
     """
 
     name: Name
@@ -46,6 +48,7 @@ class RobotSettings(Section):
     model: Effects
     changes: dict[Name, tuple[str, ...]] = {}
     parameters: dict[str, ParameterSettings] = {}
+    body: BodySettings | None = None
 
     @field_validator("gear_ratio")
     @classmethod

@@ -77,7 +77,8 @@ def read(
     scale=..., offset=..., column=...)` turns volts into torque or picks a column of a matrix. A signal that is left out
     is found by its usual names; None means that there is none. A column without a unit is in SI.
     signals : companions by name, further columns that effects may read, {"q2": {"name": "axis2", "unit": "deg",
-    "kind": "angle"}}; kind is angle (of another axis), temperature, torque (that acts beside the motor's) or voltage.
+    "kind": "angle"}}; kind is angle (of another axis), temperature, torque (that acts beside the motor's), voltage
+    or inertia.
     start, stop [s] : the part that is used, from the first sample. speed_delay [samples] : by which the speed is late;
     torque_delay [s] : by which the torque is late against the motion.
     repair : what is done about flaws, {"nan": "interpolate", "gaps": "interpolate", "duplicates": "drop", "wrap":
@@ -201,7 +202,7 @@ def _companion(signal: str, given: Mapping[str, Any], table: Table) -> Companion
     """A companion as `read` was given it."""
     where, kinds = (
         f"read, signals, {signal}",
-        [str(kind) for kind in CompanionKind if kind is not CompanionKind.DISTURBANCE],
+        [str(kind) for kind in CompanionKind if kind not in (CompanionKind.DISTURBANCE, CompanionKind.DRIVE)],
     )
     if signal in ALIASES:
         raise ConfigError(f"{signal} is a signal of the joint itself", where=where, hint="give it another name")

@@ -14,12 +14,15 @@ from robotid.model.array import Array
 
 class CompanionKind(StrEnum):
     """What a companion measures. A disturbance is the part of the recorded torque that the controller did not command;
-    it is in the torque already, and no effect reads it."""
+    it is in the torque already, and no effect reads it. A drive is the torque of another axis, which the body of the
+    robot is identified from; no effect reads it either."""
 
     ANGLE = "angle"
     TEMPERATURE = "temperature"
     TORQUE = "torque"
     VOLTAGE = "voltage"
+    INERTIA = "inertia"
+    DRIVE = "drive"
     DISTURBANCE = "disturbance"
 
 

@@ -52,6 +52,8 @@ COMPANIONS: dict[CompanionKind, dict[str, str]] = {
     CompanionKind.TEMPERATURE: {"temperature": "degC"},
     CompanionKind.TORQUE: {"torque": "Nm", "force": "N"},
     CompanionKind.VOLTAGE: {"voltage": "V"},
+    CompanionKind.INERTIA: {"inertia": "kg m2"},
+    CompanionKind.DRIVE: {"torque": "Nm", "force": "N"},
     CompanionKind.DISTURBANCE: {"torque": "Nm", "force": "N"},
 }
 """Quantities that a companion of each kind may be, and the units that they are kept in."""

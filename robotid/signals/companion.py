@@ -30,6 +30,8 @@ UNITS: Mapping[CompanionKind, str] = {
     CompanionKind.TEMPERATURE: "degC",
     CompanionKind.TORQUE: "Nm",
     CompanionKind.VOLTAGE: "V",
+    CompanionKind.INERTIA: "kg m2",
+    CompanionKind.DRIVE: "Nm",
     CompanionKind.DISTURBANCE: "Nm",
 }
 """In what each kind is kept."""

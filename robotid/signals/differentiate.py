@@ -119,10 +119,14 @@ def decimate(signal: Array, sampling_time: float, cutoff: float, order: int = 4)
 
     signal (..., n) -> (..., n / step). The ends are one period of the cut-off each, an eighth of the signal at most.
     """
-    n = signal.shape[-1]
+    return low_pass(signal, sampling_time, cutoff, order)[..., kept(signal.shape[-1], sampling_time, cutoff)]
+
+
+def kept(n: int, sampling_time: float, cutoff: float) -> slice:
+    """Which of n filtered samples `decimate` keeps."""
     edge = min(n // 8, round(1 / (cutoff * sampling_time)))
     step = max(1, int(1 / (SAMPLES_A_CUTOFF * cutoff * sampling_time)))
-    return low_pass(signal, sampling_time, cutoff, order)[..., edge : n - edge : step]
+    return slice(edge, n - edge, step)
 
 
 def bandwidth(signal: Array, sampling_time: float, share: float = 0.99) -> float:

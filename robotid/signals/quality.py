@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from robotid.body.results import BodyResult
 from robotid.errors import InputError, NumericsError
 from robotid.model.array import Array
 from robotid.numerals import plain
@@ -57,10 +58,11 @@ class Report:
 
 @dataclass(frozen=True, slots=True)
 class Recordings:
-    """All records of a configuration, and a report on each."""
+    """All records of a configuration, and a report on each. body : of the robot, where its description is given."""
 
     records: tuple[Record, ...]
     reports: tuple[Report, ...] = ()
+    body: BodyResult | None = None
 
     def __getitem__(self, name: str) -> Record:
         return next(record for record in self.records if record.name == name)

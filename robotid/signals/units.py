@@ -48,6 +48,7 @@ _FACTORS: dict[str, dict[str, float]] = {
     "share": {"%": 1.0},
     "count": {"counts": 1.0},
     "temperature": {"degC": 1.0, "K": 1.0, "degF": 5 / 9},
+    "inertia": {"kg m2": 1.0},
 }
 _ZEROS = {"K": -273.15, "degF": -32 * 5 / 9}
 UNITS = {
@@ -75,6 +76,7 @@ _SPELLINGS = {
     "degC": "°c celsius",
     "K": "kelvin",
     "degF": "°f fahrenheit",
+    "kg m2": "kgm2 kgm^2 kgm²",
 }
 _KNOWN = {name.lower(): unit for name, unit in UNITS.items()}
 _KNOWN |= {spelling: UNITS[name] for name, spellings in _SPELLINGS.items() for spelling in spellings.split()}

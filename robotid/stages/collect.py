@@ -7,11 +7,13 @@ from collections.abc import Mapping
 from robotid.config.records import RecordSettings
 from robotid.config.schema import Config
 from robotid.errors import ConfigError
+from robotid.estimate.body import with_body
 from robotid.progress import Log, Progress
 from robotid.signals.quality import Recordings, Report, inspect
 from robotid.signals.readers.table import Table
 from robotid.signals.record import Record
 from robotid.signals.reference import Excitation
+from robotid.stages.ingestion.body import body_setup
 from robotid.stages.ingestion.measured import measured_records
 from robotid.stages.ingestion.virtual import virtual_records, virtual_robot
 
@@ -20,7 +22,8 @@ def collect(
     settings: Config, excitation: Excitation | None, files: Mapping[str, Table], log: Log | None = None
 ) -> Recordings:
     """All records of the configuration, in its order. excitation : None where no record excites; files : the table of
-    each record that names a file. log is called with each record.
+    each record that names a file. log is called with each record. With a robot.body, the body is identified, and adds
+    its companions to the records.
 
     Raises what the configuration or the files are wrong with: ConfigError, InputError, NumericsError.
     """
@@ -39,7 +42,8 @@ def collect(
                 _unique(settings, wanted, record)
                 records.append(record)
                 reports.append(report)
-    return Recordings(tuple(records), tuple(reports))
+    recordings = Recordings(tuple(records), tuple(reports))
+    return recordings if settings.robot.body is None else with_body(recordings, body_setup(settings.robot))
 
 
 def _unique(settings: Config, wanted: RecordSettings, record: Record) -> None:

@@ -22,6 +22,7 @@ HIDDEN = [
     ("motor.temperature_friction[gear]", {"c": -0.02, "w0": 30.0}),
     ("motor.known_torque[cell]", {"g": 0.3}),
     ("torque.voltage_sag[bus]", {"c": 0.03, "w0": 48.0}),
+    ("motor.known_inertia[pose]", {"s": 1.0}),
     ("motor.coupling[q3]", {"H": 0.05, "A": 0.0, "B": 0.0}),
 ]
 

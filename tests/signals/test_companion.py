@@ -45,6 +45,8 @@ def read(columns: dict[str, Array], kind: str, unit: str | None = None, t: Array
         ("temperature", None, 31.0, 31.0),
         ("torque", "kNm", 0.2, 200.0),
         ("voltage", "mV", 48e3, 48.0),
+        ("inertia", "kg m^2", 2.0, 2.0),
+        ("drive", "mNm", 2e3, 2.0),
         ("disturbance", "Nm", 2.0, 2.0),
     ],
 )

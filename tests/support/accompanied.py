@@ -52,6 +52,7 @@ def companions(seed: int, samples: int) -> dict[str, Companion]:
         "cell": (CompanionKind.TORQUE, pushes()),
         "other_cell": (CompanionKind.TORQUE, pushes()),
         "bus": (CompanionKind.VOLTAGE, 48.0 - np.abs(swing(2.0, 0.19, 0.41))),
+        "pose": (CompanionKind.INERTIA, swing(0.002, 0.23, 0.33)),
     }
     return {name: Companion.of(kind, values, H) for name, (kind, values) in found.items()}
 

@@ -86,5 +86,6 @@ def companions(t: Array) -> dict[str, Companion]:
         CompanionKind.TEMPERATURE: 45.0 + 40.0 * t,
         CompanionKind.TORQUE: 0.3 * np.sin(2 * np.pi * 3.1 * t),
         CompanionKind.VOLTAGE: 48.0 - 4.0 * np.cos(2 * np.pi * 2.3 * t),
+        CompanionKind.INERTIA: 0.003 * np.sin(2 * np.pi * 1.9 * t),
     }
     return {str(kind): Companion.of(kind, values, SAMPLING_TIME) for kind, values in courses.items()}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from robotid.numerals import number, significant
+from robotid.report.tables import body
 from robotid.report.tables.table import Json, Table
 from robotid.signals.quality import Recordings, Report
 from robotid.signals.record import Record
@@ -11,14 +12,16 @@ ROUNDING = 1e-9  # of the sampling time: what a jitter below it is
 
 
 def tables(recordings: Recordings) -> tuple[Table, ...]:
-    """One row a record in each table, and the remarks."""
-    return _sampling(recordings), _signals(recordings), *_companions(recordings), *_remarks(recordings)
+    """One row a record in each table, the remarks, and the body of the robot."""
+    of_body = () if recordings.body is None else body.tables(recordings.body)
+    return _sampling(recordings), _signals(recordings), *_companions(recordings), *_remarks(recordings), *of_body
 
 
 def document(recordings: Recordings) -> Json:
     """The `collect --json` document."""
     records = {r.name: r for r in recordings.records}
-    return {"records": {r.name: _entry(r, records[r.name]) for r in recordings.reports}}
+    of_body = {} if recordings.body is None else {"body": body.document(recordings.body)}
+    return {"records": {r.name: _entry(r, records[r.name]) for r in recordings.reports}, **of_body}
 
 
 def _entry(r: Report, record: Record) -> Json:
