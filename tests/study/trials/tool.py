@@ -40,9 +40,15 @@ def fit(config: Path) -> Fitted:
     return Fitted(run, float(np.sqrt(np.mean(residuals**2))), {p.name: p.value for p in best.parameters})
 
 
+def diagnosed(fitted: Fitted) -> Diagnosis:
+    """What the tool says is missing. Raises RobotidError."""
+    found: Diagnosis = execute(fitted.run, "diagnose").content
+    return found
+
+
 def diagnose(fitted: Fitted) -> tuple[Diagnosis, Extension]:
     """What the tool says is missing, and its model with that. Raises RobotidError."""
-    return execute(fitted.run, "diagnose").content, execute(fitted.run, "extend").content
+    return diagnosed(fitted), execute(fitted.run, "extend").content
 
 
 def heldout_rmse(extension: Extension, samples: dict[str, int]) -> float:

@@ -1,0 +1,84 @@
+"""One machine: its detection limits as the tool gives them on clean records, and effects of sizes about these."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from zlib import crc32
+
+import numpy as np
+
+from robotid.errors import RobotidError
+from study.plant.catalogue import EFFECTS
+from study.plant.draw import draw
+from study.trials.case import Case, Hidden
+from study.trials.tool import diagnosed, fit
+
+TRIED = (
+    "motor.asymmetric_coulomb",
+    "motor.asymmetric_viscous",
+    "motor.quadratic_friction",
+    "motor.power_friction",
+    "motor.stribeck",
+    "motor.position_friction",
+    "motor.cogging",
+    "arm.coulomb",
+    "arm.gravity",
+    "gear.soft_spring",
+    "gear.backlash",
+    "gear.hysteresis",
+    "gear.transmission_error",
+    "link.third_mass",
+    "torque.torque_delay",
+    "angle.encoder_ripple",
+)
+"""Effects whose size is the parameter that the limit is given in."""
+SIZES = (1.0 / 3.0, 1.0, 2.0)
+"""In limits."""
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """times : size of the hidden effect in limits; verdict : of the tool; causes : that it names, each with its class;
+    error : why the trial ended early."""
+
+    effect: str
+    number: int
+    times: float
+    size: float
+    verdict: str = ""
+    causes: tuple[tuple[str, ...], ...] = ()
+    error: str = ""
+
+    @property
+    def found(self) -> bool:
+        """Whether the effect is in the class of a cause."""
+        return any(self.effect in twins for twins in self.causes)
+
+
+def run(number: int, folder: Path) -> Iterator[Result]:
+    """All trials of one machine, in folders below `folder`. Raises RobotidError where its clean records cannot be
+    diagnosed."""
+    rng = np.random.default_rng([crc32(b"limits"), number])
+    machine = draw(rng)
+    shapes = {name: EFFECTS[name].shape(rng) for name in TRIED}
+    clean = Case(machine)
+    clean.write(folder / "clean")
+    limits = {one.effect: one.size for one in diagnosed(fit(folder / "clean" / "base.yaml")).limits}
+    for effect in TRIED:
+        for k, times in enumerate(SIZES):
+            size = times * limits.get(effect, np.inf)
+            if size < EFFECTS[effect].largest:
+                hidden = Hidden(effect, size, shapes[effect])
+                yield _tried(Result(effect, number, times, size), Case(machine, (hidden,)), folder / f"{effect}-{k}")
+
+
+def _tried(result: Result, case: Case, folder: Path) -> Result:
+    try:
+        case.write(folder)
+        found = diagnosed(fit(folder / "base.yaml"))
+    except RobotidError as error:
+        return Result(result.effect, result.number, result.times, result.size, error=f"{type(error).__name__}: {error}")
+    causes = tuple(tuple(cause.twins) for cause in found.causes)
+    return Result(result.effect, result.number, result.times, result.size, found.verdict, causes)
