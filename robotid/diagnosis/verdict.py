@@ -109,10 +109,12 @@ def known_noise(found: SearchResult) -> dict[str, Noise] | None:
 
 def _word(found: SearchResult, misfit: float, floor: float) -> Verdict:
     """The verdict in one word: a misfit far above the noise is never clean, even where it has neither a name nor a
-    shape."""
+    shape. An event that leaves nothing else is a name, too."""
     if found.causes or (found.changes and found.curve is None):
         return "named"
-    return "clean" if found.curve is None and not found.late and misfit <= VERDICT.clear_misfit * floor else "unknown"
+    if found.curve is not None or found.late or misfit > VERDICT.clear_misfit * floor:
+        return "unknown"
+    return "named" if found.events else "clean"
 
 
 def is_partial(share: float, misfit: float, remaining: float, floor: float) -> bool:

@@ -171,6 +171,11 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
         wrong = f"{significant(d.misfit, 2)} {unit} RMS"
         yield f"it does not simulate the records that it was fitted to: it is wrong by {wrong}. No cause can be named."
         return
+    if d.verdict == "named" and not d.causes:
+        yield from _happened(f, d)
+        yield f"Without it {d.model} leaves noise of {noise} RMS: there is nothing else to explain."
+        yield from _invisible(d)
+        return
     yield f"beyond noise of {noise} it is wrong by {significant(d.misfit, 2)} {unit} RMS{_place(f, d)}."
     yield from _happened(f, d)
     if d.causes:

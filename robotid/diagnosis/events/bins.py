@@ -75,6 +75,13 @@ class Known:
     basis: Array
     moment: Array
 
+    @property
+    def misfit(self) -> float:
+        """Energy of all residuals that lies along nothing known, beyond that of noise, in variances of it."""
+        way = self.basis @ self.moment
+        left = (residual - way @ own for own, residual in zip(self.known, self.residuals, strict=True))
+        return sum(float(one @ one) - len(one) for one in left)
+
 
 def known_columns(scans: Sequence[Scan], *, catalogue: bool) -> Known:
     """The columns of the fitted parameters; and, where the catalogue is to be known, too, those of all its effects, and

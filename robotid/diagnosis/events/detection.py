@@ -17,10 +17,12 @@ from robotid.model.array import Array
 
 @dataclass(frozen=True, slots=True)
 class FoundEvent:
-    """An event, and the energy that it explains beside the fitted parameters, in variances of the noise."""
+    """An event, and the energy that it explains beside the fitted parameters, in variances of the noise; share : of
+    all that is beyond the noise there, on all records."""
 
     event: Event
     energy: float
+    share: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +97,7 @@ def _judged(
         std=found.std * float(np.sqrt(usual)),
         p_value=p if is_its_own(strength(left, shape).energy, found.energy) else 1.0,
     )
-    return FoundEvent(event, found.energy)
+    return FoundEvent(event, found.energy, found.energy / max(plain.misfit, 1.0))
 
 
 def is_its_own(left: float, energy: float) -> bool:

@@ -75,7 +75,7 @@ def residual_spectrum(
         through = torque_response(t.joint, t.theta, t.sampling_time, output, derivation).squared(omega[1:])
         response = derivation.gain * np.concatenate([through[:1], through])
         weight = _tapered(derivation.squared(omega) / derivation.gain)
-    elif output == "position":
+    elif output == "position" or _runs_away(trajectory, n):
         response = _squared_response(trajectory, row, n)
     else:
         impulse = impulse_response(trajectory.joint, trajectory.theta, row, trajectory.sampling_time, n)
@@ -89,6 +89,12 @@ def _tapered(spectrum: Array) -> Array:
     zeros of a difference is there nothing."""
     padded = np.concatenate([spectrum[1:2], spectrum, spectrum[-2:-1]])
     return np.asarray(np.convolve(padded, [1 / 6, 2 / 3, 1 / 6], mode="valid"))
+
+
+def _runs_away(trajectory: Trajectory, n: int) -> bool:
+    """Whether the linear joint is unstable, so that its answer to an impulse grows over n samples."""
+    A, _ = zero_order_hold_response(trajectory.joint, trajectory.theta, trajectory.sampling_time)
+    return bool(n * np.log(max(1.0, float(np.abs(np.linalg.eigvals(A)).max()))) > 1.0)
 
 
 def _squared_response(trajectory: Trajectory, row: int, n: int) -> Array:

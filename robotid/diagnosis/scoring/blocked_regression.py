@@ -10,7 +10,7 @@ belongs to an imitator (Nyblom 1989; Hansen 1992).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -73,6 +73,15 @@ class BlockedRegression:
         """The regression on some of the regressors only."""
         at = list(columns)
         return BlockedRegression(self.information[:, at][:, :, at], self.moment[:, at], self.energy)
+
+    def combined(self, sizes: Mapping[int, float]) -> BlockedRegression:
+        """The regression with the regressors `sizes`, by number, as one in these proportions, which is the last."""
+        m = self.moment.shape[1]
+        others = [k for k in range(m) if k not in sizes]
+        way = np.zeros((m, len(others) + 1))
+        way[others, range(len(others))] = 1.0
+        way[list(sizes), -1] = list(sizes.values())
+        return BlockedRegression(way.T @ self.information @ way, self.moment @ way, self.energy)
 
     def estimate(self) -> Array:
         """Least-squares estimate of all blocks together, (m,)."""

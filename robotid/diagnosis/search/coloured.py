@@ -7,7 +7,7 @@ noises that show there, and by the scatter of the cause's size from block to blo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from robotid.diagnosis.scoring.projection import beyond, project
 from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.scan import scan, scans
 from robotid.diagnosis.search.physical_sense import amplitudes
+from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.model.array import Array
 
 
@@ -64,20 +65,55 @@ class Tried:
 ALONE = Tried()
 
 
-def p_value(model: RefittedModel, effect: str, left: Left, tried: Tried = ALONE) -> float:
-    """p-value of an effect of a refitted model being absent, zero where no amplitude of it was fitted. left : by the
-    model.
+def p_value(
+    model: RefittedModel,
+    effect: str,
+    left: Left,
+    tried: Tried = ALONE,
+    elsewhere: Callable[[], RefittedModel | None] = lambda: None,
+) -> float:
+    """p-value of an effect of a refitted model being absent, zero where no amplitude of it was fitted.
+
+    left : by the model; elsewhere : gives it refitted to the segments that were held out alone.
 
     By the coloured noise it is the best of all candidates. From block to block of time an amplitude scatters by a few
-    blocks only, hardly more in one shape of an effect than in the others: there it is the best of all effects.
+    blocks only, hardly more in one shape of an effect than in the others: there it is the best of all effects. Where
+    only a moment or two of the records tell of it, blocks cannot, and records that were held out may instead.
     """
     sizes = amplitudes(model, effect)
     if not sizes:
         return 0.0
-    at, values = list(sizes), np.array(list(sizes.values()))
-    with_effect = replace(left.blocks, moment=left.blocks.moment + left.blocks.information[:, :, at] @ values)
+    at, with_effect = list(sizes), _blocks_with(left, sizes)
     noise = tried.candidates * _by_noise(with_effect, at, left.energy, model.samples)
-    return min(1.0, max(noise, tried.effects * with_effect.significance(at)))
+    again = tried.effects * with_effect.significance(at)
+    if again > noise and are_too_few(with_effect.telling_blocks(at), len(at)) and (other := elsewhere()) is not None:
+        again = min(again, tried.effects * confirmation(other, effect, sizes))
+    return min(1.0, max(noise, again))
+
+
+def are_too_few(telling: float, amplitudes: int) -> bool:
+    """Whether so few blocks tell of so many amplitudes that these have no spread from block to block."""
+    return telling < amplitudes + ACCEPTANCE.telling_blocks
+
+
+def confirmation(other: RefittedModel, effect: str, sizes: Mapping[int, float]) -> float:
+    """p-value of an effect being absent from records that served for no fit, by a model fitted to these alone, beside
+    noise of any colour; one where they find it of another size.
+
+    sizes : its amplitudes by the fit of the other records, by number of the fitted parameter.
+    """
+    found = amplitudes(other, effect)
+    own, before = np.array([found[k] for k in sizes]), np.array(list(sizes.values()))
+    if np.linalg.norm(own - before) > ACCEPTANCE.constant_spread * np.linalg.norm(before):
+        return 1.0
+    left = left_by(other)
+    return _by_noise(_blocks_with(left, found), list(found), left.energy, other.samples)
+
+
+def _blocks_with(left: Left, sizes: Mapping[int, float]) -> BlockedRegression:
+    """The regression of what a model leaves, with what amplitudes of it explain put back. sizes : by their number."""
+    put_back = left.blocks.information[:, :, list(sizes)] @ np.array(list(sizes.values()))
+    return replace(left.blocks, moment=left.blocks.moment + put_back)
 
 
 def curve_p_value(model: RefittedModel, forces: Sequence[Array]) -> float:

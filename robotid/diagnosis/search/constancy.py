@@ -51,17 +51,7 @@ def course_of(model: RefittedModel, effect: str, left: Left) -> Course | None:
     sizes = amplitudes(model, effect)
     if not sizes:
         return None
-    return course(combined(left.blocks, sizes))
-
-
-def combined(blocks: BlockedRegression, sizes: dict[int, float]) -> BlockedRegression:
-    """The regression with the regressors `sizes`, by number, as one in these proportions, which is the last."""
-    m = blocks.moment.shape[1]
-    others = [k for k in range(m) if k not in sizes]
-    way = np.zeros((m, len(others) + 1))
-    way[others, range(len(others))] = 1.0
-    way[list(sizes), -1] = list(sizes.values())
-    return BlockedRegression(way.T @ blocks.information @ way, blocks.moment @ way, blocks.energy)
+    return course(left.blocks.combined(sizes))
 
 
 def course(blocks: BlockedRegression) -> Course:

@@ -57,7 +57,7 @@ def largest_event(
     if found is None:
         return None
     rival = max((one.energy for one in score(project(seen), missing)), default=0.0)
-    return SeenEvent(found.event, leads(found.energy, rival), found.energy)
+    return SeenEvent(found.event, leads(found.energy, rival, found.share), found.energy)
 
 
 def placed_again(
@@ -101,9 +101,13 @@ def resized(event: Event, model: RefittedModel) -> Event:
     return replace(event, torque=event.torque + change, std=std)
 
 
-def leads(energy: float, rival: float) -> bool:
-    """Whether an event that explains so much comes before the causes, where the best of them explains `rival`."""
-    return energy > EVENTS.leading_share * rival
+def leads(energy: float, rival: float, share: float) -> bool:
+    """Whether an event that explains so much comes before the causes, where the best of them explains `rival`: one that
+    is the lesser part of the misfit of all records may be a moment at which something else shows most.
+
+    share : of that misfit.
+    """
+    return energy > EVENTS.leading_share * rival and share > EVENTS.least_share
 
 
 def leaves_something(model: RefittedModel, data: EvaluationData) -> bool:

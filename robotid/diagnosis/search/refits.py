@@ -21,7 +21,7 @@ from robotid.diagnosis.search.state import Log, SearchState
 from robotid.errors import NumericsError
 from robotid.interrupt import OutOfTime, until
 from robotid.model.parameters import Parameters
-from robotid.model.structure import Structure
+from robotid.model.structure import RECORD_CHANGE, Structure
 from robotid.parallel import ahead
 
 
@@ -59,7 +59,7 @@ def refit_hopeful(state: SearchState, criteria: Criteria, log: Log) -> RefitRoun
         significant = [s for s in best_of_each(points) if state.round.p_value(s) < criteria.significance]
         new = [s for s in significant if s.candidate.name not in failed]
         again = [s for s in significant if s.candidate.name in failed]
-        best = hopeful(new)[: criteria.max_refits]
+        best = chosen_of(hopeful(new), criteria)
         chosen = [*again, *best, *_variants([*again, *best], points), *_elsewhere(best, state)]
         found = _refits(chosen, state, log)
         if found.refits:
@@ -75,6 +75,19 @@ def refit_hopeful(state: SearchState, criteria: Criteria, log: Log) -> RefitRoun
 def hopeful(scores: Sequence[Score]) -> list[Score]:
     """The scores that come near the best, which is the first."""
     return [s for s in scores if s.energy > CHOICE.hopeful_share * scores[0].energy]
+
+
+def chosen_of(scores: Sequence[Score], criteria: Criteria) -> list[Score]:
+    """The best of scores, as many as the criteria allow, and beyond these the next effects of the catalogue where
+    changes of records have taken the place of all but a few."""
+    best, further = list(scores[: criteria.max_refits]), scores[criteria.max_refits :]
+    least = min(CHOICE.least_effects, criteria.max_refits)
+    room = least - sum(not _is_change(one) for one in best)
+    return [*best, *[one for one in further if not _is_change(one)][: max(0, room)]]
+
+
+def _is_change(score: Score) -> bool:
+    return score.candidate.name.startswith(RECORD_CHANGE)
 
 
 def _variants(best: Sequence[Score], points: Sequence[Score]) -> list[Score]:

@@ -12,6 +12,7 @@ class RefitChoiceSettings:
     hopeful_share: float = 0.5  # of the best score's energy: candidates below it are not refitted
     rival_share: float = 0.9  # of the best score's energy: below it none rivals a cause that explains nearly all
     complete_share: float = 0.97  # of the misfit: a cause that explains so much explains it
+    least_effects: int = 3  # of those that are refitted: what differs between records must not crowd them out
     max_rounds: int = 3  # of candidates, where none of the best can be refitted
     start_ways: tuple[float, ...] = (1.0, 0.5, 0.1)  # of the way to what a score promises, where refits start
     good_start: float = 0.5  # of a model's energy: a start that leaves less is good, and no other is tried
@@ -41,6 +42,7 @@ class AcceptanceSettings:
     clear_share: float = 0.02  # of the misfit, by which several causes must beat a free curve, and one may miss it
     gain_level: float = 0.05  # of significance of a gain on what was not fitted; half of those of no cause are above 0
     gain_blocks: int = 20  # of time, into which what was not fitted is cut: enough for a spread to a sixth of itself
+    telling_blocks: float = 3.0  # beyond its amplitudes, that must tell of a cause: fewer cannot give a spread
     constant_parts: int = 4  # of the records, in which the size of a cause is compared
     constant_spread: float = 0.5  # of a cause's size: what varies more from part to part is none
     trusted_causes: int = 2  # that are added before the question is asked whether they only imitate

@@ -14,6 +14,7 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.results import Confounded, Event
 from robotid.diagnosis.scoring.ranking import CandidateScan, Round, rank, scan_candidates
 from robotid.diagnosis.search.record_changes import RecordChange
+from robotid.diagnosis.settings import VERDICT
 
 Log = Callable[[str], None]
 
@@ -132,14 +133,17 @@ class SearchResult:
 
     def explained_by_record(self) -> dict[str, float]:
         """Share of the first model's misfit energy that all causes remove, of each record, by the noise that shows at
-        last."""
+        last; plainly where that noise covers the misfit."""
         segments = (*self.data.fitted, *self.data.validation)
         before, after = (*self.first.fitted, *self.first.validation), (*self.last.fitted, *self.last.validation)
+        plainly = is_covered(self.first, self.data)
         whole, removed = dict[str, float](), dict[str, float]()
         for segment, one, other in zip(segments, before, after, strict=True):
-            name, energy = segment.record.name, segment.energy(one.residual)
-            whole[name] = whole.get(name, 0.0) + energy - len(one.residual)
-            removed[name] = removed.get(name, 0.0) + energy - segment.energy(other.residual)
+            name, left, then = segment.record.name, one.residual, other.residual
+            energy = float(left @ left) if plainly else segment.energy(left)
+            beyond = energy if plainly else energy - len(left)
+            whole[name] = whole.get(name, 0.0) + beyond
+            removed[name] = removed.get(name, 0.0) + energy - (float(then @ then) if plainly else segment.energy(then))
         return {name: float(np.clip(removed[name] / max(whole[name], 1e-9), 0.0, 1.0)) for name in whole}
 
 
@@ -148,7 +152,21 @@ def misfit_energy(model: RefittedModel, data: EvaluationData) -> float:
     return data.fitted_energy(model.fitted) - data.samples
 
 
+def is_covered(first: RefittedModel, data: EvaluationData) -> bool:
+    """Whether the noise of these data, which then counts what a model lacks as errors of the torque, leaves nothing of
+    the first model's misfit."""
+    return misfit_energy(first, data) <= VERDICT.chance * float(np.sqrt(2.0 * data.samples))
+
+
 def share_removed(first: RefittedModel, before: RefittedModel, after: RefittedModel, data: EvaluationData) -> float:
-    """Share of the first model's misfit energy, by the noise as it is in these data, that a step removes."""
+    """Share of the first model's misfit energy that a step removes from the fitted segments: by the noise as it is in
+    these data, and of the plain squared error where that noise covers the misfit."""
+    if is_covered(first, data):
+        whole, left, then = map(_squared_error, (first, before, after))
+        return float(np.clip((left - then) / max(whole, 1e-300), 0.0, 1.0))
     removed = misfit_energy(before, data) - misfit_energy(after, data)
-    return float(np.clip(removed / max(misfit_energy(first, data), 1e-9), 0.0, 1.0))
+    return float(np.clip(removed / misfit_energy(first, data), 0.0, 1.0))
+
+
+def _squared_error(model: RefittedModel) -> float:
+    return sum(float(one.residual @ one.residual) for one in model.fitted)

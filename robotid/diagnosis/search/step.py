@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
-from robotid.diagnosis.refit.refitted_model import RefittedModel
+from robotid.diagnosis.refit.refit import CAREFUL, refit
+from robotid.diagnosis.refit.refitted_model import RefittedModel, Trajectories
 from robotid.diagnosis.scoring.blocked_regression import Gain
 from robotid.diagnosis.search.coloured import ALONE, Left, Tried, left_by, p_value
+from robotid.diagnosis.search.physical_sense import declarations
 from robotid.diagnosis.search.state import share_removed
+from robotid.errors import NumericsError
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +34,19 @@ class Step:
     def left(self) -> Left:
         """What the model with the cause leaves, by noise of any colour."""
         return left_by(self.after)
+
+    @cached_property
+    def elsewhere(self) -> RefittedModel | None:
+        """The model with the cause, refitted to the validation segments alone; None where it cannot be. The cause is
+        nothing at first, lest its size only stays what it was."""
+        nothing = {name: p.null for one in self.added for name, p in declarations(one) if p.null is not None}
+        start = self.after.parameters.with_values(nothing)
+        own = replace(self.data, fitted=self.data.validation, validation=())
+        near = Trajectories(tuple(one.trajectory for one in self.after.validation))
+        try:
+            return refit(self.after.structure, [start], own, near, CAREFUL) if own.fitted else None
+        except NumericsError:
+            return None
 
     @property
     def added(self) -> tuple[str, ...]:
@@ -59,4 +75,5 @@ class Step:
     @property
     def p_value(self) -> float:
         """Of what the step adds being absent, by noise of any colour."""
-        return max((p_value(self.after, effect, self.left, self.tried) for effect in self.added), default=0.0)
+        found = (p_value(self.after, one, self.left, self.tried, lambda: self.elsewhere) for one in self.added)
+        return max(found, default=0.0)

@@ -81,6 +81,9 @@ def sentence(diagnosis: Diagnosis) -> str:
         wrong = f"it is wrong by {rms(d.misfit, 2)} {unit}"
         return f"{d.model} does not simulate the records that it was fitted to: {wrong}; `robotid check` examines them"
     causes = ", and ".join(map(_clause, d.causes))
+    if d.verdict == "named" and not d.causes:
+        happened = ", and ".join(map(_happened, d.events))
+        return f"{d.model} leaves nothing to explain but what happened once: {happened}"
     if d.verdict in ("named", "partly named"):
         among = " among others" if d.verdict == "partly named" else ""
         return f"{d.model} lacks{among} {causes}{remainder(d)}"
@@ -103,6 +106,13 @@ def _clause(cause: Cause) -> str:
     alternatives = f" (or {', '.join(others)}: these data cannot tell)" if others else ""
     of = f" of {cause.explained_of}" if cause.explained_of else ""
     return f"{cause.effect}{alternatives}, which explains {percent(cause.explained)} %{of}"
+
+
+def _happened(event: Event) -> str:
+    """An event as part of a sentence."""
+    what = f"a {event.kind} of {'friction' if event.friction else 'torque'}"
+    until = f" to {number(event.end, 4)}" if event.kind == "bump" else ""
+    return f"{what} by {number(event.torque, 2)} Nm in {event.record}, from {number(event.start, 4)}{until} s"
 
 
 def rejected_document(one: Rejected) -> Json:

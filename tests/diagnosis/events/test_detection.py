@@ -11,6 +11,7 @@ from robotid.diagnosis import Criteria, diagnose
 from robotid.diagnosis.events.applied import event_torque, without_events
 from robotid.diagnosis.results import Event
 from robotid.extension import extension_task
+from robotid.report.tables.diagnose import sentence
 
 
 @pytest.mark.parametrize("event", [PUSH, KNOCK, STEP, DRIFT], ids=["push", "knock", "step", "drift"])
@@ -64,7 +65,8 @@ def test_a_push_is_reported_beside_the_verdict_and_no_cause_is_named_for_it() ->
     fit = fitted(list(made))
     d = diagnose(fit, made, Criteria(max_refits=1, max_causes=1, skip=("power_friction", "record_change")))
     (push,) = d.events
-    assert (d.verdict, d.causes) == ("clean", ())
+    assert (d.verdict, d.causes) == ("named", ())
+    assert f"a bump of torque by {push.torque:.2g} Nm in {push.record}" in sentence(d)
     assert (push.start, push.end) == pytest.approx((1.7, 2.5), abs=0.01)
     assert push.torque == pytest.approx(0.05, abs=4 * push.std)
     assert d.misfit < d.noise_floor

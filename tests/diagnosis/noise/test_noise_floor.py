@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,6 +11,7 @@ from support.hidden_records import SPEED_NOISE, TORQUE_NOISE, Hidden, hidden
 from support.paper_joint import SAMPLING_TIME, references
 
 from robotid.diagnosis.noise.noise_floor import noise_levels
+from robotid.diagnosis.noise.spectrum import residual_spectrum
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.signals.reference import Reference
 
@@ -97,3 +99,13 @@ def test_a_record_with_a_misfit_has_the_noise_of_the_torque_that_the_others_agre
     assert noise_levels([wrong], "speed")[0].torque > 5 * TORQUE_NOISE
     found = [noise.torque for noise in noise_levels([*clean, wrong], "speed")]
     assert found == pytest.approx([TORQUE_NOISE] * 3, rel=0.4)
+
+
+def test_a_joint_that_runs_away_has_a_finite_response() -> None:
+    """Its answer to an impulse grows without end, that to a steady sine does not."""
+    found = segment(hidden("constant_torque", NOTHING, number=1)).trajectory
+    theta = found.theta.copy()
+    theta[found.joint.parameters().names.index("motor.viscous.Fv")] = -1.0
+    seen = residual_spectrum(replace(found, theta=theta), np.ones(len(found.t)), "speed")
+    assert np.isfinite(seen.response).all()
+    assert seen.response[1:].min() > 0.0

@@ -11,10 +11,13 @@ from scipy.signal import lfilter
 from support.small_bench import STRIBECK, begun, fitted, records
 
 from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.procedure import diagnose
 from robotid.diagnosis.refit.refit import refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
-from robotid.diagnosis.search.coloured import Tried, left_by, p_value
+from robotid.diagnosis.search.coloured import Tried, confirmation, left_by, p_value
+from robotid.diagnosis.search.physical_sense import amplitudes
+from robotid.diagnosis.search.state import is_covered, share_removed
 from robotid.signals.record import Record
 
 TRIED = Tried(300, 30)
@@ -58,3 +61,32 @@ def test_slow_errors_of_the_torque_are_no_cause() -> None:
 def test_a_machine_whose_torque_has_slow_errors_is_given_no_cause(seed: int) -> None:
     made = slow_errors(records({}), seed)
     assert diagnose(fitted(made), made, FEW).causes == ()
+
+
+def test_records_that_were_held_out_confirm_an_effect_only_where_it_is_as_large() -> None:
+    """The size that the fit found counts there."""
+    model = with_effect(records(STRIBECK), STRIBECK)
+    sizes = amplitudes(model, "motor.stribeck")
+    third = {"motor.stribeck.dFs": 0.05, "motor.stribeck.vs": 1.0}
+    p = []
+    for there in (STRIBECK, third):
+        held_out = records(there)[2:]
+        other = with_effect([replace(one, role="estimate") for one in held_out], STRIBECK)
+        p.append(confirmation(other, "motor.stribeck", sizes))
+    assert p[0] < 1e-6
+    assert p[1] == 1.0
+
+
+def test_where_noise_covers_the_misfit_a_share_is_of_the_plain_squared_error() -> None:
+    before, after = begun(records(STRIBECK)), with_effect(records(STRIBECK), STRIBECK)
+    assert not is_covered(before.first, before.data)
+    loud = replace(before.data, fitted=tuple(ten_times_louder(one) for one in before.data.fitted))
+    assert is_covered(before.first, loud)
+    squared = [sum(float(one.residual @ one.residual) for one in m.fitted) for m in (before.first, after)]
+    assert share_removed(before.first, before.first, after, loud) == pytest.approx(1.0 - squared[1] / squared[0])
+
+
+def ten_times_louder(segment: Segment) -> Segment:
+    sections = segment.whitening.sections.copy()
+    sections[0, :3] /= 10.0
+    return replace(segment, whitening=replace(segment.whitening, sections=sections))

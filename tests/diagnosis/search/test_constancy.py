@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, blocked
-from robotid.diagnosis.search.constancy import combined, course, varies
+from robotid.diagnosis.search.constancy import course, varies
 from robotid.model.array import Array
 
 N = 4000
@@ -46,7 +46,7 @@ def test_sine_and_cosine_count_together() -> None:
     t = np.arange(N) * 0.05
     columns = np.stack([np.ones(N), np.sin(t), np.cos(t)])
     blocks = blocked(columns, 0.1 * rng.standard_normal(N), N / 40)
-    both = combined(blocks, {1: 1.0, 2: 1e-3})
+    both = blocks.combined({1: 1.0, 2: 1e-3})
     assert both.moment.shape[1] == 2
     assert both.information.sum(axis=0)[1, 1] == pytest.approx(float(np.sum((np.sin(t) + 1e-3 * np.cos(t)) ** 2)))
     assert not varies(course(both), 1e-3)

@@ -53,7 +53,7 @@ def _one(spec: Spec, folder: Path) -> Result:
 def _read(file: Path) -> Result:
     known = json.loads(file.read_text())
     causes = tuple((effect, tuple(twins)) for effect, twins in known["causes"])
-    return Result(**known | {"hidden": tuple(known["hidden"]), "causes": causes})
+    return Result(**known | {key: tuple(known[key]) for key in ("hidden", "below")} | {"causes": causes})
 
 
 if __name__ == "__main__":

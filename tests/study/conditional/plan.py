@@ -24,6 +24,8 @@ EFFECTS = (
     "arm.coulomb",
 )
 """One of every family of the catalogue."""
+PLAIN = "white noise"
+"""The condition of the white-noise study."""
 BESIDE = "motor.stribeck"
 """The true effect beside a stranger."""
 
@@ -57,4 +59,4 @@ def every(clean: int, draws: int) -> Iterator[Spec]:
             if number < draws:
                 yield from (Spec(condition, "effect", name, number) for name in EFFECTS)
         if number < draws:
-            yield from (Spec("white noise", kind, name, number) for name in STRANGERS for kind in ("stranger", "both"))
+            yield from (Spec(PLAIN, kind, name, number) for name in STRANGERS for kind in ("stranger", "both"))

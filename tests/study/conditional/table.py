@@ -11,7 +11,7 @@ HEAD = (
     "condition",
     "clean",
     "false causes",
-    "with an effect",
+    "with a visible effect",
     "first or its class",
     "no false cause",
     "in its interval",
@@ -31,18 +31,22 @@ def table(results: Sequence[Result]) -> str:
 
 
 def _condition(name: str, results: Sequence[Result]) -> list[str]:
-    clean, effects = _of(results, lambda r: r.kind == "clean"), _of(results, lambda r: r.kind == "effect")
+    clean, effects = _of(results, lambda r: r.kind == "clean"), _of(results, _shows)
     covered = [value for r in effects for value in r.covered.values()]
     wrong = sum(r.false > 0 or bool(r.error) for r in clean)
     return [
         name,
         str(len(clean)),
         f"{wrong} ({_percent([r.false > 0 or bool(r.error) for r in clean])})",
-        str(len(effects)),
+        f"{len(effects)} of {len(_of(results, lambda r: r.kind == 'effect'))}",
         _percent([r.first for r in effects]),
         _percent([r.false == 0 and not r.error for r in effects]),
         _percent(covered),
     ]
+
+
+def _shows(result: Result) -> bool:
+    return result.kind == "effect" and result.visible
 
 
 def _strangers(results: Sequence[Result]) -> Iterator[list[str]]:

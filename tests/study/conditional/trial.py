@@ -3,27 +3,33 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
+from robotid.diagnosis.results import Diagnosis
 from robotid.errors import RobotidError
-from study.conditional.plan import BESIDE, Spec
+from study.conditional.plan import BESIDE, PLAIN, Spec
 from study.plant.conditions import CONDITIONS
-from study.plant.draw import draw
+from study.plant.draw import Draw, draw
 from study.plant.strangers import STRANGERS
 from study.trials.case import Case, Hidden
 from study.trials.tool import diagnose, fit
 from study.trials.trial import alone, drawn_effect
 
 COST = 9.0
-"""Of a true effect, in noise standard deviations of the white-noise study's recording."""
+"""That a true effect is sized for, in noise standard deviations of the white-noise study's recording."""
 TWO_SIGMA = 1.96
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
     """What a trial came to, ready for JSON. hidden : true effects; causes : effect and its class, in order; covered :
-    for each parameter of a true effect that was found, whether its value lies within two standard deviations."""
+    for each parameter of a true effect that was found, whether its value lies within two standard deviations; cost : of
+    leaving the true effect out on the white-noise study's recording, in its noise standard deviations; below : of the
+    true effects that are no cause, those smaller than their own detection limit."""
 
     key: str
     condition: str
@@ -33,8 +39,16 @@ class Result:
     verdict: str = ""
     causes: tuple[tuple[str, tuple[str, ...]], ...] = ()
     covered: dict[str, bool] = field(default_factory=dict)
+    cost: float = COST
+    below: tuple[str, ...] = ()
     seconds: float = 0.0
     error: str = ""
+
+    @property
+    def visible(self) -> bool:
+        """Whether these records show the true effect: it costs what it was sized for, or half of that, and is not below
+        its detection limit."""
+        return self.cost > COST / 2.0 and not self.below
 
     @property
     def first(self) -> bool:
@@ -52,14 +66,15 @@ def run(spec: Spec, folder: Path) -> Result:
     begin = time.perf_counter()
     result = Result(spec.key, spec.condition, spec.kind, spec.name)
     try:
-        case = prepared(spec, folder)
-        result = replace(result, hidden=tuple(h.name for h in case.hidden if h.name not in STRANGERS))
+        case, cost = prepared(spec)
+        result = replace(result, hidden=tuple(h.name for h in case.hidden if h.name not in STRANGERS), cost=cost)
         case.write(folder / "records")
         diagnosis, extension = diagnose(fit(folder / "records" / "base.yaml"))
         result = replace(
             result,
             verdict=diagnosis.verdict,
             causes=tuple((c.effect, c.twins) for c in diagnosis.causes),
+            below=tuple(_below(case, diagnosis)),
             covered=_covered(case, {p.name: (p.value, p.std_robust) for p in extension.fit.parameters}),
         )
     except RobotidError as error:
@@ -67,18 +82,33 @@ def run(spec: Spec, folder: Path) -> Result:
     return replace(result, seconds=time.perf_counter() - begin)
 
 
-def prepared(spec: Spec, folder: Path) -> Case:
-    """The machine with what is hidden in it, under the condition."""
+def prepared(spec: Spec) -> tuple[Case, float]:
+    """The machine with what is hidden in it, under the condition, and the cost of its true effect."""
+    machine, hidden, cost = _hidden(replace(spec, condition=PLAIN))
+    return Case(machine.under(CONDITIONS[spec.condition]), hidden), cost
+
+
+@cache
+def _hidden(spec: Spec) -> tuple[Draw, tuple[Hidden, ...], float]:
+    """A machine, what is hidden in it, and the cost of its true effect: the same under all conditions."""
     rng = spec.rng()
     machine = draw(rng)
-    hidden: list[Hidden] = []
+    hidden, cost = list[Hidden](), COST
     if spec.kind in ("stranger", "both"):
         stranger = STRANGERS[spec.name]
         hidden.append(Hidden(spec.name, stranger.size, stranger.shape(rng)))
     if spec.kind in ("effect", "both"):
         name = spec.name if spec.kind == "effect" else BESIDE
-        hidden += alone(machine, drawn_effect(name, rng), COST, folder / "sizing").case.hidden
-    return Case(machine.under(CONDITIONS[spec.condition]), tuple(hidden))
+        with TemporaryDirectory() as folder:
+            one = alone(machine, drawn_effect(name, rng), COST, Path(folder))
+        hidden, cost = [*hidden, *one.case.hidden], one.cost
+    return machine, tuple(hidden), cost
+
+
+def _below(case: Case, diagnosis: Diagnosis) -> Iterator[str]:
+    """True effects that are smaller than the limit that the diagnosis gives for them; causes have none."""
+    limits = {one.effect: one.size for one in diagnosis.limits}
+    return (h.name for h in case.hidden if h.size < limits.get(h.name, 0.0))
 
 
 def _covered(case: Case, found: dict[str, tuple[float, float]]) -> dict[str, bool]:

@@ -111,8 +111,14 @@ def check_an_event_is_its_own_from_a_fiftieth_that_effects_leave() -> None:
 
 @sees(EVENTS, "leading_share")
 def check_an_event_goes_before_effects_from_four_fifths_of_what_they_explain() -> None:
-    assert leads(81.0, 100.0)
-    assert not leads(79.0, 100.0)
+    assert leads(81.0, 100.0, 1.0)
+    assert not leads(79.0, 100.0, 1.0)
+
+
+@sees(EVENTS, "least_share")
+def check_an_event_that_goes_before_effects_is_half_of_the_misfit() -> None:
+    assert leads(100.0, 0.0, 0.51)
+    assert not leads(100.0, 0.0, 0.49)
 
 
 @sees(EVENTS, "chance")

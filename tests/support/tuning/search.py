@@ -29,11 +29,13 @@ from robotid.diagnosis.search.acceptance import (
     stands_firm,
 )
 from robotid.diagnosis.search.carry_over import held_out_gain, proven
+from robotid.diagnosis.search.coloured import are_too_few
 from robotid.diagnosis.search.constancy import Course, course, varies
 from robotid.diagnosis.search.data import _is_unchanged
 from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
 from robotid.diagnosis.search.refits import (
     RefitRound,
+    chosen_of,
     hopeful,
     is_complete,
     keeps_promise,
@@ -95,6 +97,20 @@ def check_nine_tenths_of_the_best_score_rival_it() -> None:
 def check_all_but_a_few_per_cent_is_everything() -> None:
     assert is_complete(98.0, 100.0)
     assert not is_complete(96.0, 100.0)
+
+
+@sees(CHOICE, "least_effects")
+def check_three_effects_are_refitted_however_many_changes_of_records_score_better() -> None:
+    other = replace(friction(9.0).candidate, name="record_change.a.motor.viscous.Fv")
+    changes = [replace(friction(9.0), candidate=other)] * 6
+    found = chosen_of([*changes, *[friction(5.0)] * 6], Criteria(max_refits=4))
+    assert len(found) == 4 + 3
+
+
+@sees(ACCEPTANCE, "telling_blocks")
+def check_three_blocks_more_than_amplitudes_have_a_spread() -> None:
+    assert are_too_few(3.9, 1)
+    assert not are_too_few(4.1, 1)
 
 
 @sees(CHOICE, "max_rounds")
