@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -10,12 +10,11 @@ from typing import Any
 
 from robotid.artifacts.provenance import Provenance
 from robotid.artifacts.store import load as load_artifact
-from robotid.artifacts.store import read_header
+from robotid.artifacts.store import read_header, read_headers
 from robotid.artifacts.store import save as save_artifact
 from robotid.catalogue import assemble
 from robotid.config.extended import changes_of, effects_of
-from robotid.config.load import Loaded, parse, resolved
-from robotid.config.load import load as load_configuration
+from robotid.config.load import Loaded, load_robot, parse, require_axis, resolved
 from robotid.config.schema import Config
 from robotid.diagnosis import Diagnosis
 from robotid.display import Displayed
@@ -116,7 +115,7 @@ def options_of(config: Config) -> Options:
     )
 
 
-def load(path: str | Path) -> Any:
+def load(path: str | Path, axis: str | None = None) -> Any:
     """Load a configuration, a run directory, or one artifact.
 
     A configuration (.yaml) is a `Setup` with model, records and options. A run directory is a `RunContents` with
@@ -125,8 +124,10 @@ def load(path: str | Path) -> Any:
     that a diagnosis is of are those of the artifacts beside it. What is loaded depends on the file, so that its type is
     not known beforehand.
 
+    Of a robot of several axes, `axis` names the one to load; without it, a dictionary has each of them by its name.
+
     Raises InputError for a file that is missing, foreign, damaged or of another version, ConfigError for a
-    configuration that does not fit together.
+    configuration that does not fit together, and for an axis that is not there.
 
     >>> import robotid as rid
     >>> from support.logs import motor_log
@@ -137,15 +138,35 @@ def load(path: str | Path) -> Any:
     """
     path = Path(path)
     if path.is_dir():
-        return _run(path)
+        return _one_or_all(_all_axes(path), axis, lambda name: _run(path, name), path)
     if path.suffix.lower() in CONFIGURATIONS:
-        return Setup(load_configuration(path))
+        loaded = load_robot(path)
+        return _one_or_all(loaded, axis, lambda name: Setup(loaded[name]), path)
     if not path.is_file():
         raise InputError("there is no such file", where=str(path), hint="check the path")
     if path.suffix.lower() not in (".h5", ".hdf5"):
         hint = "rid.read reads logs" if path.suffix.lower() in formats() else "give a .yaml, a .h5 or a run directory"
         raise InputError(f'"{path.suffix}" is no artifact and no configuration', where=str(path), hint=hint)
-    return _artifact(path)
+    return _one_or_all(_axes(path), axis, lambda name: _artifact(path, name), path)
+
+
+def _one_or_all(axes: Iterable[str], axis: str | None, loaded: Callable[[str], Any], path: Path) -> Any:
+    """What is loaded of a single joint, of one axis, or of each axis by its name."""
+    names = list(axes)
+    if axis is not None:
+        require_axis([name for name in names if name], axis, str(path))
+        return loaded(axis)
+    return loaded("") if names == [""] else {name: loaded(name) for name in names}
+
+
+def _axes(path: Path) -> list[str]:
+    """The axes that an artifact holds, "" for a single joint."""
+    return list(read_headers(path))
+
+
+def _all_axes(folder: Path) -> list[str]:
+    """The axes that the artifacts of a folder hold; those that hold the most are the first ones to be made."""
+    return list(dict.fromkeys(axis for file in _artifacts(folder) for axis in _axes(file)))
 
 
 def save(result: Fit | DiagnosedFit | ExtendedFit | Validation, path: str | Path) -> Path:
@@ -250,40 +271,48 @@ def _model_of_structure(structure: Structure) -> Model:
     return Model(gear_ratio=structure.gear_ratio, linear=structure.linear, changes=changes, **effects)
 
 
-def _artifact(path: Path) -> Any:
-    header = read_header(path)
+def _artifact(path: Path, axis: str) -> Any:
+    header = read_header(path, axis)
     name = header.provenance.stage
     if name not in STAGES:
         raise InputError(f'made by a stage "{name}" that this version does not know', where=str(path))
     config = parse(header.provenance.configuration)
-    beside = _beside(path.parent, but=name)
-    return _assembled(path.parent, config, beside | {name: _content(path, STAGES[name])})[name]
+    beside = _beside(path.parent, axis, but=name)
+    return _assembled(path.parent, config, beside | {name: _content(path, STAGES[name], axis)})[name]
 
 
-def _content(path: Path, stage: Stage) -> Any:
-    return load_artifact(path, stage.type()).content
+def _content(path: Path, stage: Stage, axis: str) -> Any:
+    return load_artifact(path, stage.type(), axis).content
 
 
-def _beside(folder: Path, but: str = "") -> dict[str, Any]:
-    """The contents of the artifacts in a folder, by stage; of another than `but`, what cannot be read is not there."""
+def _beside(folder: Path, axis: str, but: str = "") -> dict[str, Any]:
+    """The contents of the artifacts in a folder, by stage; of another than `but`, what cannot be read is not there.
+    axis : of a robot of several, which some artifacts may not have."""
     found = {}
     for stage in STAGES.values():
         file = folder / stage.output
         if stage.name != but and file.is_file():
             try:
-                found[stage.name] = _content(file, stage)
+                if axis in _axes(file):
+                    found[stage.name] = _content(file, stage, axis)
             except InputError:
                 if not but:
                     raise
     return found
 
 
-def _run(folder: Path) -> RunContents:
+def _artifacts(folder: Path) -> list[Path]:
+    """The artifacts in a folder, in the order of their stages. Raises InputError where there is none."""
     files = [folder / stage.output for stage in STAGES.values() if (folder / stage.output).is_file()]
     if not files:
         raise InputError("this folder holds no artifact", where=str(folder), hint="give a run directory")
-    config = parse(read_header(files[-1]).provenance.configuration)
-    found = _assembled(folder, config, _beside(folder))
+    return files
+
+
+def _run(folder: Path, axis: str) -> RunContents:
+    last = [file for file in _artifacts(folder) if axis in _axes(file)][-1]
+    config = parse(read_header(last, axis).provenance.configuration)
+    found = _assembled(folder, config, _beside(folder, axis))
     fits = found.get("fits", {})
     return RunContents(
         folder,

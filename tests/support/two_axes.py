@@ -1,82 +1,52 @@
-"""Two flexible axes in a plane, the same numbers for the package and for the plant of the tests."""
+"""A made-up robot of two axes, measured at the same time, and its axes as single joints."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
-from study.plant.drive import Sensor
-from study.plant.experiment import Loop
-from study.plant.machine import GearLaw, Machine, MotorLaw
-from study.plant.pair_experiment import Axis
-from study.plant.two_axes import Links
 
-from robotid.catalogue import assemble
-from robotid.model.array import Array
-from robotid.model.structure import Structure
-from robotid.signals.reference import Reference
-from robotid.simulation.closed_loop.controller import Controller
-from robotid.simulation.closed_loop.virtual_robot import VirtualRobot
-from robotid.simulation.coupled.planar_chain import Link, PlanarChain
+from support.logs import motor_log
 
-EFFECTS = ("motor.inertia", "motor.viscous", "motor.coulomb", "gear.spring", "gear.damper", "arm.inertia")
-RATIOS = (1 / 100, 1 / 80)
-TRUTH = ((1e-3, 2e-3, 0.2, 3e4, 30.0, 1.0), (6e-4, 1e-3, 0.15, 1.2e4, 10.0, 0.3))
-GAINS = ((0.05, 0.5), (0.03, 0.3))
-H = 1e-3
-
-
-def chain(gravity: float = 0.0) -> PlanarChain:
-    """The body of the package."""
-    return PlanarChain([Link(20.0, 0.5, 0.25, 0.5), Link(10.0, 0.4, 0.2, 0.2)], gravity)
-
-
-def links(gravity: float = 0.0) -> Links:
-    """The same of the tests' plant."""
-    return Links(20.0, 0.5, 0.25, 0.5, 10.0, 0.2, 0.2, gravity)
-
-
-def axes(speed_noise: float = 0.0, seed: int = 0) -> tuple[VirtualRobot, VirtualRobot]:
-    """The axes of the package."""
-    made = []
-    for ratio, values, (kp, ki) in zip(RATIOS, TRUTH, GAINS, strict=True):
-        joint = assemble(Structure(EFFECTS, gear_ratio=ratio), angle=True)
-        controller = Controller("speed", kp, ki)
-        made.append(VirtualRobot(joint, np.array(values), controller, speed_noise=speed_noise, seed=seed))
-    return made[0], made[1]
+ROBOT = """\
+robot:
+  name: arm
+  axes:
+    a1:
+      gear_ratio: 0.5
+      model: {motor: [inertia, viscous, coulomb]}
+      columns: {tau_m: torque_1, phi_m: {name: angle_1, unit: deg}}
+    a2:
+      model: {motor: [inertia, viscous, coulomb]}
+      columns: {tau_m: torque_2, phi_m: {name: angle_2, unit: deg}}
+      fit: {max_iterations: 30}
+records:
+  - {name: day1, file: day1.csv, columns: &time {t: time}}
+  - {name: day2, role: validate, file: day2.csv, columns: *time}
+diagnose: {max_refits: 1, max_causes: 1}
+"""
+JOINT = """\
+robot: {{name: joint, {gear}model: {{motor: [inertia, viscous, coulomb]}}}}
+records:
+  - name: day1
+    file: day1.csv
+    columns: &columns {{t: time, tau_m: torque_{k}, phi_m: {{name: angle_{k}, unit: deg}}}}
+    signals: &signals {{{other}}}
+  - {{name: day2, role: validate, file: day2.csv, columns: *columns, signals: *signals}}
+fit: {{max_iterations: {iterations}}}
+diagnose: {{max_refits: 1, max_causes: 1}}
+"""
 
 
-class PerfectSensor(Sensor):
-    """An encoder without steps."""
-
-    def angle(self, phi_m: float) -> float:
-        return phi_m
-
-
-def plant_axes() -> tuple[Axis, Axis]:
-    """The axes of the tests' plant."""
-    made = []
-    for ratio, values, (kp, ki) in zip(RATIOS, TRUTH, GAINS, strict=True):
-        J, Fv, Fc, k, d, flange = values
-        machine = Machine(ratio, J, flange, motor=(_rubbing(Fc, Fv),), gear=(_teeth(k, d),))
-        made.append(Axis(machine, Loop(kp, ki, 0.0, 0.0), PerfectSensor()))
-    return made[0], made[1]
-
-
-def _rubbing(Fc: float, Fv: float) -> MotorLaw:
-    return lambda s, v, *_: Fc * s + Fv * v
-
-
-def _teeth(k: float, d: float) -> GearLaw:
-    return lambda x, dx: k * x + d * dx
-
-
-def wave(seed: int, amplitude: float, samples: int) -> Array:
-    """A reference speed (samples,) [rad/s]: sines of random phase on a square wave."""
-    t, rng = np.arange(samples) * H, np.random.default_rng(seed)
-    sines = sum(np.cos(2 * np.pi * f * t + rng.uniform(0.0, 2 * np.pi)) for f in np.arange(1.0, 40.0, 0.8))
-    return np.asarray(amplitude * (0.6 * sines / np.abs(sines).max() + np.sign(np.sin(2 * np.pi * 1.2 * t + 0.1))))
-
-
-def references(samples: int) -> tuple[Reference, Reference]:
-    """One for each axis."""
-    one, two = (wave(seed, amplitude, samples) for seed, amplitude in ((1, 20.0), (2, 25.0)))
-    return Reference("one", H, one, "speed"), Reference("two", H, two, "speed")
+def write_two_axes(folder: Path) -> None:
+    """Write day1.csv and day2.csv, robot.yaml of both axes, and a1.yaml and a2.yaml of one each."""
+    for day in (1, 2):
+        one, two = motor_log(seed=day, duration=2.0), motor_log(seed=day + 4, duration=2.0)
+        columns = [one["time"], one["torque"], one["angle_deg"], two["torque"], two["angle_deg"]]
+        head = "time,torque_1,angle_1,torque_2,angle_2"
+        np.savetxt(folder / f"day{day}.csv", np.column_stack(columns), "%.9g", ",", header=head, comments="")
+    (folder / "robot.yaml").write_text(ROBOT)
+    first = "a2: {name: angle_2, unit: deg, kind: angle}"
+    second = "a1: {name: angle_1, unit: deg, scale: 0.5, kind: angle}"
+    (folder / "a1.yaml").write_text(JOINT.format(gear="gear_ratio: 0.5, ", k=1, other=first, iterations=50))
+    (folder / "a2.yaml").write_text(JOINT.format(gear="", k=2, other=second, iterations=30))
