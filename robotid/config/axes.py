@@ -7,7 +7,7 @@ and errors keep their lines. Each axis is identified by itself, and the angles o
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
@@ -20,8 +20,12 @@ from robotid.config.tree import FLOAT, MAP, NULL, STR, Document, join, place, pl
 from robotid.errors import ConfigError
 
 AXES = "axes"
-BESIDE = ("name", AXES)
+BODY = "body"
+BESIDE = ("name", AXES, BODY)
 """Keys of the robot that stand beside its axes."""
+
+DRIVE = "tau_"
+"""How the name of another axis' torque begins, a signal that only the body reads."""
 
 OF_THE_ROBOT = ("robot", "records", "report")
 SECTIONS = tuple(name for key, field in Config.model_fields.items() if (name := field.alias or key) not in OF_THE_ROBOT)
@@ -53,7 +57,7 @@ def split(root: MappingNode) -> dict[str, Document]:
     robot = _get(root, "robot")
     assert isinstance(robot, MappingNode)
     axes = _axes(robot)
-    return {axis: _Splitter(root, _robot_name(robot), axes, axis).document() for axis in axes}
+    return {axis: _Splitter(root, robot, axes, axis).document() for axis in axes}
 
 
 def _axes(robot: MappingNode) -> dict[str, tuple[ScalarNode, MappingNode]]:
@@ -88,10 +92,11 @@ class _Splitter:
     """Makes the configuration of one axis."""
 
     def __init__(
-        self, root: MappingNode, robot: str, axes: Mapping[str, tuple[ScalarNode, MappingNode]], axis: str
+        self, root: MappingNode, robot: MappingNode, axes: Mapping[str, tuple[ScalarNode, MappingNode]], axis: str
     ) -> None:
-        self.whole, self.robot, self.axes, self.axis = root, robot, axes, axis
+        self.whole, self.name, self.axes, self.axis = root, _robot_name(robot), axes, axis
         self.key, self.node = axes[axis]
+        self.robot = robot
         self.made: list[tuple[Node, str]] = []
         rename_former_keys(self.node)
 
@@ -117,8 +122,23 @@ class _Splitter:
         twice = next((k for k, _ in kept if k.value in BESIDE), None)
         if twice is not None:
             raise ConfigError(f"{twice.value} is of the robot", where=f"{place(twice.start_mark)}  {self._path()}")
-        name = self._word("name"), self._word(f"{self.robot}_{self.axis}")
-        return self._made([name, *kept], self._path())
+        pairs = [(self._word("name"), self._word(f"{self.name}_{self.axis}")), *kept]
+        if isinstance(body := _get(self.robot, BODY), MappingNode):
+            pairs.append((self._word(BODY), self._body(body)))
+        return self._made(pairs, self._path())
+
+    def _body(self, body: MappingNode) -> MappingNode:
+        """The body with this axis, and with the signals of all axes."""
+        axes = [(self._word(axis), self._body_axis(axis)) for axis in self.axes]
+        added = {"axis": self._word(self.axis), "axes": self._made(axes, "")}
+        pairs = [(key, value) for key, value in body.value if key.value not in added]
+        return self._made([*pairs, *((self._word(key), value) for key, value in added.items())], f"robot.{BODY}")
+
+    def _body_axis(self, axis: str) -> MappingNode:
+        names = {} if axis == self.axis else {"angle": axis, "torque": f"{DRIVE}{axis}"}
+        pairs: list[tuple[ScalarNode, Node]] = [(self._word(key), self._word(name)) for key, name in names.items()]
+        ratio = _get(self.axes[axis][1], "gear_ratio")
+        return self._made([*pairs, *([(self._word("gear_ratio"), ratio)] if ratio is not None else [])], "")
 
     def _record(self, record: Node) -> Node:
         """A record with the columns of this axis, and the angles of the others among its signals."""
@@ -126,6 +146,8 @@ class _Splitter:
             return record
         columns = self._columns(record, self.axis)
         others = {name: angle for name in self.axes if name != self.axis and (angle := self._angle(record, name))}
+        if _get(self.robot, BODY) is not None:
+            others |= {f"{DRIVE}{name}": self._drive(record, name) for name in self.axes if name != self.axis}
         angles = self._made([(self._word(name), angle) for name, angle in others.items()], "")
         signals = self._merged(angles, self._others(_get(record, "signals")), "signals")
         signals = self._merged(signals, _get(self.node, "signals"), "signals")
@@ -167,15 +189,21 @@ class _Splitter:
         factor = float(known) if isinstance(known, int | float) else None
         return None if motor is None else self._companion(motor, factor)
 
-    def _companion(self, column: Node, factor: float | None) -> MappingNode:
-        """A column as a companion of kind angle, times a factor."""
+    def _drive(self, record: MappingNode, axis: str) -> MappingNode:
+        """The motor's torque of another axis, as a companion."""
+        columns = self._columns(record, axis)
+        torque = _get(columns, "tau_m") if isinstance(columns, MappingNode) else None
+        return self._companion(torque if torque is not None else columns, None, "drive")
+
+    def _companion(self, column: Node, factor: float | None, kind: str = "angle") -> MappingNode:
+        """A column as a companion, times a factor."""
         pairs = list(column.value) if isinstance(column, MappingNode) else [(self._word("name"), column)]
         if factor is not None:
             numbers = {key.value: plain(value) for key, value in pairs if key.value in ("scale", "offset")}
             known = {"scale": 1.0} | {key: float(n) for key, n in numbers.items() if isinstance(n, int | float)}
             pairs = [(key, value) for key, value in pairs if key.value not in known]
             pairs += [(self._word(key), self._number(factor * number)) for key, number in known.items()]
-        return self._made([*pairs, (self._word("kind"), self._word("angle"))], "")
+        return self._made([*pairs, (self._word("kind"), self._word(kind))], "")
 
     def _merged(self, common: Node | None, own: Node | None, name: str) -> Node:
         """A mapping whose own keys stand for the common ones; what is no mapping is left to the schema."""
@@ -187,8 +215,8 @@ class _Splitter:
         pairs = [(key, value) for key, value in common.value if key.value not in replaced]
         return self._made([*pairs, *own.value], join(self._path(), name))
 
-    def _made(self, pairs: list[tuple[ScalarNode, Node]], origin: str) -> MappingNode:
-        made = MappingNode(MAP, pairs, self.key.start_mark, self.key.end_mark)
+    def _made(self, pairs: Sequence[tuple[ScalarNode, Node]], origin: str) -> MappingNode:
+        made = MappingNode(MAP, list(pairs), self.key.start_mark, self.key.end_mark)
         self.made.append((made, origin))
         return made
 

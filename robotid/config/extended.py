@@ -8,7 +8,7 @@ from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
-from robotid.config.axes import AXES
+from robotid.config.axes import AXES, BODY
 from robotid.config.load import Loaded, as_yaml, resolved
 from robotid.config.records import RecordSettings
 from robotid.config.robot import Effects, ParameterSettings
@@ -39,6 +39,9 @@ def _robot_text(loaded: Loaded, extensions: Mapping[str, Extension], folder: Pat
         known |= {name: {**(known.get(name) or {}), "guess": guess} for name, guess in _guesses(extension).items()}
         joint |= {"model": _as_lists(effects_of(structure)), "changes": _as_lists(changes_of(structure))}
         joint |= {"parameters": known}
+    body = whole["robot"].get(BODY) or {}
+    if (urdf := body.get("urdf", "<")).lstrip()[:1] != "<":
+        body["urdf"] = _relative((urdf,), loaded.directory, folder)
     for record in whole["records"]:
         if (file := record.get("file")) is not None:
             files = (file,) if isinstance(file, str) else tuple(file)

@@ -42,12 +42,18 @@ def compute(work: Work, log: Log | None) -> Iterator[tuple[str, Any]]:
     axes = list(work.jobs)
     if "" in work.jobs:
         yield "", _content(work, "", log)
-    elif len(axes) > 1 and not work.stage.reads_files and 2 * len(axes) > workers():
+    elif len(axes) > 1 and _is_worth_processes(work) and 2 * len(axes) > workers():
         samples = sum(map(_samples, work.jobs.values())) // len(axes)
         with ahead(_content_or_error, work, axes, samples=samples, log=log, hands_on_interrupts=True) as found:
             yield from zip(axes, found, strict=True)
     else:
         yield from ((axis, _content_or_error(work, axis, log)) for axis in axes)
+
+
+def _is_worth_processes(work: Work) -> bool:
+    """Whether the work takes longer than reading the measured files again, which processes do not share."""
+    has_body = any(job.config.robot.body is not None for job in work.jobs.values())
+    return not work.stage.reads_files or has_body
 
 
 def _content_or_error(work: Work, axis: str, log: Log | None = None) -> Any:

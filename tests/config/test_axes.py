@@ -86,6 +86,19 @@ def test_a_section_of_an_axis_stands_over_that_of_the_robot() -> None:
     assert (section.min_improvement_sigma, section.significance) == (0.3, 1e-4)
 
 
+def test_the_body_of_the_robot_gets_the_signals_of_all_axes() -> None:
+    body = "  body: {dh: [{d: 0.5}, {a: 0.4}], rotors: {a2: 0.01}}\nrecords:"
+    axes = parse_axes(ROBOT.replace("records:", body))
+    first = axes["a1"].robot.body
+    assert (first.axis, list(first.axes), first.rotors) == ("a1", ["a1", "a2"], {"a2": 0.01})
+    assert (first.axes["a1"].angle, first.axes["a1"].gear_ratio) == (None, 0.01)
+    assert (first.axes["a2"].angle, first.axes["a2"].torque, first.axes["a2"].gear_ratio) == ("a2", "tau_a2", -0.02)
+    signal = axes["a1"].records[0].signals["tau_a2"]
+    assert (signal.name, signal.unit, signal.kind) == ("torque_2", "Nm", "drive")
+    with pytest.raises(ConfigError, match=r"^cfg:18  robot\.body\.dhh.*did you mean dh"):
+        parse_axes(ROBOT.replace("records:", body.replace("dh:", "dhh:")), "cfg")
+
+
 def test_an_axis_is_a_complete_configuration() -> None:
     config = parse_axes(ROBOT)["a1"]
     assert parse(resolved(config)) == config
