@@ -14,7 +14,7 @@ from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.search import search
 from robotid.diagnosis.search.state import SearchResult
 from robotid.diagnosis.verdict import all_explained, explains_all, explains_nothing, not_explained, verdict
-from robotid.estimate.fitted_model import FittedModel, Simulated, fitted_model, simulate_record
+from robotid.estimate.fitted_model import FittedModel, Simulated, fitted_model, simulate_record, simulate_records
 from robotid.estimate.result import FitResult
 from robotid.interrupt import deadline
 from robotid.parallel import each, expect
@@ -65,9 +65,8 @@ def diagnose(
     for remark in remarks:
         log(remark)
     parts = [part for r in records for part in stretches(r, options.max_samples)]
-    samples = sum(map(len, parts))
-    expect(REFITS * samples)
-    simulated = each(_simulated, (model, options.horizon), parts, samples=samples // len(parts))
+    expect(REFITS * sum(map(len, parts)))
+    simulated = _all_simulated(model, parts, options.horizon)
     fitted = [run for run in simulated if run.record.name in model.records]
     if explains_nothing(model, simulated):
         diagnosis = not_explained(model, simulated)
@@ -90,6 +89,13 @@ def diagnose(
         if options.experiments is None or found.late
         else with_experiments(diagnosis, found, options.experiments)
     )
+
+
+def _all_simulated(model: FittedModel, parts: Sequence[Record], horizon: float | None) -> list[Simulated]:
+    """All records, together where they share what they are simulated with, else each by itself."""
+    if model.joint.reads_companions or model.joint.changes:
+        return each(_simulated, (model, horizon), parts, samples=sum(map(len, parts)) // len(parts))
+    return simulate_records(model, parts, horizon)
 
 
 def _simulated(shared: tuple[FittedModel, float | None], part: Record) -> Simulated:

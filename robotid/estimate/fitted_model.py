@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
 
 from robotid.catalogue import assemble
-from robotid.estimate.least_squares import SolveOptions, solve
+from robotid.estimate.least_squares import SolveOptions
 from robotid.estimate.residual import OutputError, measured_output, observed
 from robotid.estimate.result import FitResult
+from robotid.estimate.separately import solve_separately
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
@@ -117,11 +119,56 @@ def simulate_record(model: FittedModel, record: Record, horizon: float | None = 
     horizon [s] : length of the pieces that start afresh, absent: the whole record at once. Raises NumericsError where
     the simulation diverges.
     """
-    pieces = record.pieces(horizon) if horizon else (record,)
-    known = model.first_states.get(record.name) if record.begin == 0.0 else None
-    starts = [known if k == 0 else None for k in range(len(pieces))]
-    trajectories = (_simulate(model, piece, start) for piece, start in zip(pieces, starts, strict=True))
-    return Simulated(record, pieces, tuple(trajectories))
+    (found,) = simulate_records(model, [record], horizon)
+    return found
+
+
+def simulate_records(model: FittedModel, records: Sequence[Record], horizon: float | None = None) -> list[Simulated]:
+    """Several records as `simulate_record` does each, their simulations made together where that pays."""
+    pieces = [record.pieces(horizon) if horizon else (record,) for record in records]
+    trajectories = iter(simulate_pieces(model, [piece for own in pieces for piece in own]))
+    return [
+        Simulated(record, own, tuple(islice(trajectories, len(own))))
+        for record, own in zip(records, pieces, strict=True)
+    ]
+
+
+def simulate_pieces(model: FittedModel, pieces: Sequence[Record]) -> list[Trajectory]:
+    """Open-loop simulations of pieces of records, each from the first states that suit it best. Raises NumericsError
+    where one diverges."""
+    if any(len(piece) > LONG for piece in pieces):
+        return [_of_long_piece(model, piece) for piece in pieces]
+    return _solved(model, pieces, [_start(model, piece) for piece in pieces])
+
+
+def _of_long_piece(model: FittedModel, piece: Record) -> Trajectory:
+    """A piece from the first states that suit its beginning best."""
+    if len(piece) <= LONG:
+        return _solved(model, [piece], [_start(model, piece)])[0]
+    beginning = _solved(model, [piece.piece(0, BEGINNING)], [_start(model, piece)])[0]
+    return simulate(model.joint, model.theta, piece, beginning.x[:, 0])
+
+
+def _start(model: FittedModel, piece: Record) -> Array | None:
+    """The first state (nx,) of a piece, where it is known."""
+    return model.first_states.get(piece.name) if piece.begin == 0.0 else None
+
+
+def _solved(model: FittedModel, pieces: Sequence[Record], starts: Sequence[Array | None]) -> list[Trajectory]:
+    """Pieces from the first states that suit them best. starts : (nx,) each, None where they are as measured."""
+    problems = [_problem(model, piece) for piece in pieces]
+    found = solve_separately(
+        problems,
+        [one.start() if x0 is None else x0[list(one.free_states)] for one, x0 in zip(problems, starts, strict=True)],
+        FIRST_STATES,
+    )
+    return [one.evaluation.trajectories[0] for one in found]
+
+
+def _problem(model: FittedModel, piece: Record) -> OutputError:
+    """The fit of the first states of a piece."""
+    fixed = model.parameters.all_fixed
+    return OutputError(model.joint, fixed, (piece,), model.output, np.ones(1), model.estimate_states)
 
 
 def joined(runs: Sequence[Simulated]) -> Simulated:
@@ -140,15 +187,3 @@ def joined(runs: Sequence[Simulated]) -> Simulated:
     }
     pieces = tuple(piece for run in runs for piece in run.pieces)
     return Simulated(replace(records[0], **signals), pieces, tuple(t for run in runs for t in run.trajectories))
-
-
-def _simulate(model: FittedModel, piece: Record, first_state: Array | None) -> Trajectory:
-    """A piece from the first state that suits it best; of a long one, that suits its beginning."""
-    if len(piece) > LONG:
-        start = _simulate(model, piece.piece(0, BEGINNING), first_state).x[:, 0]
-        return simulate(model.joint, model.theta, piece, start)
-    problem = OutputError(
-        model.joint, model.parameters.all_fixed, (piece,), model.output, np.ones(1), model.estimate_states
-    )
-    start = problem.start() if first_state is None else first_state[list(problem.free_states)]
-    return solve(problem, start, FIRST_STATES).evaluation.trajectories[0]

@@ -5,8 +5,9 @@ Steps are taken in columns scaled to unit norm. Of the Jacobian only the triangu
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -16,7 +17,9 @@ from robotid.estimate.result import End
 from robotid.interrupt import Interrupted, check
 from robotid.model.array import Array, Mask
 from robotid.progress import Iteration
+from robotid.simulation.friction.step import Steps
 
+T = TypeVar("T")
 MIN_DAMPING, MAX_DAMPING = 1e-14, 1e10  # of columns of unit norm
 FIRST_DAMPING = 1e-3
 DAMPING_GROWTH = 4  # at a step without gain; twice as fast at each further one (Nielsen 1999)
@@ -85,11 +88,62 @@ def solve(
     stalled before an iterate without finite derivatives. log : called after every iteration. Raises NumericsError where
     the very first simulation diverges.
     """
+    return answered(problem, solving(problem, start, options, initial=initial, log=log))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Point:
+    """Unknowns (m,) that are to be evaluated. near, max_cost : as of `OutputError.evaluate`."""
+
+    unknowns: Array
+    near: Linearisation | None = None
+    max_cost: float = np.inf
+
+
+Question = Point | Evaluation
+"""What an iteration asks: the evaluation of a point, or the linearisation at an evaluation."""
+
+Course = Generator[Question, Any, T]
+"""An iteration from question to answer."""
+
+
+def answered(problem: OutputError, course: Course[T]) -> T:
+    """The end of an iteration whose questions are answered one by one."""
+    try:
+        question = next(course)
+        while True:
+            try:
+                found = answer(problem, question)
+            except BaseException as error:
+                question = course.throw(error)
+            else:
+                question = course.send(found)
+    except StopIteration as end:
+        result: T = end.value
+        return result
+
+
+def answer(problem: OutputError, question: Question) -> Evaluation | Linearisation:
+    """What an iteration asks of a problem. Raises NumericsError where it cannot be simulated there."""
+    if isinstance(question, Evaluation):
+        return linearise(problem, question)
+    return problem.evaluate(question.unknowns, question.near, max_cost=question.max_cost)
+
+
+def solving(
+    problem: OutputError,
+    start: Array,
+    options: SolveOptions,
+    *,
+    initial: Evaluation | None = None,
+    log: Callable[[Iteration], None] | None = None,
+) -> Course[Solution]:
+    """The course of `solve`."""
     bounds = Bounds(*problem.bounds())
-    first = problem.evaluate(bounds.clip(start)) if initial is None else initial
+    first = (yield Point(bounds.clip(start))) if initial is None else initial
     if not len(start):
         return Solution(first, np.zeros((0, 0)), (first.cost,), End.CONVERGED)
-    at = linearise(problem, first)
+    at = yield first
     damping, costs, end, small_steps = FIRST_DAMPING, [first.cost], End.ITERATIONS, 0
     in_noise = NOISE_SHARE * len(start) / sum(map(len, first.residuals))
     try:
@@ -100,13 +154,13 @@ def solve(
                 end = End.CONVERGED
                 break
             stuck = small_steps == options.max_small_steps
-            step = None if stuck else next_iterate(problem, at, damping, bounds)
+            step = None if stuck else (yield from next_iterate(problem, at, damping, bounds))
             if step is None:
                 end = End.CONVERGED if reduction < in_noise else End.STALLED
                 break
             after, damping = step
             try:
-                at = linearise(problem, after)
+                at = yield after
             except NumericsError:
                 end = End.STALLED
                 break
@@ -122,12 +176,14 @@ def solve(
     return Solution(at.evaluation, at.factor, tuple(costs), end)
 
 
-def linearise(problem: OutputError, at: Evaluation) -> Linearisation:
-    """Triangular factor of the Jacobian at an evaluation, and the gradient J^T r. Raises NumericsError where they are
-    not finite."""
+def linearise(problem: OutputError, at: Evaluation, steps: Sequence[Steps | None] | None = None) -> Linearisation:
+    """Triangular factor of the Jacobian at an evaluation, and the gradient J^T r. steps : as of `OutputError.steps`,
+    where they are known. Raises NumericsError where they are not finite."""
     m = len(at.unknowns)
     factor, gradient = np.zeros((0, m)), np.zeros(m)
     states: list[Array | None] = []
+    with np.errstate(all="ignore"):  # derivatives that are not finite are reported
+        steps = problem.steps(at) if steps is None else steps
     for k, residual in enumerate(at.residuals):
         if not problem.predicts(k):
             unknowns = problem.unknowns_of(k)
@@ -137,7 +193,7 @@ def linearise(problem: OutputError, at: Evaluation) -> Linearisation:
             gradient[unknowns] += own
             states.append(None)
             continue
-        jacobian = problem.jacobian(at, k)
+        jacobian = problem.jacobian(at, k, steps[k])
         block = np.zeros((len(jacobian.unknowns), m))
         block[:, jacobian.unknowns] = np.linalg.qr(jacobian.values.T, mode="r")
         factor = np.asarray(np.linalg.qr(np.vstack([factor, block]), mode="r"))
@@ -164,15 +220,15 @@ def predicted_reduction(at: Linearisation, bounds: Bounds) -> float:
 
 def next_iterate(
     problem: OutputError, at: Linearisation, damping: float, bounds: Bounds
-) -> tuple[Evaluation, float] | None:
-    """The next iterate and its damping, or None where no damping finds a lower cost."""
+) -> Course[tuple[Evaluation, float] | None]:
+    """The course to the next iterate and its damping, or None where no damping finds a lower cost."""
     before, active, growth = at.evaluation, bounds.active(at), DAMPING_GROWTH
     while damping < MAX_DAMPING:
         step = bounds.clip(before.unknowns + damped_step(at, active, damping)) - before.unknowns
         predicted = -(at.gradient @ step) - 0.5 * float(np.sum((at.factor @ step) ** 2))
         if predicted > NO_REDUCTION * before.cost:  # cut off at its bounds, a step may lead uphill; a shorter one not
             try:
-                after = problem.evaluate(before.unknowns + step, at, max_cost=before.cost)
+                after = yield Point(before.unknowns + step, at, before.cost)
             except NumericsError:
                 damping = max(10 * damping, 1e-3)
                 continue

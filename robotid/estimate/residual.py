@@ -19,10 +19,11 @@ from robotid.model.port import Signal
 from robotid.signals.derivation import Derivation
 from robotid.signals.record import OPERATORS, Quantity, Record, SpeedOrigin
 from robotid.simulation.first_guess import initial_state
-from robotid.simulation.sensitivities import sensitivities, sensitivity_blocks
+from robotid.simulation.friction.step import Steps
+from robotid.simulation.sensitivities import sensitivities, sensitivity_blocks, wanted_columns
 from robotid.simulation.sensors import sensor_columns, sensor_signals
-from robotid.simulation.simulate import integrated, simulate
-from robotid.simulation.trajectory import Trajectory
+from robotid.simulation.simulate import Start, integrated, simulate_together
+from robotid.simulation.trajectory import Trajectory, linearised_together, share_dynamics
 
 FARTHEST_PREDICTION = 1.0  # root mean square of a predicted change, of the state's own
 SENSOR_MARGIN = 2_000  # samples on either side of a block, across which a sensor's delay or operator reaches
@@ -160,13 +161,10 @@ class OutputError:
         """
         theta, cost = self.theta(unknowns), 0.0
         residuals, trajectories = [], []
-        for k, record in enumerate(self.records):
-            guess = guesses[k] if guesses else None
-            if near is not None:
-                guess = self._predict(k, near, unknowns)
-            trajectory = simulate(
-                self.joint, theta, record, self.first_state(unknowns, k), guess, self.max_failed_windows
-            )
+        known = guesses if near is None else [self._predict(k, near, unknowns) for k in range(len(self.records))]
+        starts = [Start(self.first_state(unknowns, k), known[k] if known else None) for k in range(len(self.records))]
+        found = simulate_together(self.joint, theta, self.records, starts, self.max_failed_windows)
+        for k, trajectory in enumerate(found):
             residuals.append(self.residual(k, trajectory))
             trajectories.append(trajectory)
             cost += 0.5 * float(residuals[-1] @ residuals[-1])
@@ -174,10 +172,14 @@ class OutputError:
                 break
         return Evaluation(unknowns, tuple(residuals), tuple(trajectories))
 
+    def start_of(self, k: int, unknowns: Array, near: Linearisation | None, guess: Array | None = None) -> Start:
+        """Where the simulation of record k starts. Arguments as of `evaluate`."""
+        return Start(self.first_state(unknowns, k), guess if near is None else self._predict(k, near, unknowns))
+
     @np.errstate(all="ignore")  # derivatives that are not finite are reported below
-    def jacobian(self, at: Evaluation, k: int) -> Jacobian:
-        """Derivatives of record k's weighted residual. Raises NumericsError where they are not finite, as where a state
-        begins far beyond its limits."""
+    def jacobian(self, at: Evaluation, k: int, steps: Steps | None = None) -> Jacobian:
+        """Derivatives of record k's weighted residual. steps : of its trajectory, as of `steps`. Raises NumericsError
+        where they are not finite, as where a state begins far beyond its limits."""
         trajectory = at.trajectories[k]
         if not self.predicts(k):
             values = np.empty((len(self.unknowns_of(k)), len(self.records[k])))
@@ -185,9 +187,23 @@ class OutputError:
                 values[:, block] = part
             return Jacobian(self.unknowns_of(k), values)
         seen = output_rows(self.joint, self.output, trajectory.speed_origin)
-        inner = sensitivities(trajectory, self.records[k], self.columns, range(self.joint.nx), self.free_states)
+        rows = range(self.joint.nx)
+        inner = sensitivities(trajectory, self.records[k], self.columns, rows, self.free_states, steps=steps)
         outer = output_columns(trajectory, self.output, self.columns, inner[list(seen)])
         return Jacobian(self.unknowns_of(k), self._finite(k, -self.shaped(k, outer)), inner)
+
+    def steps(self, at: Evaluation) -> Sequence[Steps | None]:
+        """The steps of all trajectories with what derivatives need of them, where it pays to find them at once."""
+        if not all(map(self.predicts, range(len(at.trajectories)))):
+            return [None] * len(at.trajectories)
+        return self.steps_of(at.trajectories)
+
+    def steps_of(self, trajectories: Sequence[Trajectory]) -> Sequence[Steps | None]:
+        """The same of some trajectories of this joint and of its parameters."""
+        if len(trajectories) < 2 or self.joint.changes or not share_dynamics(trajectories):
+            return [None] * len(trajectories)
+        wanted = wanted_columns(self.joint, self.columns, self.records[0].name, forces=False)
+        return linearised_together(trajectories, wanted)
 
     def predicts(self, k: int) -> bool:
         """Whether record k is short enough to keep the derivatives of all its states."""

@@ -25,7 +25,7 @@ def extend(task: ExtensionTask, effects: Sequence[str]) -> Extension:
     NumericsError where the extended model does not converge.
     """
     before, kept, dropped = task.before, list(effects), list[Rejected]()
-    base, whole = fits_with(task, [(), kept])
+    base, whole = fits_with(task, [(), kept]) if kept else 2 * fits_with(task, [()])
     tried = [effect for effect in effects if task.validation]
     while tried:
         leaner = next_leaner(task, whole, base, kept, tried)

@@ -11,10 +11,9 @@ from robotid.errors import NumericsError
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.signals.record import Record
-from robotid.simulation.friction.crossing import linearise_steps
 from robotid.simulation.friction.step import Steps
 from robotid.simulation.newton.problem import Problem
-from robotid.simulation.newton.solver import integrate
+from robotid.simulation.newton.solver import Course, followed, integrating
 
 MAD_OF_NORMAL = 0.6745  # median absolute deviation of a normal variable, in standard deviations
 REST = 3.0  # standard deviations of the speed's noise below which a speed counts as rest
@@ -48,12 +47,16 @@ class PrescribedMotor(Problem):
 
     tolerance: ClassVar[float] = 1e-2  # a guess need not be better
 
-    def linearise(self, first: int, last: int, x: Array) -> Steps:
-        steps = linearise_steps(self.inputs(slice(first, last)), x[:, :-1], x[:, 1:])
+    def moving(self, steps: Steps) -> Steps:
         return steps.with_prescribed(self.joint.motor_states)
 
 
 def follow_motor(problem: Problem, x0: Array) -> Array:
+    """What `following_motor` leads to."""
+    return followed(following_motor(problem, x0))
+
+
+def following_motor(problem: Problem, x0: Array) -> Course[Array]:
     """The problem's guess with all states but the motor's as its motion drives them from x0 (nx,), (nx, n).
 
     Whether a motor near rest sticks depends on the forces, so the gear's torque must be about right. Where that motion
@@ -76,6 +79,6 @@ def follow_motor(problem: Problem, x0: Array) -> Array:
         return np.asarray(np.concatenate([start[:, None], guess[:, first + 1 : stop + 1]], axis=1))
 
     try:
-        return integrate(prescribed, x0, as_guessed)
+        return (yield from integrating(prescribed, x0, as_guessed))
     except NumericsError:
         return guess

@@ -11,8 +11,10 @@ import numpy as np
 
 from robotid.model.array import Array, blocks
 from robotid.model.derivatives import DerivativeColumns
+from robotid.model.joint import Joint
 from robotid.signals.record import Record
 from robotid.simulation.actuator import torque_columns
+from robotid.simulation.friction.step import Steps
 from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
 from robotid.simulation.trajectory import BLOCK, Trajectory
 
@@ -24,16 +26,18 @@ def sensitivities(
     rows: Sequence[int],
     free_states: Sequence[int] = (),
     forces: Array | None = None,
+    steps: Steps | None = None,
 ) -> Array:
     """Derivatives of states `rows` to k unknowns, (rows, k, n).
 
     The unknowns are the parameters `columns` of theta, the first values of the states `free_states`, and the size of
     each of `forces` (nv, q, n), generalised forces on the coordinates that are constant in their intervals. record :
-    the one that was simulated. Only the wanted rows are kept, so that memory grows with these alone.
+    the one that was simulated; steps : of all intervals, with the derivatives to `wanted_columns`, where they are known
+    already. Only the wanted rows are kept, so that memory grows with these alone.
     """
     n, pushes = len(trajectory.u), 0 if forces is None else forces.shape[1]
     out = np.empty((len(rows), len(columns) + len(free_states) + pushes, n))
-    for at, found in sensitivity_blocks(trajectory, record, columns, rows, free_states, forces):
+    for at, found in sensitivity_blocks(trajectory, record, columns, rows, free_states, forces, steps):
         out[:, :, at] = found
     return out
 
@@ -45,13 +49,14 @@ def sensitivity_blocks(
     rows: Sequence[int],
     free_states: Sequence[int] = (),
     forces: Array | None = None,
+    known: Steps | None = None,
 ) -> Iterator[tuple[slice, Array]]:
     """What `sensitivities` returns, block by block of samples, so that memory does not grow with the record."""
     joint, n = trajectory.joint, len(trajectory.u)
     forces = np.zeros((joint.masses, 0, n)) if forces is None else forces
     moved = joint.sources(columns, record.name)
-    mechanical = list(dict.fromkeys(k for k in moved if k is not None and k < joint.n_theta))  # each once
-    wanted = DerivativeColumns(tuple(mechanical), tuple(range(joint.masses)) if forces.size else ())
+    wanted = wanted_columns(joint, columns, record.name, forces=forces.size > 0)
+    mechanical = list(wanted.parameters)
     through_torque = torque_columns(joint, trajectory.theta, record.sampling_time, record.tau_m)
     first_force = len(columns) + len(free_states)
     width = first_force + forces.shape[1]
@@ -60,7 +65,7 @@ def sensitivity_blocks(
     yield slice(0, 1), start[list(rows), :, None]
     buffer = np.empty(width * (min(n - 1, BLOCK) + 1) * joint.nx)  # one for all blocks: memory afresh is slow
     for at in blocks(n - 1, BLOCK):
-        steps = trajectory.linearise(at, wanted)
+        steps = trajectory.linearise(at, wanted) if known is None else known.part(at)
         assert steps.S is not None
         nodes = at.stop - at.start + 1
         forcing = buffer[: width * nodes * joint.nx].reshape(width, nodes, joint.nx).transpose(2, 0, 1)
@@ -77,6 +82,14 @@ def sensitivity_blocks(
         z = solve_block_bidiagonal(steps.G, forcing)
         yield slice(at.start + 1, at.stop + 1), z[list(rows), :, 1:]
         start = z[:, :, -1].copy()
+
+
+def wanted_columns(joint: Joint, columns: Sequence[int], record: str, *, forces: bool) -> DerivativeColumns:
+    """To what a record's steps are differentiated for the derivatives to the parameters `columns` of theta, and to
+    forces on all coordinates."""
+    sources = joint.sources(columns, record)
+    mechanical = dict.fromkeys(k for k in sources if k is not None and k < joint.n_theta)  # each once
+    return DerivativeColumns(tuple(mechanical), tuple(range(joint.masses)) if forces else ())
 
 
 def force_gradient(trajectory: Trajectory, row: int, weights: Array) -> Array:

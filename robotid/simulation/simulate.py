@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,12 +13,14 @@ from robotid.model.joint import Joint
 from robotid.signals.record import Record
 from robotid.simulation.actuator import effective_steps, effective_torque
 from robotid.simulation.fallback.lsoda import lsoda
-from robotid.simulation.first_guess import follow_motor, initial_state, measured_guess
+from robotid.simulation.first_guess import following_motor, initial_state, measured_guess
 from robotid.simulation.newton.problem import FIRST_WINDOW, NEAR_WINDOW, Problem
-from robotid.simulation.newton.solver import integrate, state_scale
+from robotid.simulation.newton.solver import Course, followed, integrating, state_scale
+from robotid.simulation.newton.together import followed_together
 from robotid.simulation.trajectory import Trajectory
 
 PATIENCE_SAMPLES = 4000  # to which a number of windows that may fail belongs
+TOGETHER = 200_000  # samples of all records: longer ones go one by one, for less memory
 MAX_GUESS = 100.0  # times the motion itself: beside a guess so large, what is not small passes for small
 
 
@@ -36,30 +39,66 @@ def simulate(
     how many windows may fail to settle in PATIENCE_SAMPLES samples, by default any number. Raises NumericsError where
     even LSODA diverges, where x0 is not finite, and where more windows fail.
     """
+    return followed(_simulating(joint, theta, record, Start(x0, guess), max_failed_windows))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Start:
+    """Where a simulation starts. x0 : (nx,) first state; guess : (nx, n) a trajectory nearby; each None as of
+    `simulate`."""
+
+    x0: Array | None = None
+    guess: Array | None = None
+
+
+def simulate_together(
+    joint: Joint,
+    theta: Array,
+    records: Sequence[Record],
+    starts: Sequence[Start],
+    max_failed_windows: int | None = None,
+) -> Iterator[Trajectory]:
+    """The open-loop response to each record's torque, all at once where the records share parameters and companions.
+
+    Arguments and errors as of `simulate`, a start for each record.
+    """
+    courses = (
+        _simulating(joint, theta, record, start, max_failed_windows)
+        for record, start in zip(records, starts, strict=True)
+    )
+    if len(records) < 2 or joint.changes or joint.reads_companions or sum(map(len, records)) > TOGETHER:
+        return map(followed, courses)
+    return iter(followed_together(list(courses)))
+
+
+def _simulating(
+    joint: Joint, theta: Array, record: Record, start: Start, max_failed_windows: int | None
+) -> Course[Trajectory]:
+    """The course of `simulate`."""
     joint, theta = joint.along(record), joint.in_record(theta, record.name)
-    x0 = initial_state(joint, theta, record) if x0 is None else x0
+    x0 = initial_state(joint, theta, record) if start.x0 is None else start.x0
     u = effective_torque(joint, theta, record.sampling_time, record.tau_m)
     if not np.isfinite(x0).all():
         raise NumericsError("the first state is not finite", hint="check the parameters' guesses and bounds")
     if max_failed_windows is not None:
         max_failed_windows = round(max_failed_windows * max(1.0, len(u) / PATIENCE_SAMPLES))
-    near = guess if guess is not None and np.isfinite(guess).all() else measured_guess(joint, theta, record)
+    known = start.guess is not None and np.isfinite(start.guess).all()
     problem = Problem(
         joint,
         theta,
         u[:-1],
         record.sampling_time,
-        near,
+        start.guess if known and start.guess is not None else measured_guess(joint, theta, record),
         begin=record.begin,
         torque_steps=effective_steps(joint, record),
         max_failed_windows=max_failed_windows,
-        first_window=NEAR_WINDOW if near is guess else FIRST_WINDOW,
+        first_window=NEAR_WINDOW if known else FIRST_WINDOW,
     )
-    if near is not guess:
-        problem = replace(problem, guess=follow_motor(problem, x0))
-    x, fallback_windows = _integrate(problem, x0)
+    if not known:
+        problem = replace(problem, guess=(yield from following_motor(problem, x0)))
+    x, fallback_windows = yield from _integrating(problem, x0)
     if np.any(state_scale(problem.guess) > MAX_GUESS * state_scale(x)):
-        x, fallback_windows = _integrate(replace(problem, guess=x), x0)
+        x, fallback_windows = yield from _integrating(replace(problem, guess=x), x0)
     return trajectory_of(problem, u, record, x, fallback_windows)
 
 
@@ -92,7 +131,7 @@ def integrated(speed: Array, sampling_time: float) -> Array:
     return np.concatenate([np.zeros_like(speed[..., :1]), np.cumsum(step, axis=-1)], axis=-1)
 
 
-def _integrate(problem: Problem, x0: Array) -> tuple[Array, tuple[tuple[int, int], ...]]:
+def _integrating(problem: Problem, x0: Array) -> Course[tuple[Array, tuple[tuple[int, int], ...]]]:
     """All nodes (nx, n), and the windows that LSODA integrated."""
     windows: list[tuple[int, int]] = []
 
@@ -100,4 +139,5 @@ def _integrate(problem: Problem, x0: Array) -> tuple[Array, tuple[tuple[int, int
         windows.append((first, stop))
         return lsoda(problem, first, stop, start)
 
-    return integrate(problem, x0, fallback), tuple(windows)
+    x = yield from integrating(problem, x0, fallback)
+    return x, tuple(windows)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -13,10 +15,11 @@ from robotid.signals.record import SpeedOrigin
 from robotid.signals.torque_steps import TorqueSteps
 from robotid.simulation.friction.crossing import linearise_steps
 from robotid.simulation.friction.mode import friction_mode
-from robotid.simulation.friction.step import StepInputs, Steps
+from robotid.simulation.friction.step import StepInputs, Steps, joined
 from robotid.simulation.newton.problem import Problem
 
 BLOCK = 4000  # intervals whose derivatives are in memory at once
+TOGETHER = 100_000  # samples of several trajectories, likewise
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,3 +93,19 @@ class Trajectory:
         """The steps of the intervals after these samples, the last of all excepted, with derivatives to parameters."""
         x1 = self.x[:, at.start + 1 : at.stop + 1]
         return linearise_steps(self.step_inputs(at, columns), self.x[:, at], x1)
+
+
+def linearised_together(trajectories: Sequence[Trajectory], columns: DerivativeColumns) -> list[Steps]:
+    """All steps of trajectories of one joint with the same parameters, crossings of all of them at once."""
+    every = [slice(0, len(one.u) - 1) for one in trajectories]
+    inputs = joined([one.step_inputs(at, columns) for one, at in zip(trajectories, every, strict=True)])
+    x0, x1 = (np.concatenate([one.x[:, at] for one in trajectories], axis=1) for at in (slice(-1), slice(1, None)))
+    steps, edges = linearise_steps(inputs, x0, x1), np.cumsum([0, *(at.stop for at in every)]).tolist()
+    return [steps.part(slice(a, b)) for a, b in pairwise(edges)]
+
+
+def share_dynamics(trajectories: Sequence[Trajectory]) -> bool:
+    """Whether trajectories are of one joint with the same parameters, and few enough to linearise at once."""
+    first = trajectories[0]
+    alike = all(one.joint is first.joint and np.array_equal(one.theta, first.theta) for one in trajectories)
+    return alike and sum(len(one.u) for one in trajectories) <= TOGETHER

@@ -37,22 +37,45 @@ class _Placed:
         return strength(self.seen, self.shape).energy
 
 
-def find_event(scans: Sequence[Scan], level: float) -> FoundEvent | None:
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacedEvents:
+    """The largest events of all records as finely as these show them, beside the fitted parameters only.
+
+    plain : what the fit has shaped; even : borders of equal bins of every record; events : the best of each kind in
+    each record.
+    """
+
+    plain: Known
+    even: dict[str, Array]
+    events: tuple[_Placed, ...]
+
+    @property
+    def energy(self) -> float:
+        """The most that one of them explains, in variances of the noise."""
+        return max((one.energy for one in self.events), default=0.0)
+
+
+def placed_events(scans: Sequence[Scan]) -> PlacedEvents:
+    """The largest events of all records. scans : segments with the columns of the fitted parameters; others do not
+    count."""
+    names = list(dict.fromkeys(one.segment.record.name for one in scans))
+    even, plain = {name: even_edges(scans, name) for name in names}, known_columns(scans, catalogue=False)
+    coarse = [_Placed(seen, shape) for seen in binned(plain, even) for shape in best_shapes(seen)]
+    fine = (_finely(plain, one, even[one.seen.record]) for one in _best_of_each(hopeful(coarse)))
+    return PlacedEvents(plain, even, tuple(fine))
+
+
+def find_event(scans: Sequence[Scan], level: float, placed: PlacedEvents | None = None) -> FoundEvent | None:
     """The event that explains most of the residual of all records, of those that all effects of the catalogue together
     do not explain as well.
 
-    scans : segments with the columns of all candidates. level : of significance, over all events of all records. None
-    where there is none.
+    scans : segments with the columns of all candidates. level : of significance, over all events of all records;
+    placed : the events of these segments, where they are placed already. None where there is none.
     """
-    names = list(dict.fromkeys(one.segment.record.name for one in scans))
-    even = {name: even_edges(scans, name) for name in names}
-    plain, beside = (known_columns(scans, catalogue=catalogue) for catalogue in (False, True))
-    coarse = [_Placed(seen, shape) for seen in binned(plain, even) for shape in best_shapes(seen)]
-    tries, others = 2 * EVENTS.bins * len(names), binned(beside, even)
-    found = [
-        _judged(placed, plain, beside, even[placed.seen.record], others, tries)
-        for placed in _best_of_each(hopeful(coarse))
-    ]
+    placed = placed_events(scans) if placed is None else placed
+    beside, even = known_columns(scans, catalogue=True), placed.even
+    tries, others = 2 * EVENTS.bins * len(even), binned(beside, even)
+    found = [_judged(one, beside, others, tries) for one in placed.events]
     return max((one for one in found if one.event.p_value < level), key=lambda one: one.energy, default=None)
 
 
@@ -70,23 +93,26 @@ def _best_of_each(placed: Sequence[_Placed]) -> list[_Placed]:
     return list(found.values())
 
 
-def _judged(
-    coarse: _Placed, plain: Known, beside: Known, even: Array, others: Sequence[BinnedRecord], tries: int
-) -> FoundEvent:
-    """An event with its begin and end as finely as the record shows them, its size beside the fitted parameters, and
-    its significance beside all effects of the catalogue. even : borders of equal bins of its record; others : all
-    records in equal bins beside the catalogue."""
-    name, one = coarse.seen.record, coarse
+def _finely(plain: Known, one: _Placed, even: Array) -> _Placed:
+    """An event with its begin and end as finely as the record shows them, over bins that are equal elsewhere. even :
+    borders of equal bins of its record."""
     if one.shape.kind != "drift":
         for _ in range(2):
             one = _finer(plain, one)
-    ends = one.seen.edges[[one.shape.first, one.shape.last]]
+    name, ends = one.seen.record, one.seen.edges[[one.shape.first, one.shape.last]]
     edges = np.unique(np.concatenate([even, ends]))
     first, last = np.searchsorted(edges, ends).tolist()
-    shape = replace(one.shape, first=first, last=last)
-    (seen,), (left,) = binned(plain, {name: edges}), binned(beside, {name: edges})
+    (seen,) = binned(plain, {name: edges})
+    return _Placed(seen, replace(one.shape, first=first, last=last))
+
+
+def _judged(one: _Placed, beside: Known, others: Sequence[BinnedRecord], tries: int) -> FoundEvent:
+    """An event with its size beside the fitted parameters, and its significance beside all effects of the catalogue.
+    others : all records in equal bins beside the catalogue."""
+    seen, shape, name = one.seen, one.shape, one.seen.record
+    (left,) = binned(beside, {name: seen.edges})
     p, usual = significance(left, shape, tries, [other for other in others if other.record != name])
-    found = strength(seen, shape)
+    found, ends = strength(seen, shape), seen.edges[[shape.first, shape.last]]
     event = Event(
         record=name,
         kind=shape.kind,

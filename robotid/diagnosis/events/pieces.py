@@ -6,7 +6,7 @@ and what its columns say there no longer holds.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from robotid.diagnosis.events.settings import EVENTS
@@ -14,20 +14,24 @@ from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, segment_fit
 from robotid.diagnosis.scoring.candidate import EffectCandidate
 from robotid.diagnosis.scoring.scan import Scan, scans
-from robotid.estimate.fitted_model import FittedModel, simulate_record
+from robotid.estimate.fitted_model import FittedModel, simulate_pieces
 
 
 def scan_pieces(
     model: FittedModel, refitted: RefittedModel, segments: Sequence[Segment], candidates: Sequence[EffectCandidate]
 ) -> tuple[Scan, ...]:
-    """All columns of all segments, cut into pieces. model : the diagnosed one; refitted : its parameters as they are to
-    be. Raises NumericsError where a piece cannot be simulated."""
+    """All columns of all segments, cut into pieces. Arguments and errors as of `simulated_pieces`."""
+    return scans(simulated_pieces(model, refitted, segments), refitted.unknowns, candidates)
+
+
+def simulated_pieces(model: FittedModel, refitted: RefittedModel, segments: Sequence[Segment]) -> list[SegmentFit]:
+    """All segments cut into pieces. model : the diagnosed one; refitted : its parameters as they are to be. Raises
+    NumericsError where a piece cannot be simulated."""
     current = replace(model, joint=refitted.joint, parameters=refitted.parameters, first_states={})
-    pieces = [piece for segment in segments for piece in _pieces(current, segment)]
-    return scans(pieces, refitted.unknowns, candidates)
-
-
-def _pieces(model: FittedModel, segment: Segment) -> Iterator[SegmentFit]:
-    run = simulate_record(model, segment.record, segment.record.duration / EVENTS.pieces)
-    for piece, trajectory in zip(run.pieces, run.trajectories, strict=True):
-        yield segment_fit(Segment(piece, segment.whitening), trajectory, model.output)
+    pieces = [
+        Segment(piece, segment.whitening)
+        for segment in segments
+        for piece in segment.record.pieces(segment.record.duration / EVENTS.pieces)
+    ]
+    trajectories = simulate_pieces(current, [piece.record for piece in pieces])
+    return [segment_fit(piece, t, model.output) for piece, t in zip(pieces, trajectories, strict=True)]

@@ -13,6 +13,7 @@ from robotid.diagnosis.refit.refitted_model import UNKNOWN, RefittedModel, Traje
 from robotid.diagnosis.refit.settings import REFIT
 from robotid.errors import NumericsError
 from robotid.estimate.least_squares import SolveOptions, solve
+from robotid.estimate.lifted.coarse import coarse_factor, coarse_nodes, coarsened, refined
 from robotid.estimate.residual import Evaluation, OutputError
 from robotid.estimate.sensing import joint_for
 from robotid.model.array import Array
@@ -65,7 +66,8 @@ def refit(
     """
     records = [segment.record for segment in data.fitted]
     joint = model if isinstance(model, Joint) else joint_for(model, data.output, records)
-    problem, at = _best_start(joint, starts, data, near.fitted, options)
+    rough = None if options.careful else _by_fewer_samples(joint, starts, data, near.fitted, options)
+    problem, at = rough or _best_start(joint, starts, data, near.fitted, options)
     effort = solve_effort(data.samples, 2.0 * at.cost, options)
     solution = solve(problem, at.unknowns, effort, initial=at)
     end = solution.evaluation
@@ -99,21 +101,59 @@ def solve_effort(samples: int, energy: float, options: RefitOptions) -> SolveOpt
     return SolveOptions(most, tolerance, max_small_steps=1)
 
 
+Begun = tuple[OutputError, Evaluation]
+"""A problem, and its evaluation where a fit starts."""
+
+
+def _by_fewer_samples(
+    joint: Joint, starts: Sequence[Parameters], data: EvaluationData, near: Sequence[Trajectory], options: RefitOptions
+) -> Begun | None:
+    """The problem where the same fit on every k-th sample ends, by white noise: the first iterations cost a k-th.
+
+    None where so few samples do not show the motion, or where all of them refute the end.
+    """
+    fine = _problem(joint, starts[0], data.fitted, data, options.max_failed_windows)
+    plain = replace(fine, weights=np.array([s.whitening.output_variance**-0.5 for s in data.fitted]), whiten=())
+    factor = coarse_factor(plain) if len(near) == len(data.fitted) else 1
+    if factor == 1:
+        return None
+    rough = coarsened(plain, factor)
+    known = [replace(t, x=t.x[:, coarse_nodes(t.x.shape[1], factor)]) for t in near]
+    try:
+        problem, at = _best_begin(
+            [replace(rough, parameters=start) for start in starts], known, replace(options, start_below=0.0)
+        )
+        end = solve(problem, at.unknowns, solve_effort(data.samples, 2.0 * at.cost, options), initial=at).evaluation
+        nodes = [refined(t.x, factor, len(record)) for t, record in zip(end.trajectories, fine.records, strict=True)]
+        begun = fine.evaluate(end.unknowns, guesses=nodes, max_cost=0.5 * options.reject_above)
+    except NumericsError:
+        return None
+    found = problem.parameters.with_values(problem.theta(end.unknowns))
+    return (replace(fine, parameters=found), begun) if 2.0 * begun.cost < options.reject_above else None
+
+
 def _best_start(
     joint: Joint, starts: Sequence[Parameters], data: EvaluationData, near: Sequence[Trajectory], options: RefitOptions
-) -> tuple[OutputError, Evaluation]:
+) -> Begun:
     """The problem at the start of least cost. Raises NumericsError where none can be simulated."""
+    return _best_begin(
+        [_problem(joint, s, data.fitted, data, options.max_failed_windows) for s in starts], near, options
+    )
+
+
+def _best_begin(problems: Sequence[OutputError], near: Sequence[Trajectory], options: RefitOptions) -> Begun:
+    """The problem whose own start has the least cost, the boldest first. Raises NumericsError where none can be
+    simulated."""
     enough = options.start_below
-    best: tuple[OutputError, Evaluation] | None = None
-    for k, start in enumerate(starts):
-        problem = _problem(joint, start, data.fitted, data, options.max_failed_windows)
+    best: Begun | None = None
+    for k, problem in enumerate(problems):
         most = 0.5 * REFIT.hopeless_start * enough or np.inf
         try:
             at = _begin(problem, near, most if best is None else best[1].cost)
-            if best is None and len(at.residuals) < len(data.fitted):
+            if best is None and len(at.residuals) < len(problem.records):
                 raise NumericsError("the start is far from the records")
         except NumericsError:
-            if k == len(starts) - 1 and best is None:
+            if k == len(problems) - 1 and best is None:
                 raise
             continue
         if best is not None and at.cost >= best[1].cost:

@@ -9,23 +9,27 @@ import numpy as np
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.applied import event_torque, without_events
-from robotid.diagnosis.events.detection import find_event
-from robotid.diagnosis.events.pieces import scan_pieces
+from robotid.diagnosis.events.detection import find_event, placed_events
+from robotid.diagnosis.events.pieces import scan_pieces, simulated_pieces
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import CAREFUL, refit
-from robotid.diagnosis.refit.refitted_model import RefittedModel
+from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
 from robotid.diagnosis.results import Event
+from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate
 from robotid.diagnosis.scoring.catalogue_candidates import candidates
 from robotid.diagnosis.scoring.projection import project
 from robotid.diagnosis.scoring.scan import scans
-from robotid.diagnosis.scoring.score_test import score
+from robotid.diagnosis.scoring.score_test import Score, score
 from robotid.diagnosis.search.data import Evidence
 from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, simulate_record
 from robotid.interrupt import OutOfTime
 from robotid.signals.record import Record
+
+CERTAINLY = 2.0  # times the energy of whole records: no event explains more of their pieces
+RIVALS = 2  # effects, with which an event is compared before it is with the whole catalogue
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,25 +43,51 @@ class SeenEvent:
 
 
 def largest_event(
-    evidence: Evidence, model: RefittedModel, data: EvaluationData, criteria: Criteria
+    evidence: Evidence,
+    model: RefittedModel,
+    data: EvaluationData,
+    criteria: Criteria,
+    scores: Sequence[Score] = (),
+    least: float = 0.0,
 ) -> SeenEvent | None:
-    """The largest event that a model leaves, None where there is none, nothing to explain, or no time for it.
+    """The largest event that a model leaves, None where there is none, nothing to explain, or no time for it; and where
+    it is known from less work that it would not lead or would explain less than `least`.
 
-    The records are simulated in pieces, those that validate among them: an event there would be counted against every
-    cause.
+    scores : of candidates on whole records, best first, which tell what the event is to be compared with. The records
+    are simulated in pieces, those that validate among them: an event there would be counted against every cause.
     """
-    if not leaves_something(model, data):
+    if not leaves_something(model, data) or CERTAINLY * (model.energy + model.validation_energy) < least:
         return None
     missing = candidates(model.structure, model.output, criteria.skip)
     try:
-        seen = scan_pieces(evidence.model, model, (*data.fitted, *data.validation), missing)
+        pieces = simulated_pieces(evidence.model, model, (*data.fitted, *data.validation))
+        placed = placed_events(scans(pieces, model.unknowns, ()))
+        if placed.energy < least or not leads(placed.energy, _rival_among(pieces, model, _best(scores, missing))):
+            return None
+        seen = scans(pieces, model.unknowns, missing)
     except (NumericsError, OutOfTime):
         return None
-    found = find_event(seen, criteria.significance)
+    found = find_event(seen, criteria.significance, placed)
     if found is None:
         return None
     rival = max((one.energy for one in score(project(seen), missing)), default=0.0)
     return SeenEvent(found.event, leads(found.energy, rival, found.share), found.energy)
+
+
+def _best(scores: Sequence[Score], missing: Sequence[EffectCandidate]) -> list[EffectCandidate]:
+    """The best points of the best effects by these scores, as far as they are among the missing ones."""
+    found, known = dict[str, EffectCandidate](), dict[Candidate, EffectCandidate](zip(missing, missing, strict=True))
+    for one in scores:
+        if one.candidate in known:
+            found.setdefault(one.candidate.name, known[one.candidate])
+    return list(found.values())[:RIVALS]
+
+
+def _rival_among(pieces: Sequence[SegmentFit], model: RefittedModel, some: Sequence[EffectCandidate]) -> float:
+    """The most energy that one of some candidates explains on these pieces."""
+    if not some:
+        return 0.0
+    return max(one.energy for one in score(project(scans(pieces, model.unknowns, some)), some))
 
 
 def placed_again(

@@ -41,13 +41,15 @@ def search(evidence: Evidence, criteria: Criteria, log: Log) -> SearchResult:
             start = first_state(evidence, criteria)
         more = not settled and len(events) < EVENTS.max_events
         if more:
+            start = _scored(start, criteria, log)
             log("looking for events")
-        seen = largest_event(evidence, start.first, start.data, criteria) if more else None
+        seen = largest_event(evidence, start.first, start.data, criteria, start.round.scores) if more else None
         if seen is None or not seen.leading:
             result = _by_either_noise(evidence, start, criteria, log)
             late = more and bool(result.causes) and not result.late
-            seen = largest_event(evidence, result.last, result.data, criteria) if late else None
             least = ACCEPTANCE.unknown_share * misfit_energy(result.first, result.data)
+            scores = result.rounds[-1].scores if late else ()
+            seen = largest_event(evidence, result.last, result.data, criteria, scores, least) if late else None
             if seen is None or not seen.leading or seen.energy < least:
                 return replace(result, events=tuple(events)) if events else result
         with deadline(None):
@@ -90,10 +92,8 @@ def find_causes(start: SearchState, criteria: Criteria, log: Log) -> SearchResul
     state, imitated, late = start, None, False
     try:
         while len(state.causes) < criteria.max_causes and len(state.rounds) < 2 * criteria.max_causes:
-            log(f"scoring the catalogue for cause {len(state.causes) + 1}")
-            if state.rounds:  # the first round is part of every answer
-                check()
-            state = state.scored(criteria)
+            if state is not start or not state.rounds:
+                state = _scored(state, criteria, log)
             before, state = state, add_cause(state, criteria, log)
             if len(state.causes) == len(before.causes) or state.unexamined:
                 break
@@ -110,6 +110,14 @@ def find_causes(start: SearchState, criteria: Criteria, log: Log) -> SearchResul
         late = True
     result = as_result(state)
     return _late(result) if late or state.unexamined else _completed(result, start, imitated, criteria, log)
+
+
+def _scored(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
+    """The state with one round of the score more."""
+    log(f"scoring the catalogue for cause {len(state.causes) + 1}")
+    if state.rounds:  # the first round is part of every answer
+        check()
+    return state.scored(criteria)
 
 
 def _late(result: SearchResult) -> SearchResult:

@@ -61,7 +61,7 @@ def coarsened(problem: OutputError, factor: int) -> OutputError:
 def _coarse(record: Record, factor: int) -> Record:
     intervals = (len(record) - 1) // factor
     torque = record.tau_m[: intervals * factor].reshape(intervals, factor).mean(axis=1)
-    nodes = slice(0, intervals * factor + 1, factor)
+    nodes = coarse_nodes(len(record), factor)
     angle, speed, h = record.phi_m[nodes], record.dphi_m[nodes], record.sampling_time * factor
     return replace(
         record,
@@ -75,6 +75,11 @@ def _coarse(record: Record, factor: int) -> Record:
         torque_steps=None,
         companions={name: one.piece(0, nodes.stop, factor) for name, one in record.companions.items()},
     )
+
+
+def coarse_nodes(samples: int, factor: int) -> slice:
+    """Of so many samples, those of a grid this much coarser."""
+    return slice(0, (samples - 1) // factor * factor + 1, factor)
 
 
 def refined(x: Array, factor: int, samples: int) -> Array:

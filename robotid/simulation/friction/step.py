@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -11,7 +11,7 @@ import numpy as np
 from robotid.model.array import Array, Index, Mask
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Dynamics, EdgeDistances
-from robotid.signals.torque_steps import TorqueSteps
+from robotid.signals.torque_steps import TorqueSteps, in_a_row
 
 
 class Mechanism(Protocol):
@@ -99,6 +99,16 @@ class StepInputs:
         return StepInputs(self.joint, self.theta, self.u, t, h, self.columns, self.linear)
 
 
+def joined(parts: Sequence[StepInputs]) -> StepInputs:
+    """The steps of several stretches of time, of one joint with the same parameters, one after the other."""
+    first, u, t = parts[0], np.concatenate([one.u for one in parts]), np.concatenate([one.t for one in parts])
+    steps = in_a_row([(one.torque_steps, len(one.u)) for one in parts])
+    if isinstance(first.h, float) and all(one.h is first.h or one.h == first.h for one in parts):
+        return replace(first, u=u, t=t, torque_steps=steps)
+    h = np.concatenate([np.broadcast_to(one.h, len(one.u)) for one in parts])
+    return replace(first, u=u, t=t, h=h, torque_steps=steps)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Steps:
     """Linearised steps x[n+1] = x1[n] + c + G (x[n] - x0[n]) + S dtheta about nodes x0, x1 (nx, n).
@@ -126,6 +136,11 @@ class Steps:
         self.start[:, where], self.end[:, where] = other.start, other.end
         if self.S is not None and other.S is not None:
             self.S[:, :, where] = other.S
+
+    def part(self, at: slice) -> Steps:
+        """The steps of these intervals."""
+        S = None if self.S is None else self.S[:, :, at]
+        return Steps(self.G[:, :, at], self.c[:, at], S, self.start[:, at], self.end[:, at])
 
     def with_prescribed(self, rows: slice) -> Steps:
         """The same steps where the nodes of these states are given, and nothing changes them."""

@@ -81,7 +81,11 @@ class Problem:
 
     def linearise(self, first: int, last: int, x: Array) -> Steps:
         """Intervals first .. last - 1 linearised at their nodes x (nx, last - first + 1)."""
-        return linearise_steps(self.inputs(slice(first, last)), x[:, :-1], x[:, 1:])
+        return self.moving(linearise_steps(self.inputs(slice(first, last)), x[:, :-1], x[:, 1:]))
+
+    def moving(self, steps: Steps) -> Steps:
+        """The steps of what is simulated, of those of the joint."""
+        return steps
 
     def inputs(self, at: slice, columns: DerivativeColumns | None = None) -> StepInputs:
         """What acts in these intervals. columns : what to differentiate to besides."""

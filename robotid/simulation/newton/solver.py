@@ -7,9 +7,9 @@ converges in part advances by that part.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.integrate import DenseOutput, OdeSolver, solve_ivp
@@ -17,6 +17,7 @@ from scipy.integrate import DenseOutput, OdeSolver, solve_ivp
 from robotid.errors import NumericsError
 from robotid.interrupt import check
 from robotid.model.array import Array
+from robotid.simulation.friction.step import Steps
 from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
 from robotid.simulation.newton.problem import WindowProblem
 
@@ -32,6 +33,23 @@ MIN_SCALE = 1e-12  # of a state that does not move
 _solve_ivp: Any = solve_ivp  # its types know no options of other people's solvers
 Fallback = Callable[[int, int, Array], Array]
 """Integrates intervals first .. stop - 1 from a state (states,): (first, stop, start) -> (states, stop - first + 1)."""
+
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Window:
+    """Intervals first .. last - 1 of a problem at their nodes x (states, last - first + 1)."""
+
+    problem: WindowProblem
+    first: int
+    last: int
+    x: Array
+
+
+Course = Generator[Window, Array, T]
+"""A computation that asks for the Newton steps (states, nodes) of one window after the other."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,6 +81,34 @@ def integrate(problem: WindowProblem, x0: Array, fallback: Fallback) -> Array:
     return np.asarray(solution.y)
 
 
+def integrating(problem: WindowProblem, x0: Array, fallback: Fallback) -> Course[Array]:
+    """The course of what `integrate` does."""
+    solver = TrajectoryNewton(
+        _never_called, 0.0, x0, problem.intervals * problem.sampling_time, problem=problem, fallback=fallback
+    )
+    parts = [np.array(x0, dtype=np.float64)[:, None]]
+    while solver.node < problem.intervals:
+        yield from solver.stepping()
+        parts.append(solver.x[:, 1:])
+    x = np.concatenate(parts, axis=1)
+    if not np.isfinite(x).all():
+        raise NumericsError("the simulation diverges", hint="check the parameters' guesses and bounds")
+    return x
+
+
+@np.errstate(all="ignore")  # an iterate may overflow before its window is shortened
+def followed(course: Course[T]) -> T:
+    """The end of a course."""
+    try:
+        window = next(course)
+        while True:
+            steps = window.problem.linearise(window.first, window.last, window.x)
+            window = course.send(newton_step(steps))
+    except StopIteration as end:
+        found: T = end.value
+        return found
+
+
 def _never_called(t: float, x: Array) -> Array:
     """solve_ivp asks for a right-hand side; this solver takes the joint's, with its derivatives, from the problem."""
     raise NotImplementedError
@@ -73,9 +119,8 @@ def state_scale(x: Array) -> Array:
     return np.asarray(np.maximum(np.abs(x).max(axis=1), MIN_SCALE))
 
 
-@np.errstate(all="ignore")  # an iterate may overflow before its window is shortened
-def newton(problem: WindowProblem, first: int, start: Array, guess: Array, scale: Array) -> NewtonResult:
-    """One window from its known first state.
+def newton(problem: WindowProblem, first: int, start: Array, guess: Array, scale: Array) -> Course[NewtonResult]:
+    """The course of one window from its known first state.
 
     start : (states,) at node `first`; guess : (states, m + 1); scale : (states,) the size of the trajectory, relative
     to which a Newton step counts as small.
@@ -88,7 +133,7 @@ def newton(problem: WindowProblem, first: int, start: Array, guess: Array, scale
     settled, last, idle = 0, guess.shape[1] - 1, 0
     for iteration in range(1, MAX_ITERATIONS + 1):
         active = x[:, settled : last + 1]
-        change = _newton_step(problem, first + settled, first + last, active)
+        change = yield Window(problem, first + settled, first + last, active)
         finite = np.asarray(np.isfinite(change).all(axis=0))
         whole = len(finite) if finite.all() else int(np.argmin(finite))
         before = active[dry]
@@ -108,9 +153,9 @@ def newton(problem: WindowProblem, first: int, start: Array, guess: Array, scale
     return NewtonResult(x, settled, iteration)
 
 
-def _newton_step(problem: WindowProblem, first: int, last: int, x: Array) -> Array:
-    steps = problem.linearise(first, last, x)
-    rhs = np.zeros((len(x), 1, x.shape[1]))
+def newton_step(steps: Steps) -> Array:
+    """The step of all nodes of a window, (states, nodes)."""
+    rhs = np.zeros((len(steps.c), 1, steps.c.shape[1] + 1))
     rhs[:, 0, 1:] = steps.c
     return np.asarray(solve_block_bidiagonal(steps.G, rhs)[:, 0])
 
@@ -154,19 +199,24 @@ class TrajectoryNewton(OdeSolver):
         self.first = 0
 
     def _step_impl(self) -> tuple[bool, str | None]:
+        followed(self.stepping())
+        return True, None
+
+    def stepping(self) -> Course[None]:
+        """The course of one step."""
         problem, total = self.problem, self.problem.intervals
         guess = problem.guess[:, self.node : self.node + self.window + 1]
         while True:
             check()
             stop = min(total, self.node + self.window)
-            found = newton(problem, self.node, self.y, guess, self.scale)
+            found = yield from newton(problem, self.node, self.y, guess, self.scale)
             self.nfev += 3 * found.iterations
             whole = found.settled == stop - self.node
             self._count(failed=not whole)
             if whole or found.settled >= MIN_WINDOW:
                 self._advance(found.x[:, : found.settled + 1])
                 self.window = self._next_window(found, whole=whole)
-                return True, None
+                return
             if self.window <= MIN_WINDOW:
                 break
             self.window = max(MIN_WINDOW, self.window // 4)
@@ -175,7 +225,6 @@ class TrajectoryNewton(OdeSolver):
         stop = min(total, self.node + MIN_WINDOW)
         self._advance(self.fallback(self.node, stop, self.y))
         self.window = 4 * MIN_WINDOW
-        return True, None
 
     def _count(self, *, failed: bool) -> None:
         limit = self.problem.max_failed_windows

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from support.eventful import DRIFT, KNOCK, PUSH, STEP, eventful, found
@@ -9,7 +11,14 @@ from support.small_bench import fitted
 
 from robotid.diagnosis import Criteria, diagnose
 from robotid.diagnosis.events.applied import event_torque, without_events
+from robotid.diagnosis.refit.refitted_model import SegmentFit, Unknowns
 from robotid.diagnosis.results import Event
+from robotid.diagnosis.scoring.candidate import EffectCandidate
+from robotid.diagnosis.scoring.scan import Scan, scans
+from robotid.diagnosis.search import events as searching
+from robotid.diagnosis.search.data import Evidence, first_state
+from robotid.diagnosis.search.events import largest_event
+from robotid.estimate.fitted_model import fitted_model, simulate_record
 from robotid.extension import extension_task
 from robotid.report.tables.diagnose import sentence
 
@@ -72,3 +81,25 @@ def test_a_push_is_reported_beside_the_verdict_and_no_cause_is_named_for_it() ->
     assert d.misfit < d.noise_floor
     cleaned = extension_task(d, fit, made).records
     assert np.allclose(cleaned[0].tau_m, eventful(None)[0].tau_m, atol=0.06)
+
+
+def test_no_event_is_sought_that_could_not_be_worth_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where no event can explain enough, no record is simulated; where none can lead, no catalogue is scored."""
+    made = eventful(None, "stribeck")
+    model = fitted_model(fitted(list(made)))
+    evidence = Evidence(model, [simulate_record(model, r) for r in made if r.name in model.records], [])
+    start = first_state(evidence, Criteria(skip=("record_change",))).scored(Criteria())
+    asked = list[int]()
+
+    def counted(
+        segments: Sequence[SegmentFit], unknowns: Unknowns, some: Sequence[EffectCandidate]
+    ) -> tuple[Scan, ...]:
+        asked.append(len(some))
+        return scans(segments, unknowns, some)
+
+    monkeypatch.setattr(searching, "scans", counted)
+    arguments = evidence, start.first, start.data, Criteria(), start.round.scores
+    assert largest_event(*arguments) is None
+    assert asked == [0, searching.RIVALS]
+    assert largest_event(*arguments, least=3.0 * start.first.energy) is None
+    assert len(asked) == 2

@@ -17,7 +17,7 @@ from robotid.signals.record import Record
 from robotid.simulation.fallback import lsoda as fallback
 from robotid.simulation.newton import solver
 from robotid.simulation.newton.problem import WindowProblem
-from robotid.simulation.newton.solver import NewtonResult
+from robotid.simulation.newton.solver import Course, NewtonResult
 from robotid.simulation.simulate import simulate
 from robotid.terms import TERMS
 
@@ -38,10 +38,10 @@ def refuse(first_one: int, last_one: int, monkeypatch: pytest.MonkeyPatch) -> No
     """Newton's method refuses every window that touches these samples."""
     works = solver.newton
 
-    def stubborn(problem: WindowProblem, first: int, start: Array, guess: Array, scale: Array) -> NewtonResult:
+    def stubborn(problem: WindowProblem, first: int, start: Array, guess: Array, scale: Array) -> Course[NewtonResult]:
         if first < last_one and first + guess.shape[1] - 1 > first_one:
             return NewtonResult(guess, 0, 1)
-        return works(problem, first, start, guess, scale)
+        return (yield from works(problem, first, start, guess, scale))
 
     monkeypatch.setattr(solver, "newton", stubborn)
 

@@ -10,7 +10,7 @@ from robotid.catalogue import assemble
 from robotid.errors import NumericsError
 from robotid.model.array import Array
 from robotid.simulation.newton.problem import Problem
-from robotid.simulation.newton.solver import MIN_WINDOW, integrate, newton, state_scale
+from robotid.simulation.newton.solver import MIN_WINDOW, followed, integrate, newton, state_scale
 
 JOINT = assemble(STRUCTURE)
 THETA = JOINT.parameters().with_values(TRUTH).values
@@ -29,7 +29,7 @@ def problem(guess: Array | None = None, **settings: int) -> Problem:
 
 def test_one_window_settles_at_the_trajectory_from_any_first_guess() -> None:
     x = integrate(problem(), np.zeros(JOINT.nx), never)
-    found = newton(problem(x), 0, x[:, 0], x, state_scale(x))
+    found = followed(newton(problem(x), 0, x[:, 0], x, state_scale(x)))
     assert found.settled == N
     assert found.iterations == 1
     assert found.x == pytest.approx(x, abs=1e-6 * np.abs(x).max())

@@ -1,0 +1,91 @@
+"""Several records simulated at once move as each does alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
+
+from robotid.catalogue import assemble
+from robotid.errors import NumericsError
+from robotid.model.array import Array
+from robotid.model.derivatives import DerivativeColumns
+from robotid.model.joint import Joint
+from robotid.signals.record import Record
+from robotid.simulation.newton import together
+from robotid.simulation.simulate import Start, simulate, simulate_together
+from robotid.simulation.trajectory import linearised_together, share_dynamics
+
+TORQUE = {"slow": (1.3, 2.0), "fast": (9.0, 3.0), "short": (4.0, 2.5)}  # [Hz], [Nm]
+SAMPLES = {"slow": 900, "fast": 700, "short": 300}
+
+
+def records() -> tuple[Record, ...]:
+    made = []
+    for name, (frequency, size) in TORQUE.items():
+        t = np.arange(SAMPLES[name]) * SAMPLING_TIME
+        u = size * np.sin(2 * np.pi * frequency * t)
+        made.append(Record(name, "estimate", "sine", SAMPLING_TIME, u, 0 * u, 0 * u))
+    return tuple(made)
+
+
+def joint(*effects: str) -> tuple[Joint, Array]:
+    structure = STRUCTURE
+    for effect in effects:
+        structure = structure.extended(effect)
+    found = assemble(structure)
+    truth = {name: value for name, value in TRUTH.items() if name in found.names}
+    extra = {"gear.backlash.gap": 1e-5} if "gear.backlash" in effects else {}
+    return found, found.parameters().with_values(truth | extra).values
+
+
+@pytest.mark.parametrize("effects", [(), ("gear.backlash",)], ids=["friction", "backlash"])
+@pytest.mark.parametrize("at_once", [together.AT_ONCE, 500], ids=["all", "some"])
+def test_records_together_move_as_each_alone(
+    effects: tuple[str, ...], at_once: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(together, "AT_ONCE", at_once)
+    one, theta = joint(*effects)
+    starts = [Start(np.zeros(one.nx)) for _ in records()]
+    found = list(simulate_together(one, theta, records(), starts))
+    for record, trajectory in zip(records(), found, strict=True):
+        alone = simulate(one, theta, record, np.zeros(one.nx))
+        size = np.abs(alone.x).max(axis=1, keepdims=True)
+        assert np.all(np.abs(trajectory.x - alone.x) < 1e-5 * size)
+
+
+def test_records_that_differ_in_their_sampling_time_go_together() -> None:
+    one, theta = joint()
+    slow, fast, _ = records()
+    fast = replace(fast, sampling_time=2 * SAMPLING_TIME)
+    found = list(simulate_together(one, theta, [slow, fast], [Start(np.zeros(one.nx))] * 2))
+    alone = simulate(one, theta, fast, np.zeros(one.nx))
+    assert found[1].x == pytest.approx(alone.x, abs=1e-5 * np.abs(alone.x).max())
+
+
+def test_one_record_that_cannot_be_simulated_is_an_error_of_all() -> None:
+    one, theta = joint()
+    starts = [Start(np.zeros(one.nx)), Start(np.full(one.nx, np.nan)), Start(np.zeros(one.nx))]
+    with pytest.raises(NumericsError, match="not finite"):
+        list(simulate_together(one, theta, records(), starts))
+
+
+def test_derivatives_together_are_those_of_each() -> None:
+    one, theta = joint()
+    found = list(simulate_together(one, theta, records(), [Start(np.zeros(one.nx))] * 3))
+    wanted = DerivativeColumns((0, 1, 2), (0, 1))
+    for trajectory, steps in zip(found, linearised_together(found, wanted), strict=True):
+        alone = trajectory.linearise(slice(0, len(trajectory.u) - 1), wanted)
+        assert steps.S is not None
+        assert alone.S is not None
+        assert np.allclose(steps.G, alone.G, rtol=1e-6, atol=1e-12)
+        assert np.allclose(steps.S, alone.S, rtol=1e-6, atol=1e-9 * np.abs(alone.S).max())
+
+
+def test_other_parameters_are_other_dynamics() -> None:
+    one, theta = joint()
+    first, other, _ = simulate_together(one, theta, records(), [Start(np.zeros(one.nx))] * 3)
+    assert share_dynamics([first, other])
+    assert not share_dynamics([first, replace(other, theta=1.01 * theta)])
