@@ -13,7 +13,7 @@ from support.manual.pages import FOLDER, README, Page, pages, renewed, replaced
 from support.paths import ROOT
 
 from robotid.channels import CHANNELS
-from robotid.config.load import parse
+from robotid.config.load import parse_axes
 from robotid.terms import TERMS
 
 PAGES = pages()
@@ -93,7 +93,8 @@ def test_configurations_that_are_shown_are_valid(page: Page, tmp_path: Path) -> 
     for block in page.fenced("yaml"):
         shown = tmp_path / "shown.yaml"
         records = yaml.safe_load(block)["records"]
-        assert [record.name for record in parse(block, str(shown)).records] == [record["name"] for record in records]
+        for config in parse_axes(block, str(shown)).values():
+            assert [record.name for record in config.records] == [record["name"] for record in records]
 
 
 @pytest.mark.parametrize("script", sorted((ROOT / "data").glob("*.py")), ids=lambda path: path.name)
