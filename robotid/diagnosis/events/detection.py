@@ -54,6 +54,11 @@ class PlacedEvents:
         """The most that one of them explains, in variances of the noise."""
         return max((one.energy for one in self.events), default=0.0)
 
+    @property
+    def share(self) -> float:
+        """The same, of all that is beyond the noise on all records."""
+        return self.energy / max(self.plain.misfit, 1.0)
+
 
 def placed_events(scans: Sequence[Scan]) -> PlacedEvents:
     """The largest events of all records. scans : segments with the columns of the fitted parameters; others do not
@@ -75,7 +80,7 @@ def find_event(scans: Sequence[Scan], level: float, placed: PlacedEvents | None 
     placed = placed_events(scans) if placed is None else placed
     beside, even = known_columns(scans, catalogue=True), placed.even
     tries, others = 2 * EVENTS.bins * len(even), binned(beside, even)
-    found = [_judged(one, beside, others, tries) for one in placed.events]
+    found = [_judged(one, placed.plain, beside, others, tries) for one in placed.events]
     return max((one for one in found if one.event.p_value < level), key=lambda one: one.energy, default=None)
 
 
@@ -106,7 +111,7 @@ def _finely(plain: Known, one: _Placed, even: Array) -> _Placed:
     return _Placed(seen, replace(one.shape, first=first, last=last))
 
 
-def _judged(one: _Placed, beside: Known, others: Sequence[BinnedRecord], tries: int) -> FoundEvent:
+def _judged(one: _Placed, plain: Known, beside: Known, others: Sequence[BinnedRecord], tries: int) -> FoundEvent:
     """An event with its size beside the fitted parameters, and its significance beside all effects of the catalogue.
     others : all records in equal bins beside the catalogue."""
     seen, shape, name = one.seen, one.shape, one.seen.record

@@ -62,7 +62,9 @@ def largest_event(
     try:
         pieces = simulated_pieces(evidence.model, model, (*data.fitted, *data.validation))
         placed = placed_events(scans(pieces, model.unknowns, ()))
-        if placed.energy < least or not leads(placed.energy, _rival_among(pieces, model, _best(scores, missing))):
+        if placed.energy < least or not leads(placed.energy, 0.0, placed.share):
+            return None
+        if not leads(placed.energy, _rival_among(pieces, model, _best(scores, missing)), placed.share):
             return None
         seen = scans(pieces, model.unknowns, missing)
     except (NumericsError, OutOfTime):

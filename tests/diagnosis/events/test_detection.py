@@ -84,7 +84,8 @@ def test_a_push_is_reported_beside_the_verdict_and_no_cause_is_named_for_it() ->
 
 
 def test_no_event_is_sought_that_could_not_be_worth_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where no event can explain enough, no record is simulated; where none can lead, no catalogue is scored."""
+    """Where no event can explain enough, no record is simulated; where none can lead, no catalogue is scored, and one
+    that could is compared with the best effects first."""
     made = eventful(None, "stribeck")
     model = fitted_model(fitted(list(made)))
     evidence = Evidence(model, [simulate_record(model, r) for r in made if r.name in model.records], [])
@@ -100,6 +101,9 @@ def test_no_event_is_sought_that_could_not_be_worth_it(monkeypatch: pytest.Monke
     monkeypatch.setattr(searching, "scans", counted)
     arguments = evidence, start.first, start.data, Criteria(), start.round.scores
     assert largest_event(*arguments) is None
-    assert asked == [0, searching.RIVALS]
+    assert asked == [0]
     assert largest_event(*arguments, least=3.0 * start.first.energy) is None
-    assert len(asked) == 2
+    assert asked == [0]
+    monkeypatch.setattr(searching, "leads", lambda energy, rival, _: rival == 0.0)
+    assert largest_event(*arguments) is None
+    assert asked == [0, 0, searching.RIVALS]
