@@ -126,13 +126,19 @@ def load_axes(path: Path, cls: type[T], axes: Sequence[str]) -> dict[str, Artifa
 def _load(path: Path, entry: h5py.Group, cls: type[T]) -> Artifact[T]:
     header = _header(path, entry)
     if header.kind != cls.__name__:
-        raise InputError(f"this holds {header.kind}, not {cls.__name__}", where=str(path), hint=AGAIN)
+        held, wanted = _words(header.kind), _words(cls.__name__)
+        raise InputError(f"this holds {held}, not {wanted}", where=str(path), hint=AGAIN)
     try:
         content = read(_group(entry, "content"), cls)
         _require_names(content)
         return Artifact(content, header)
     except UNREADABLE as error:
         raise InputError(f"of another version ({_first_line(error)})", where=str(path), hint=AGAIN) from error
+
+
+def _words(kind: str) -> str:
+    """The name of a class of contents as words."""
+    return re.sub(r"(?<!^)(?=[A-Z])", " ", kind).lower()
 
 
 def read_header(path: Path, axis: str = "") -> ArtifactHeader:

@@ -13,7 +13,7 @@ import typer
 
 from robotid import __version__
 from robotid.cli.console import print_message
-from robotid.cli.options import Accept, AsJson, AxisName, ConfigPath, Debug, Out, Quiet, Set
+from robotid.cli.options import Accept, AsJson, AxisName, ConfigPath, Debug, Out, Quiet, Set, Size
 from robotid.cli.stages import add_stages
 from robotid.cli.streams import standard_streams
 from robotid.errors import INTERRUPTED, InputError, RobotidError
@@ -137,21 +137,26 @@ def status(
 
 @app.command()
 def show(
-    artifact: Annotated[Path, typer.Argument(metavar="FILE.h5", help="An artifact of a run directory.")],
+    artifact: Annotated[
+        Path, typer.Argument(metavar="FILE.h5", help="An artifact, or a run directory for a line of each.")
+    ],
     axis: AxisName = None,
     as_json: AsJson = False,
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="FILE.png", help="Draw it instead; also .svg and .pdf.")
     ] = None,
+    size: Size = None,
     debug: Debug = False,
 ) -> None:
-    """What an artifact holds and where it comes from, as tables or as a figure."""
-    from robotid.cli.show import plot_artifact, show_artifact
+    """What an artifact or a run directory holds and where it comes from, as tables or as a figure."""
+    from robotid.cli.show import plot_artifact, show_artifact, show_directory
 
-    if plot is None:
-        show_artifact(artifact, axis, as_json=as_json)
+    if plot is not None:
+        plot_artifact(artifact, plot, axis, size)
+    elif artifact.is_dir():
+        show_directory(artifact, as_json=as_json)
     else:
-        plot_artifact(artifact, plot, axis)
+        show_artifact(artifact, axis, as_json=as_json)
 
 
 @app.command()

@@ -37,20 +37,17 @@ def compare(
 
 
 def _page(found: RunComparison, folders: Sequence[Path]) -> str:
-    from robotid.report.page import StageTables, rendered
+    from robotid.report.page import Head, PageSection, StageTables, rendered
 
     linear = next(iter(found.fits.fits.values())).structure.linear
     tables = tuple(map(partial(in_units_of_axis, linear=linear), comparison.tables(found)))
     sources = tuple(_source(name, folder) for name, folder in zip(found.runs, folders, strict=True))
     stamp = digest("\n".join([__version__, *(one.digest for one in sources)]).encode())
     text = comparison.sentence(found)
-    return rendered(
-        title=" and ".join(found.runs) if len(found.runs) == 2 else f"{len(found.runs)} runs",
-        summary=f"{text[0].upper()}{text[1:]}. " + " ".join(f"{remark}." for remark in found.remarks),
-        sections=[("Parameters", "", list(comparison.figures(found)))],
-        stages=(StageTables("Comparison", tables),),
-        origin=Origin(stamp, "", sources, {}),
-    )
+    title = " and ".join(found.runs) if len(found.runs) == 2 else f"{len(found.runs)} runs"
+    head = Head(title, f"{text[0].upper()}{text[1:]}. " + " ".join(f"{remark}." for remark in found.remarks))
+    sections = [PageSection("Parameters", "", tuple(comparison.figures(found)))]
+    return rendered(head, sections, (StageTables("Comparison", tables),), Origin(stamp, "", sources, {}))
 
 
 def _source(name: str, folder: Path) -> Source:

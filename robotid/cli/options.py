@@ -22,6 +22,9 @@ Accept = Annotated[
         "--accept", metavar="CHECK", help="A finding of `robotid check` that is known to be right; repeatable."
     ),
 ]
+Size = Annotated[
+    str | None, typer.Option("--size", metavar="WxH", help="Of figures in millimetres, such as 88x60 for a column.")
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No talk on stderr but errors.")]
 Force = Annotated[bool, typer.Option("--force", help="Run even what is up to date.")]
 Jobs = Annotated[

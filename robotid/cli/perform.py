@@ -36,7 +36,8 @@ Keep = Callable[[Mapping[str, Plausibility]], None]
 
 @dataclass(frozen=True, slots=True)
 class StageOptions:
-    """How stages are run and shown. figures, form : folder and format of the report's figures. accept : findings of the
+    """How stages are run and shown. figures, form, size : folder, format and
+    size of the report's figures. accept : findings of the
     check that do not stop a run. jobs : processes, None for one a core."""
 
     as_json: bool = False
@@ -45,6 +46,7 @@ class StageOptions:
     dry_run: bool = False
     figures: Path | None = None
     form: str = "pdf"
+    size: str | None = None
     accept: tuple[str, ...] = ()
     jobs: int | None = None
 
@@ -140,11 +142,11 @@ def _check(stage: str | None, run: Runs, options: StageOptions, keep: Keep) -> N
 def _reported(run: Runs, options: StageOptions, log: Log | None, *, would_change: bool = False) -> Outcome:
     if would_change:
         return Outcome(REPORT.name, run.file(REPORT), False, AFTER_ANOTHER)
-    from robotid.cli.report import make_report
+    from robotid.cli.report import FigureFiles, make_report
+    from robotid.report.save import parse_size
 
-    return make_report(
-        run, force=options.force, dry_run=options.dry_run, log=log, figures=options.figures, form=options.form
-    )
+    figures = None if options.figures is None else FigureFiles(options.figures, options.form, parse_size(options.size))
+    return make_report(run, force=options.force, dry_run=options.dry_run, log=log, figures=figures)
 
 
 def _kept(stage: str, run: Runs) -> Outcome:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,11 +17,20 @@ from robotid.pipeline.run import Run, Runs
 from robotid.pipeline.table import REPORT, STAGES
 from robotid.progress import Begun, Log, Progress
 from robotid.report.origin import Origin, Source
-from robotid.report.save import check_format, save_figure
+from robotid.report.save import Size, check_format, save_figure
 from robotid.report.stamp import Report
 
 if TYPE_CHECKING:
     from robotid.report.page import StageTables
+
+
+@dataclass(frozen=True, slots=True)
+class FigureFiles:
+    """Where figures are written, as what, and how large; size None: as each is drawn."""
+
+    folder: Path
+    form: str = "pdf"
+    size: Size | None = None
 
 
 def make_report(
@@ -30,14 +39,14 @@ def make_report(
     force: bool = False,
     dry_run: bool = False,
     log: Log | None = None,
-    figures: Path | None = None,
-    form: str = "pdf",
+    figures: FigureFiles | None = None,
 ) -> Outcome:
-    """Write the page of a run unless the one there shows just this, and its figures into a folder where one is given.
+    """Write the page of a run unless the one there shows just this, and its figures where they are asked for.
 
     Raises InputError where no stage has run, ConfigError for a format that cannot be drawn.
     """
-    check_format(form, "--format")
+    if figures is not None:
+        check_format(figures.form, "--format")
     material, file, begin = gather(run), page_file(run), time.perf_counter()
     why = why_made(material) or (FORCED if force else "")
     if dry_run:
@@ -48,7 +57,7 @@ def make_report(
         atomic_write(file, _page(material), hint=ELSEWHERE)
     else:
         touch(file)  # make compares times
-    written = () if figures is None else _write_figures(material, figures, form, log)
+    written = () if figures is None else _write_figures(material, figures, log)
     stamp = page_stamp(run)
     assert stamp is not None
     content = Report(file, stamp.summary, material.stages, dict(material.left_out), written)
@@ -98,7 +107,7 @@ def _source(stage: str, header: ArtifactHeader, axis: str) -> Source:
     )
 
 
-def _write_figures(material: Material, folder: Path, form: str, log: Log | None) -> tuple[Path, ...]:
+def _write_figures(material: Material, wanted: FigureFiles, log: Log | None) -> tuple[Path, ...]:
     from robotid.report.sections import figure_specs
 
     every = [
@@ -106,10 +115,10 @@ def _write_figures(material: Material, folder: Path, form: str, log: Log | None)
         for axis, findings in material.findings.items()
         for spec in figure_specs(findings)
     ]
-    files = tuple(folder / f"{spec.name}.{form}" for spec in every)
+    files = tuple(wanted.folder / f"{spec.name}.{wanted.form}" for spec in every)
     for k, (spec, file) in enumerate(zip(every, files, strict=True)):
         check()
         if log is not None:
             log(Progress(spec.name, k, len(every)))
-        save_figure(spec.draw(), file)
+        save_figure(spec.draw(), file, wanted.size)
     return files

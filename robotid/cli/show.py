@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,10 +10,11 @@ from robotid.artifacts.provenance import Provenance
 from robotid.artifacts.store import ArtifactHeader, load, read_header, read_headers
 from robotid.cli.console import print_json, print_message, print_tables
 from robotid.config.load import parse
-from robotid.errors import InputError
+from robotid.errors import ConfigError, InputError
 from robotid.model.units import on_axis
 from robotid.pipeline.stage import Stage
-from robotid.pipeline.table import STAGES
+from robotid.pipeline.table import REPORT, STAGES
+from robotid.report.stamp import stamp_of
 from robotid.report.tables import by_axis
 from robotid.report.tables.table import Json, Table
 
@@ -36,17 +38,56 @@ def show_artifact(file: Path, axis: str | None = None, *, as_json: bool = False)
         print_tables([*by_axis.tables(view, contents, linear), *provenance])
 
 
-def plot_artifact(file: Path, figure: Path, axis: str | None = None) -> None:
-    """Draw an artifact into a file, whole or not at all. Raises ConfigError for a format that cannot be drawn, and for
-    one of several axes that is not named."""
+def plot_artifact(file: Path, figure: Path, axis: str | None = None, size: str | None = None) -> None:
+    """Draw an artifact into a file, whole or not at all. axis : one of several. Raises ConfigError for a directory, for
+    a format or a size that cannot be drawn, and for one of several axes that is not named."""
     from robotid.report.figures import draw
-    from robotid.report.save import check_format, save_figure
+    from robotid.report.save import check_format, parse_size, save_figure
 
     check_format(figure.suffix.removeprefix("."), str(figure))
+    wanted = parse_size(size)
+    if file.is_dir():
+        hint = f"name an artifact in it, or write all figures by `robotid report CONFIG --out {file} --figures DIR`"
+        raise ConfigError("a run directory is not one figure", where=str(file), hint=hint)
     header = read_header(file, axis or "")
     content = load(file, _stage(file, header).type(), axis or "").content
-    save_figure(draw(content, on_axis(linear=_linear(header))), figure)
+    save_figure(draw(content, on_axis(linear=_linear(header))), figure, wanted)
     print_message(f"{figure} written")
+
+
+def show_directory(folder: Path, *, as_json: bool = False) -> None:
+    """Print what a run directory holds: a line of each artifact, and the answer. Raises InputError where it holds none
+    of them, or a damaged one."""
+    headers = {stage: read_headers(file) for stage in STAGES.values() if (file := folder / stage.output).is_file()}
+    if not headers:
+        raise InputError("there is no artifact in this directory", where=str(folder), hint="name one made by `run`")
+    lines = {stage: _sentence(stage, folder / stage.output, tuple(found)) for stage, found in headers.items()}
+    page = folder / REPORT.output
+    stamp = stamp_of(page.read_text(encoding="utf-8", errors="replace")) if page.is_file() else None
+    if as_json:
+        entries = {
+            stage.name: by_axis.document({axis: _document(header) for axis, header in found.items()})
+            for stage, found in headers.items()
+        }
+        results = {stage.name: lines[stage] for stage in headers}
+        summary = None if stamp is None else stamp.summary
+        print_json({"out": str(folder), "artifacts": entries, "results": results, "summary": summary})
+        return
+    rows = [(s.name, s.output, _made(found.values()), lines[s]) for s, found in headers.items()]
+    if stamp is not None:
+        rows.append((REPORT.name, REPORT.output, "", stamp.summary))
+    print_tables([Table(str(folder), ("stage", "file", "made", "result"), tuple(rows))])
+
+
+def _made(headers: Iterable[ArtifactHeader]) -> str:
+    """When the last part of an artifact was made, to the minute."""
+    return max(header.provenance.created for header in headers)[:16].replace("T", " ")
+
+
+def _sentence(stage: Stage, file: Path, axes: Sequence[str]) -> str:
+    """What came of a stage, empty where there is nothing to state."""
+    contents = {axis: load(file, stage.type(), axis).content for axis in axes}
+    return "; ".join(by_axis.sentences(stage.view(), contents))
 
 
 def _linear(header: ArtifactHeader) -> bool:
@@ -62,7 +103,7 @@ def _stage(file: Path, header: ArtifactHeader) -> Stage:
     return STAGES[name]
 
 
-def _document(header: ArtifactHeader) -> Json:
+def _document(header: ArtifactHeader) -> dict[str, Json]:
     made = header.provenance
     return {
         "kind": header.kind,
@@ -81,7 +122,7 @@ def _document(header: ArtifactHeader) -> Json:
 def _provenance(header: ArtifactHeader) -> Table:
     made: Provenance = header.provenance
     facts = [
-        ("kind", header.kind),
+        ("holds", STAGES[made.stage].heading),
         ("made by", f"{made.command}, version {made.version}"),
         ("on", made.created),
         ("seed", "-" if made.seed is None else str(made.seed)),

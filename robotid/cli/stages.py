@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from robotid.cli.options import Accept, AsJson, AxisName, ConfigPath, Debug, DryRun, Force, Jobs, Out, Quiet, Set
+from robotid.cli.options import Accept, AsJson, AxisName, ConfigPath, Debug, DryRun, Force, Jobs, Out, Quiet, Set, Size
 from robotid.interrupt import Interrupted
 from robotid.pipeline.table import REPORT, STAGES
 
@@ -65,6 +65,7 @@ def _report(
         Path | None, typer.Option("--figures", metavar="DIR", help="Write every figure into DIR as well.")
     ] = None,
     form: Annotated[str, typer.Option("--format", metavar="FORMAT", help="Of the figures: pdf, svg or png.")] = "pdf",
+    size: Size = None,
     out: Out = None,
     overrides: Set = None,
     axis: AxisName = None,
@@ -76,6 +77,7 @@ def _report(
     debug: Debug = False,
 ) -> None:
     options = {"as_json": as_json, "quiet": quiet, "force": force, "dry_run": dry_run, "figures": figures, "form": form}
+    options["size"] = size
     _perform(REPORT.name, Source(config, out, overrides, axis), jobs, **options)
 
 

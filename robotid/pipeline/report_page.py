@@ -76,11 +76,14 @@ class Material:
 
 def findings_of(run: Run, contents: Mapping[str, Any]) -> Findings:
     """What the stages have found of one joint as a report takes it. contents : by stage."""
+    from robotid.report.evidence.gather import with_evidence
     from robotid.report.findings import Findings
 
     config = run.loaded.config
     found = {STAGES[name].finding: content for name, content in contents.items()}
-    return Findings(config.robot.name, config.robot.linear, config.fit.fixed_horizon, **found)
+    free = config.fit.initial_states == "free"
+    horizon = config.fit.fixed_horizon
+    return with_evidence(Findings(config.robot.name, config.robot.linear, horizon, estimate_states=free, **found))
 
 
 def gather(run: Runs) -> Material:

@@ -65,7 +65,7 @@ class View(Generic[T]):
 
     def columns(self) -> Columns:
         """What a data frame holds. Raises ConfigError where there is nothing to list."""
-        raise ConfigError(f"a {type(self.content).__name__} has no numbers to list", hint="print its table instead")
+        raise ConfigError("this result has no numbers to list", hint="print its table instead")
 
     def figure(self) -> Figure:
         """The figure. Raises ConfigError where there is nothing to see."""
@@ -93,7 +93,7 @@ def view_of(content: object) -> View[Any]:
     for kind in type(content).__mro__:
         if kind in VIEWS:
             return VIEWS[kind](content)
-    raise ConfigError(f"there is no view of a {type(content).__name__}")
+    raise ConfigError("this is not a result that can be shown")
 
 
 def line(content: object) -> str:

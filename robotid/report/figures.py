@@ -13,30 +13,34 @@ from robotid.diagnosis.results import Diagnosis
 from robotid.errors import ConfigError
 from robotid.estimate.flexible import FlexResult
 from robotid.estimate.result import Fits
+from robotid.estimate.rigid import RigidResult
 from robotid.extension.results import Extension
 from robotid.model.units import sliding
 from robotid.report.drawing.causes import draw_causes, rows_of
-from robotid.report.drawing.frequency import bode_models, draw_bode, draw_responses
+from robotid.report.drawing.frequency import Responses
 from robotid.report.drawing.gain import draw_gain, gains
-from robotid.report.drawing.location import best_of_each, draw_curve, reach_of
-from robotid.report.drawing.parameters import draw_iterations, draw_parameters
+from robotid.report.drawing.layout import draw_frequency, name_correlations, responses_figure
+from robotid.report.drawing.location import Located, best_of_each, draw_curve, reach_of
+from robotid.report.drawing.parameters import draw_estimates, draw_iterations, draw_parameters, draw_torque_errors
 from robotid.report.drawing.residual import draw_correlations
 from robotid.report.drawing.time import (
     TimePlot,
     draw_strips,
     extended_plot,
+    missing_plot,
     name_curves,
     record_plot,
     reference_plot,
     simulated_plot,
     trace_plot,
 )
-from robotid.report.style.axes import Units, grid_of, legend, new_figure
+from robotid.report.evidence.response import validated_responses
+from robotid.report.style.axes import Units, grid_of, new_figure
 from robotid.signals.quality import Recordings
 from robotid.signals.record import Quantity
 from robotid.signals.reference import Excitation
 from robotid.signals.trace import Trace
-from robotid.validation.results import ModelValidation, Validation
+from robotid.validation.results import ModelValidation, RecordValidation, Validation
 
 PANEL = (4.4, 3.4)  # width and height [inch] of a pair of axes
 
@@ -48,8 +52,8 @@ def draw(content: object, units: Units = str) -> Figure:
     Raises ConfigError where there is nothing to see.
     """
     raise ConfigError(
-        f"there is no figure of a {type(content).__name__}",
-        hint="records, responses, fits, validations, diagnoses and extensions have one",
+        "there is no figure of this",
+        hint="excitations, records, rigid joints, responses, fits, validations, diagnoses and extensions have one",
     )
 
 
@@ -66,15 +70,21 @@ def draw_recordings(content: Recordings, units: Units = str) -> Figure:
 
 
 @draw.register
+def draw_rigid(content: RigidResult, units: Units = str) -> Figure:
+    """The parameters of the rigid joint with two standard deviations, and how far their torque is off by record."""
+    figure = new_figure(9.0, 1.2 + 0.5 * max(len(content.parameters), len(content.torque_error_percent), 3))
+    left, right = figure.subplots(1, 2)
+    draw_estimates(left, content.parameters, units)
+    draw_torque_errors(right, content.torque_error_percent, units)
+    return figure
+
+
+@draw.register
 def draw_flexible(content: FlexResult, units: Units = str) -> Figure:
-    """Figure 2 of the paper: magnitudes of the measured responses from torque to acceleration."""
+    """The measured responses from torque to acceleration."""
     if not content.frfs:
         raise ConfigError("no response was measured", hint="; ".join(content.remarks))
-    figure = new_figure(6.4, 4.4)
-    axes = figure.subplots()
-    draw_responses(axes, content.frfs, "acceleration", units)
-    legend(axes)
-    return figure
+    return responses_figure(Responses(content.frfs), "acceleration", units)
 
 
 @draw.register
@@ -93,7 +103,7 @@ def draw_validation(content: Validation, units: Units = str) -> Figure:
     best = content.models[content.best]
     rows, columns = grid_of(max(1, len(best.records)))
     grid, tall = PANEL[1] * rows, PANEL[1]
-    heights = [*([tall] if content.frfs else []), grid, grid]
+    heights = [*([1.3 * tall] if content.frfs else []), grid, grid]
     figure = new_figure(max(9.0, PANEL[0] * columns), sum(heights))
     *above, middle, lower = figure.subfigures(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0]
     for subfigure in above:
@@ -108,7 +118,9 @@ def draw_diagnosis(content: Diagnosis, units: Units = str) -> Figure:
     """Where the misfit sits, along every variable, and the ranking of causes below."""
     curves, bars = best_of_each(content.curves), rows_of(content)
     if not curves and not bars:
-        raise ConfigError("nothing is left to explain, so there is nothing to see")
+        if not content.missing:
+            raise ConfigError("nothing is left to explain, so there is nothing to see")
+        return _sheet([missing_plot(name, trace, units, causes=False) for name, trace in content.missing.items()])
     rows, columns = grid_of(len(curves)) if curves else (0, 1)
     heights = [*([PANEL[1] * rows] if curves else []), *([1.0 + 0.42 * bars] if bars else [])]
     figure = new_figure(max(6.4, PANEL[0] * columns), sum(heights))
@@ -118,7 +130,7 @@ def draw_diagnosis(content: Diagnosis, units: Units = str) -> Figure:
         for axes in panels[len(curves) :]:
             axes.set_visible(False)
         for axes, curve in zip(panels, curves, strict=False):
-            draw_curve(axes, curve, units, tuple(content.missing), reach_of(curves))
+            draw_curve(axes, Located(curve, units, tuple(content.missing), reach_of(curves)))
     if bars:
         draw_causes(parts[-1].subplots(), content)
     return figure
@@ -145,10 +157,15 @@ def draw_traces(traces: Mapping[str, Trace], output: Quantity, units: Units = st
 
 
 def _bode(figure: FigureBase, content: Validation, units: Units) -> None:
-    models = bode_models(content)
-    left, right = figure.subplots(1, 2)
-    draw_bode(left, content.frfs, models, "speed", units)
-    draw_bode(right, content.frfs, models, "acceleration", units)
+    records = content.models[content.best].records
+    shown = Responses(content.frfs, validated_responses(content, _sampling_time(records)))
+    left, right = figure.subfigures(1, 2, squeeze=False)[0]
+    draw_frequency(left, shown, "speed", units)
+    draw_frequency(right, shown, "acceleration", units)
+
+
+def _sampling_time(records: Mapping[str, RecordValidation]) -> float:
+    return next((record.trace.sampling_time for record in records.values()), 1.0)
 
 
 def _traces(model: ModelValidation, units: Units) -> list[TimePlot]:
@@ -158,7 +175,8 @@ def _traces(model: ModelValidation, units: Units) -> list[TimePlot]:
 
 def _correlations(figure: FigureBase, model: ModelValidation) -> None:
     for pair, (name, record) in zip(_grid(figure, len(model.records), (1, 1)), model.records.items(), strict=True):
-        draw_correlations(pair[0], pair[1], name, record.residual)
+        draw_correlations(pair[0], pair[1], name, record.residual, record.trace.sampling_time)
+    name_correlations(figure)
 
 
 def _sheet(plots: Sequence[TimePlot]) -> Figure:

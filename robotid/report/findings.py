@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from robotid.diagnosis.results import Diagnosis
 from robotid.estimate.flexible import FlexResult
 from robotid.estimate.result import Fits
 from robotid.estimate.rigid import RigidResult
 from robotid.extension.results import Extension
-from robotid.model.units import on_axis
+from robotid.model.units import on_axis, unit_of
+from robotid.report.evidence.results import Evidence
+from robotid.signals.frf import Frf
 from robotid.signals.quality import Recordings
 from robotid.signals.reference import Excitation
 from robotid.validation.results import Validation
+
+CLEAN = 0.5  # of the noise: a misfit below it shows nowhere
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Findings:
     """All that a report is made of, None where a stage has not run. linear : the axis slides. horizon : length [s] of
-    the pieces in which a fit simulates, None: whole records."""
+    the pieces in which a fit simulates, None: whole records. estimate_states : whether the first states of a record are
+    found by least squares. evidence : what figures show beside all this."""
 
     robot: str
     linear: bool = False
@@ -31,6 +36,31 @@ class Findings:
     validation: Validation | None = None
     diagnosis: Diagnosis | None = None
     extension: Extension | None = None
+    estimate_states: bool = True
+    evidence: Evidence = field(default_factory=Evidence)
+
+    @property
+    def extension_that_adds(self) -> Extension | None:
+        """The extension, where it adds anything to the model."""
+        return self.extension if self.extension is not None and self.extension.added else None
+
+    @property
+    def frfs(self) -> tuple[Frf, ...]:
+        """The measured frequency responses."""
+        if self.validation is not None and self.validation.frfs:
+            return self.validation.frfs
+        return self.flex.frfs if self.flex is not None else ()
+
+    def is_clean(self, record: str) -> bool:
+        """Whether nothing of a record is left to explain."""
+        misfit = None if self.diagnosis is None else self.diagnosis.records.get(record)
+        return misfit is not None and misfit.misfit < CLEAN * misfit.noise_floor
+
+    @property
+    def unit_of_output(self) -> str:
+        """What the residual of a fit is counted in."""
+        output = "speed" if self.fits is None else self.fits.models[self.fits.best].output
+        return unit_of(output, linear=self.linear)
 
     def samples_of(self, record: str) -> int:
         """How many samples a record has, 0 where it is not known."""

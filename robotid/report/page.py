@@ -18,6 +18,7 @@ from markupsafe import Markup
 
 from robotid.interrupt import check
 from robotid.model.array import Array
+from robotid.numerals import significant
 from robotid.report.drawing.layout import time_figure
 from robotid.report.drawing.time import Series, TimePlot
 from robotid.report.findings import Findings
@@ -46,8 +47,25 @@ class StageTables:
     tables: tuple[Table, ...]
 
 
-Sections = Sequence[tuple[str, str, Sequence[FigureSpec]]]
-"""Title, note and figures of each; one without figures is left out."""
+@dataclass(frozen=True, slots=True)
+class Head:
+    """What a page begins with. summary : the answer, under the title; mark : the verdict; facts : what stands beside
+    it."""
+
+    title: str
+    summary: str
+    mark: str = ""
+    facts: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class PageSection:
+    """A section of a page, left out where it has no figures. note : above them; tables : below them."""
+
+    title: str
+    note: str
+    figures: tuple[FigureSpec, ...]
+    tables: tuple[Table, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +78,9 @@ class AxisPage:
 
 def page(findings: Findings, stages: Sequence[StageTables], origin: Origin, title: str | None = None) -> str:
     """The HTML. stages : tables of each stage that has run, in order. title : the heading, absent: the robot's name."""
-    return rendered(title or findings.robot, summary(findings), _sections(findings), stages, origin)
+    mark = "" if findings.diagnosis is None else findings.diagnosis.verdict
+    head = Head(title or findings.robot, summary(findings), mark, _facts(findings, origin))
+    return rendered(head, _sections(findings), stages, origin)
 
 
 def robot_page(axes: Mapping[str, AxisPage], origin: Origin, title: str) -> str:
@@ -69,21 +89,38 @@ def robot_page(axes: Mapping[str, AxisPage], origin: Origin, title: str) -> str:
     parts = [
         _Part(axis, summary(one.findings), _sections(one.findings, axis), one.stages) for axis, one in axes.items()
     ]
-    return _rendered(title, robot_summary(findings), parts, origin, overview(findings))
+    head = Head(title, robot_summary(findings), facts=_facts(next(iter(findings.values())), origin))
+    return _rendered(head, parts, origin, overview(findings))
 
 
-def rendered(title: str, summary: str, sections: Sections, stages: Sequence[StageTables], origin: Origin) -> str:
-    """The HTML of any page. summary : the answer, under the title."""
-    return _rendered(title, summary, [_Part("", "", sections, stages)], origin)
+def rendered(head: Head, sections: Sequence[PageSection], stages: Sequence[StageTables], origin: Origin) -> str:
+    """The HTML of any page."""
+    return _rendered(head, [_Part("", "", sections, stages)], origin)
 
 
-def _sections(findings: Findings, axis: str = "") -> Sections:
+def _sections(findings: Findings, axis: str = "") -> list[PageSection]:
     """All sections; the names of figures begin with that of the axis."""
     prefix = f"{axis}-" if axis else ""
     return [
-        (one.title, one.note(findings), [replace(spec, name=f"{prefix}{spec.name}") for spec in one.figures(findings)])
+        PageSection(
+            one.title,
+            one.note(findings),
+            tuple(replace(spec, name=f"{prefix}{spec.name}") for spec in one.figures(findings)),
+            tuple(one.tables(findings)),
+        )
         for one in SECTIONS
     ]
+
+
+@dataclass(frozen=True, slots=True)
+class _ShownSection:
+    """A section as the template takes it. folded : figures that are shown on request."""
+
+    title: str
+    note: str
+    figures: list[_Shown]
+    folded: list[_Shown]
+    tables: list[_Grid]
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +129,7 @@ class _Part:
 
     name: str
     summary: str
-    sections: Sections
+    sections: Sequence[PageSection]
     stages: Sequence[StageTables]
 
     @property
@@ -105,21 +142,33 @@ class _Part:
         """Of the headings of its sections."""
         return 3 if self.name else 2
 
-    def shown(self, most: int) -> list[tuple[str, str, list[_Shown]]]:
+    def shown(self, most: int) -> list[_ShownSection]:
         """The sections that have figures. most : samples of a signal that can be zoomed."""
-        return [(name, note, [_shown(spec, most) for spec in specs]) for name, note, specs in self.sections if specs]
+        return [
+            _ShownSection(
+                one.title,
+                one.note,
+                [_shown(spec, most) for spec in one.figures if not spec.folded],
+                [_shown(spec, most) for spec in one.figures if spec.folded],
+                [_grid(table) for table in one.tables],
+            )
+            for one in self.sections
+            if one.figures
+        ]
 
     def tables(self) -> list[tuple[str, list[_Grid]]]:
         """Heading and tables of each stage, the last first."""
         return [(one.heading, [_grid(table) for table in one.tables if table.rows]) for one in reversed(self.stages)]
 
 
-def _rendered(title: str, summary: str, parts: Sequence[_Part], origin: Origin, overview: Table | None = None) -> str:
-    over_time = sum(spec.plot is not None for part in parts for _, _, specs in part.sections for spec in specs)
+def _rendered(head: Head, parts: Sequence[_Part], origin: Origin, overview: Table | None = None) -> str:
+    over_time = sum(spec.plot is not None for part in parts for one in part.sections for spec in one.figures)
     most = max(MIN_SAMPLES, MAX_SAMPLES // max(1, over_time))
     return _template().render(
-        title=title,
-        summary=summary,
+        title=head.title,
+        summary=head.summary,
+        mark=head.mark,
+        facts=head.facts,
         overview=None if overview is None else _grid(overview),
         axes=[
             {
@@ -137,6 +186,20 @@ def _rendered(title: str, summary: str, parts: Sequence[_Part], origin: Origin, 
         script=Markup(_own("page.js")),
         policy=content_policy(_own("page.js")),
     )
+
+
+def _facts(f: Findings, origin: Origin) -> tuple[str, ...]:
+    """What the head states beside the verdict: date, data and version."""
+    last = max(origin.sources, key=lambda source: source.created, default=None)
+    made = () if last is None else (last.created[:16].replace("T", " "), f"robotid {last.version}")
+    if f.recordings is None:
+        return made
+    records = f.recordings.records
+    kinds = [len([r for r in records if r.role == role]) for role in ("estimate", "validate")]
+    length = significant(sum(record.duration for record in records))
+    counted = f"{len(records)} records" if len(records) != 1 else "1 record"
+    data = f"{counted}, {length} s: {kinds[0]} to fit, {kinds[1]} held out"
+    return (*made[:1], data, *made[1:])
 
 
 def content_policy(script: str) -> str:
@@ -162,12 +225,31 @@ class _Shown:
 def _shown(spec: FigureSpec, most: int) -> _Shown:
     check()
     if spec.plot is None:
-        return _Shown(spec, Markup(inline(spec.draw(), spec.name)))
+        picture = inline(spec.draw(), spec.name)
+        return _Shown(spec, Markup(picture), Markup(_json(_bins(spec))) if spec.bins else None)
     still = inline(time_figure(_thinned(spec.plot, STATIC_POINTS)), spec.name)
     plot = _thinned(spec.plot, most)
     drawn = max(len(series.t) for strip in plot.strips for series in strip.series)
     thinned = f"{drawn} of {spec.samples} samples, the extremes of every stretch among them." * (drawn < spec.samples)
-    return _Shown(spec, Markup(still), Markup(json.dumps(_document(plot)).replace("<", "\\u003c")), thinned)
+    return _Shown(spec, Markup(still), Markup(_json(_document(plot))), thinned)
+
+
+def _json(document: Any) -> str:
+    """JSON that no name in it can end."""
+    return json.dumps(document).replace("<", "\\u003c")
+
+
+def _bins(spec: FigureSpec) -> dict[str, Any]:
+    """When each record is in each bin, to a millisecond."""
+    return {
+        "bins": [
+            {
+                "where": one.where,
+                "times": {name: [[round(a, 3), round(b, 3)] for a, b in times] for name, times in one.times.items()},
+            }
+            for one in spec.bins
+        ]
+    }
 
 
 def _thinned(plot: TimePlot, most: int) -> TimePlot:
@@ -185,11 +267,11 @@ def _document(plot: TimePlot) -> dict[str, Any]:
         "strips": [
             {
                 "label": strip.label.replace("\n", " "),
-                "height": strip.height,
+                "height": height,
                 "zero": strip.zero,
                 "series": [_series(series, times) for series in strip.series],
             }
-            for strip in plot.strips
+            for strip, height in zip(plot.strips, plot.heights, strict=True)
         ],
         "times": [_time(t) for t in times],
     }

@@ -8,7 +8,7 @@ from math import isfinite
 
 from robotid.catalogue import EFFECTS
 from robotid.diagnosis.results import Cause, Diagnosis
-from robotid.estimate.result import Estimate
+from robotid.estimate.result import End, Estimate, FitResult
 from robotid.extension.results import Extension, Score
 from robotid.model.companion import companion_of
 from robotid.model.structure import RECORD_CHANGE, changed
@@ -54,11 +54,20 @@ def robot_summary(axes: Mapping[str, Findings]) -> str:
 def _sentences(f: Findings) -> Iterator[str]:
     yield from _simulates(f)
     if f.fits is not None:
+        yield from _ended(f.fits.models[f.fits.best], f.fits.best)
         yield from (f"{remark}." for remark in f.fits.models[f.fits.best].remarks)
+    if (extension := f.extension_that_adds) is not None:
+        yield from _ended(extension.fit, f"the extended {extension.model}")
     if f.diagnosis is not None:
         yield from _lacks(f, f.diagnosis)
     if f.extension is not None:
         yield from _gained(f, f.extension)
+
+
+def _ended(fit: FitResult, name: str) -> Iterator[str]:
+    """How a fit ended that did not converge."""
+    if not fit.converged:
+        yield f"the fit of {name} {'was ' if fit.end is End.INTERRUPTED else ''}{fit.end.value}."
 
 
 def _simulates(f: Findings) -> Iterator[str]:

@@ -21,6 +21,11 @@ class Trace:
     simulated: Array = field(metadata={"unit_in": "unit"})
     unit: str
 
+    @property
+    def sampling_time(self) -> float:
+        """Of the signal that it was made of [s], as far as two neighbouring samples are left."""
+        return float(np.diff(self.t).min()) if len(self.t) > 1 else 1.0
+
 
 def downsampled(t: Array, measured: Array, simulated: Array, unit: str) -> Trace:
     """A measured and a simulated signal (n,), whole, or of n > MAX_SAMPLES samples the extremes of every stretch."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 
 from robotid.config.schema import Config
@@ -17,6 +18,8 @@ from robotid.signals.record import usable_horizon
 from robotid.stages.experiments import experiments
 from robotid.stages.fit import fit_options
 
+COUNT = re.compile(r"\b(\d+) of (\d+)\b")
+
 
 def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | None = None) -> Diagnosis:
     """Diagnose one fitted model: its causes are fitted on the records of its fit and measured on the others.
@@ -29,7 +32,7 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
 
     def say(text: str) -> None:
         if log is not None:
-            log(Progress(text))
+            log(Progress(text, *_counted(text)))
 
     criteria = Criteria(
         section.significance, section.min_improvement_sigma, section.max_refits, section.max_causes, section.skip
@@ -43,3 +46,9 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
     )
     with deadline(None if section.budget is None else begin + section.budget):
         return with_gains(diagnosis, task)
+
+
+def _counted(text: str) -> tuple[int, int]:
+    """Candidates of a round that are done, and all of them, as the search announces the one that comes."""
+    found = COUNT.search(text)
+    return (int(found[1]) - 1, int(found[2])) if found else (0, 0)

@@ -30,11 +30,11 @@ def bode(joint: Joint, theta: Array, frfs: Sequence[Frf], sampling_time: float) 
         frequency=frequency,
         acceleration=2 * np.pi * frequency * magnitude,
         speed=magnitude,
-        distance={frf.record: _distance(speed(frf.omega), frf) for frf in frfs},
+        distance={frf.record: magnitude_distance(speed(frf.omega), frf) for frf in frfs},
     )
 
 
-def _distance(model: Array, frf: Frf) -> float:
+def magnitude_distance(model: Array, frf: Frf) -> float:
     """RMS of the ratio of a model's magnitude (n,), torque to speed, to a measured one [dB]."""
     weight = 1 / ((frf.std / np.abs(frf.response)) ** 2 + FLOOR**2)
     ratio = 20 * np.log10(model / np.abs(frf.speed_response))

@@ -3,37 +3,37 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import eigh, toeplitz
-from scipy.special import chdtrc, ndtri
+from scipy.special import ndtr, ndtri
 
 from robotid.estimate.covariance import autoregression
 from robotid.model.array import Array
 from robotid.validation.results import CONFIDENCE, ResidualTest
 
 LAGS = 25
-QUANTILE = float(ndtri(0.5 + CONFIDENCE / 2))
-COLLINEAR = 1e-6  # share of the largest variance below which lagged torques say nothing of their own
 
 
 def residual_test(residual: Array, torque: Array) -> ResidualTest:
-    """Test a residual against itself and against the torque, both (n,); the means are taken off first."""
+    """Test a residual against itself and against the torque, both (n,); the means are taken off first.
+
+    The largest correlation decides, against the band that all of them keep to together (Sidak 1967: correlations that
+    depend on each other keep to it the more).
+    """
     e, u = residual - residual.mean(), torque - torque.mean()
     n, lags = len(e), min(LAGS, len(e) // 4)
     auto = _covariance(e, e, lags)[lags:]
     cross = _covariance(e, u, lags)
     scale = float(auto[0]) or 1.0
     r = auto[1:] / scale
-    spread = _cross_variance(e, u, lags)
+    deviation = float(np.sqrt(_cross_variance(e, u) / n))
     both = np.sqrt(scale * float(u @ u) / n) or 1.0
     white = _white_part(e)
     return ResidualTest(
         autocorrelation=r,
-        band=float(QUANTILE / np.sqrt(n)),
+        band=float(quantile(lags) / np.sqrt(n)),
         crosscorrelation=cross / both,
-        cross_band=float(QUANTILE * np.sqrt(spread[0] / n) / both),
-        # Ljung & Box 1978
-        whiteness_p=float(chdtrc(lags, n * (n + 2) * np.sum(r**2 / (n - np.arange(1, lags + 1))))),
-        independence_p=_independence(cross[lags + 1 :], spread, n),
+        cross_band=float(quantile(lags) * deviation / both),
+        whiteness_p=_p_of_largest(r * np.sqrt(n)),
+        independence_p=_p_of_largest(cross[lags + 1 :] / (deviation or np.inf)),
         white_part=white,
         coloured_part=float(np.sqrt(max(0.0, auto[0] - white**2))),
     )
@@ -47,26 +47,28 @@ def _covariance(a: Array, b: Array, lags: int) -> Array:
     return np.concatenate([c[len(c) - lags :], c[: lags + 1]])
 
 
-def _cross_variance(e: Array, u: Array, lags: int) -> Array:
-    """n times the covariance of two cross-covariances at lags k apart, sum_j R_e(j) R_u(j + k), (lags,), k from 0.
+def quantile(lags: int) -> float:
+    """What so many normal variables all stay below in size, at the confidence of the tests."""
+    return float(ndtri(0.5 + CONFIDENCE ** (1 / max(1, lags)) / 2))
+
+
+def _p_of_largest(normal: Array) -> float:
+    """p value of the largest of some variables that are normal with unit variance under the hypothesis."""
+    largest = float(np.abs(normal).max(initial=0.0))
+    return float(-np.expm1(len(normal) * np.log1p(-2 * ndtr(-largest)))) if largest > 0 else 1.0
+
+
+def _cross_variance(e: Array, u: Array) -> float:
+    """n times the variance of a cross-covariance of two signals that do not depend on each other, sum_j R_e(j) R_u(j).
 
     Ljung 1999, eq. (16.81), with the residual's spectrum from an autoregressive model of it.
     """
     n = len(e)
     a, variance = autoregression(e)
-    length = n + max(lags, len(a) + 1)
+    length = n + max(LAGS, len(a) + 1)
     density = variance / np.abs(np.fft.rfft(np.concatenate([[1.0], -a]), length)) ** 2
     power = np.abs(np.fft.rfft(u, length)) ** 2 / n
-    return np.asarray(np.fft.irfft(density * power, length)[:lags])
-
-
-def _independence(cross: Array, spread: Array, n: int) -> float:
-    """p value of all cross-covariances at once, their mutual covariance allowed for."""
-    values, vectors = eigh(toeplitz(spread))
-    kept = values > COLLINEAR * values[-1]
-    if values[-1] <= 0:
-        return 1.0
-    return float(chdtrc(int(kept.sum()), n * np.sum((vectors.T @ cross)[kept] ** 2 / values[kept])))
+    return float(np.fft.irfft(density * power, length)[0])
 
 
 def _white_part(e: Array) -> float:

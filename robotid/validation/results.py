@@ -21,11 +21,12 @@ Verdict = Literal["seen", "weak", "unseen", "fixed"]
 class ResidualTest:
     """Residual tests (Ljung 1999, section 16.6).
 
-    autocorrelation (lags,) at lags 1 to LAGS samples, within +- band at 99 % if the residual is white.
-    crosscorrelation (2 LAGS + 1,) of the residual at t with the torque at t - lag, lags -LAGS to LAGS, within
-    +- cross_band if independent; negative lags show feedback, and do not count. p values : of the portmanteau tests
-    over all positive lags. white_part : standard deviation of a white noise as dense as the residual is in the upper
-    half of its spectrum; coloured_part : of what the residual holds beyond it.
+    autocorrelation (lags,) at lags 1 to LAGS samples; all of them are within +- band at 99 % if the residual is white.
+    crosscorrelation (2 LAGS + 1,) of the residual at t with the torque at t - lag, lags -LAGS to LAGS; all at positive
+    lags are within +- cross_band at 99 % if independent. Negative lags show feedback, and do not count. p values : of
+    the largest correlation among those that count, so that a p below 0.01 is one outside the band and the other way
+    round. white_part : standard deviation of a white noise as dense as the residual is in the upper half of its
+    spectrum; coloured_part : of what the residual holds beyond it.
     """
 
     autocorrelation: Array

@@ -103,8 +103,32 @@ def test_figures_as_files(form: str, start: bytes, config: str, capsys: pytest.C
     out, err = capsys.readouterr()
     assert err == ""
     assert json.loads(out)["figures"] == [f"paper/record-slow.{form}", f"paper/record-check.{form}"]
-    assert all(file.read_bytes().startswith(start) for file in Path("paper").iterdir())
-    assert len(list(Path("paper").iterdir())) == 2
+    images = [file.read_bytes() for file in Path("paper").iterdir()]
+    assert all(image.startswith(start) for image in images)
+    assert len(images) == 2
+    if form == "svg":
+        assert all(b">motor speed [rad/s]<" in image for image in images)
+    if form == "pdf":  # letters as TrueType, which is type 42
+        assert all(b"/CIDFontType2" in image and b"/Type3" not in image for image in images)
+
+
+@pytest.mark.parametrize("command", ["report", "show"])
+def test_a_figure_has_the_size_that_is_asked_for(command: str, config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    for stage in ("excite", "collect"):
+        main([stage, config, "--quiet"])
+    file = Path("record-slow.png")
+    ways = {
+        "report": ["report", config, "--figures", ".", "--format", "png", "--quiet"],
+        "show": ["show", "runs/axis/records.h5", "--plot", str(file)],
+    }
+    assert main([*ways[command], "--size", "88x60"]) == 0
+    width, height = (int.from_bytes(file.read_bytes()[at : at + 4], "big") for at in (16, 20))
+    assert (width, height) == pytest.approx((88 / 25.4 * 300, 60 / 25.4 * 300), abs=1)
+    capsys.readouterr()
+    for wrong in ("88", "88x", "0x10", "9999x10", "wide"):
+        assert main([*ways[command], "--size", wrong]) == 2
+        line = f'--size: "{wrong}" is no size of a figure; give width and height in millimetres, 20 to 2000,'
+        assert line in capsys.readouterr().err
 
 
 def test_a_format_that_cannot_be_drawn(config: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -133,3 +157,58 @@ def test_a_run_below_its_threshold_is_reported_too(finished: str, capsys: pytest
     demand = ["--set", "validate.thresholds.fit_percent.slow=99.999"]
     assert main(["run", finished, "--quiet", *demand]) == 5
     assert "below the 99.999 % asked." in Document(PAGE.read_text()).text.replace("\u00a0", " ")
+
+
+def test_status_lists_the_page(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    def row() -> list[str]:
+        capsys.readouterr()
+        assert main(["status", config]) == 0
+        return next(line.split() for line in capsys.readouterr().out.splitlines() if line.startswith("report"))
+
+    main(["excite", config, "--quiet"])
+    assert row()[1] == "absent"
+    main(["report", config, "--quiet"])
+    assert row()[1] == "fresh"
+    main(["collect", config, "--quiet"])
+    assert row()[1:6] == ["stale", "what", "it", "shows", "has"]
+    capsys.readouterr()
+    assert main(["status", config, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["report"]
+    assert found == {"state": "stale", "why": "what it shows has changed", "file": "runs/axis/report.html"}
+
+
+def test_a_run_directory_is_shown(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    for stage in ("excite", "collect", "init-rigid", "init-flex", "fit", "report"):
+        main([stage, config, "--quiet"])
+    capsys.readouterr()
+    assert main(["show", "runs/axis"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "runs/axis"
+    shown = [line.split()[:2] for line in lines if line.partition(" ")[0] in (*STAGES, "report")]
+    files = ["excitation.h5", "records.h5", "rigid.h5", "flex.h5", "model.h5", "report.html"]
+    assert [file for _, file in shown] == files
+    assert "simulates the motor speed" in next(line for line in lines if line.startswith("report"))
+    assert main(["show", "runs/axis", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert list(found["artifacts"]) == ["excite", "collect", "init-rigid", "init-flex", "fit"]
+    assert found["summary"].startswith("Model m of axis")
+
+
+def test_a_directory_without_artifacts_or_as_a_figure(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("empty").mkdir()
+    assert main(["show", "empty"]) == 3
+    assert "empty: there is no artifact in this directory" in capsys.readouterr().err
+    assert main(["show", "empty", "--plot", "a.png"]) == 2
+    assert "empty: a run directory is not one figure; name an artifact in it" in capsys.readouterr().err
+    assert not Path("a.png").exists()
+
+
+def test_what_an_artifact_holds_is_named_in_words(config: str, capsys: pytest.CaptureFixture[str]) -> None:
+    for stage in ("excite", "collect", "init-rigid"):
+        main([stage, config, "--quiet"])
+    capsys.readouterr()
+    assert main(["show", "runs/axis/rigid.h5"]) == 0
+    out = capsys.readouterr().out
+    assert "holds" in out
+    assert "First step: the rigid joint" in out
+    assert "RigidResult" not in out

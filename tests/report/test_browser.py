@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 from support.chromium import Page, browse, find_chromium
 from support.report_findings import findings
 
+from robotid.report.evidence.gather import with_evidence
 from robotid.report.origin import Origin, Source
 from robotid.report.page import StageTables, page
 from robotid.report.tables.table import Table
@@ -26,7 +28,7 @@ WIDE = Table("Wide", WIDE_TABLE, (WIDE_TABLE,), "x" * 300)
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     file = tmp_path_factory.mktemp("page") / "report.html"
-    file.write_text(page(findings(), (StageTables("Fit", (WIDE,)),), ORIGIN), encoding="utf-8")
+    file.write_text(page(with_evidence(findings()), (StageTables("Fit", (WIDE,)),), ORIGIN), encoding="utf-8")
     return file
 
 
@@ -215,3 +217,85 @@ def test_a_script_that_a_file_smuggled_in_does_not_run(tab: Page, file: Path, tm
     assert tab.evaluate("document.title") != "run"
     assert tab.evaluate(f"{PLOT}.dataset.drawn") == "yes"
     tab.said.clear()
+
+
+OTHER = "document.querySelector('#figure-record-small')"
+CURVE = "document.querySelector('#figure-misfit-dphi_m-by-direction')"
+
+
+def test_figures_of_one_record_show_the_same_time_and_cursor(shown: Page) -> None:
+    whole = shown.evaluate(f"{OTHER}.plot.view")
+    drag(shown, 0.25, 0.5)
+    seen = view(shown)
+    assert shown.evaluate(f"{OTHER}.plot.view") == pytest.approx(seen)
+    assert seen != pytest.approx(whole)
+    assert shown.evaluate("document.querySelector('#figure-record-large').plot.view") == pytest.approx(whole)
+    x, y = at(shown, 0.5)
+    shown.mouse("mouseMoved", x, y)
+    read = shown.evaluate(f"[{PLOT}, {OTHER}].map((f) => f.querySelector('output').textContent.split(' s ')[0])")
+    assert read[0] == read[1]
+    assert float(read[0]) == pytest.approx(sum(seen) / 2, rel=1e-2)
+
+
+def test_values_can_be_zoomed_and_all_of_it_comes_back(shown: Page) -> None:
+    shown.evaluate(f"{PLOT}.plot.svg.focus()")
+    span = f"(() => {{ const s = {PLOT}.plot.strips[0]; return s.high - s.low; }})()"
+    before = shown.evaluate(span)
+    shown.key("ArrowUp")
+    settle(shown)
+    assert shown.evaluate(span) == pytest.approx(before / 2)
+    shown.key("0")
+    settle(shown)
+    assert shown.evaluate(span) == pytest.approx(before)
+
+
+def test_a_bin_shows_where_in_time_it_lies(shown: Page) -> None:
+    bins = shown.evaluate(f"JSON.parse({CURVE}.querySelector('script').textContent).bins")
+    k = next(k for k, one in enumerate(bins) if "small" in one["times"])
+    strip = f"{CURVE}.querySelector('[data-bin=\"{k}\"]')"
+    assert shown.evaluate(f"{strip}.getAttribute('role')") == "button"
+    shown.evaluate(f"{strip}.dispatchEvent(new MouseEvent('click', {{ bubbles: true }}))")
+    assert shown.evaluate(f"{PLOT}.plot.marks") == bins[k]["times"]["small"]
+    settle(shown)
+    assert shown.evaluate(f"{PLOT}.querySelectorAll('.mark').length") >= len(bins[k]["times"]["small"])
+    told = shown.evaluate(f"{CURVE}.querySelector('output').textContent")
+    assert told.startswith(f"{bins[k]['where']}: small")
+    shown.evaluate(f"{strip}.dispatchEvent(new MouseEvent('click', {{ bubbles: true }}))")
+    assert shown.evaluate(f"{PLOT}.plot.marks") == []
+    assert shown.said == []
+
+
+def test_tables_sort_by_size_and_are_saved(shown: Page, tmp_path: Path) -> None:
+    table = "[...document.querySelectorAll('#parameters table')].find((t) => t.tHead)"
+    heads = shown.evaluate(f"[...{table}.tHead.rows[0].cells].map((c) => c.textContent)")
+    column = heads.index("value")
+    values = (
+        f"[...{table}.tBodies[0].rows].map((r) => parseFloat(r.cells[{column}].textContent.replace(/\u2212/g, '-')))"
+    )
+    shown.evaluate(f"{table}.tHead.rows[0].cells[{column}].querySelector('button').click()")
+    assert shown.evaluate(values) == sorted(shown.evaluate(values))
+    assert shown.evaluate(f"{table}.tHead.rows[0].cells[{column}].getAttribute('aria-sort')") == "ascending"
+    shown.evaluate(f"{table}.tHead.rows[0].cells[{column}].querySelector('button').click()")
+    assert shown.evaluate(values) == sorted(shown.evaluate(values), reverse=True)
+    shown.ask("Page.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+    shown.evaluate(f"{table}.querySelector('.csv').click()")
+    for _ in range(100):
+        if (found := list(tmp_path.glob("*.csv"))) and found[0].read_text():
+            break
+        time.sleep(0.1)
+    head, *rows = found[0].read_text().splitlines()
+    assert head.split(",")[:3] == ["parameter", "unit", "value"]
+    assert len(rows) == len(shown.evaluate(values))
+    assert shown.said == []
+
+
+def test_a_phone_says_what_scrolls(tab: Page, file: Path) -> None:
+    tab.size(400, 800)
+    tab.open(file)
+    hint = "document.querySelector('#figure-perturbation .hint')"
+    shown = f"getComputedStyle({hint}).display"
+    assert tab.evaluate(shown) == "block"
+    assert tab.evaluate(f"{hint}.textContent") == "Scroll sideways for more →"
+    tab.size(1200, 900)
+    tab.open(file)
+    assert tab.evaluate(shown) == "none"

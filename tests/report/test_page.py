@@ -21,7 +21,9 @@ from robotid.report.stamp import Stamp, stamp_of
 from robotid.report.summary import summary
 from robotid.report.tables.table import Table
 
-STAGES = [f.name for f in fields(Findings) if f.name not in ("robot", "linear", "horizon")]
+STAGES = [
+    f.name for f in fields(Findings) if f.name not in ("robot", "linear", "horizon", "estimate_states", "evidence")
+]
 MADE = Source("fit", "model.h5", "robotid fit a.yaml", "1.0", "2025-01-01", "ab" * 32, {"collect": "cd" * 32}, 1, {})
 ORIGIN = Origin("0123abcd", "robot:\n  name: irb\n", (MADE,), {})
 
@@ -91,7 +93,8 @@ def test_numbers_reach_the_page_as_they_are() -> None:
     plot = next(
         json.loads(text) for text in re.findall(r'<script type="application/json">(.*?)</script>', html("recordings"))
     )
-    torque, speed = plot["strips"]
+    torque, speed, angle = plot["strips"]
+    assert angle["label"] == "motor angle [rad]"
     assert torque["label"] == "motor torque [Nm]"
     assert [series["name"] for series in speed["series"]] == ["reference", "measured"]
     np.testing.assert_array_equal(unpacked(torque["series"][0]["values"]), record.tau_m.astype("<f4"))
@@ -130,10 +133,10 @@ def test_provenance_and_what_is_left_out() -> None:
 def test_a_clean_verdict_is_said_where_the_misfit_would_be() -> None:
     f = findings()
     clean = Findings("irb", diagnosis=replace(f.diagnosis, verdict="clean", causes=()))
-    said = "The verdict is clean: what these figures show lies within the noise."
+    said = "The verdict is clean: what these figures show lies within the noise, so they are folded."
     source = page(clean, (), ORIGIN)
     assert said in Document(source).text
-    assert "supplied by the causes" not in source
+    assert "law of the extension" not in source
     assert said not in Document(html("extension")).text
 
 
@@ -154,6 +157,43 @@ def test_a_title_of_ones_own_and_names_that_look_like_html() -> None:
     document = Document(page(replace(up_to("rigid"), robot="<script>x"), (), ORIGIN, title="A & <B>"))
     assert document.text.count("A & <B>") == 2
     assert "As a rigid joint <script>x has" in document.text
+
+
+def test_the_head_carries_verdict_date_data_and_version() -> None:
+    source = html("extension")
+    head = re.search(r'<p class="head">(.*?)</p>', source, re.DOTALL)
+    assert head is not None
+    found = re.findall(r">([^<\n]+)<", head[1])
+    assert found == ["named", "2025-01-01", "2 records, 3 s: 1 to fit, 1 held out", "robotid 1.0"]
+    assert 'class="verdict named"' in head[1]
+
+
+def test_figures_with_little_to_see_are_folded() -> None:
+    source = html("extension")
+    folded = "".join(re.findall(r'<details class="folded">(.*?)</details>', source, re.DOTALL))
+    assert 'id="figure-misfit-phi_a-by-speed"' in folded
+    assert 'id="figure-misfit-dphi_m-by-direction"' not in folded
+    assert "4 more, with little to see" in Document(source).text
+    clean = page(Findings("irb", diagnosis=replace(findings().diagnosis, verdict="clean", causes=())), (), ORIGIN)
+    before, _, after = clean.partition('<details class="folded">')
+    assert "<figure" not in before
+    assert "figure-misfit-reversal" in after
+
+
+def test_a_clean_record_is_drawn_at_half_height() -> None:
+    f = findings()
+    quiet = replace(f.diagnosis.records["small"], misfit=0.001)
+    clean = replace(f, diagnosis=replace(f.diagnosis, records=f.diagnosis.records | {"small": quiet}))
+    low, high = (
+        next(spec.plot for spec in figure_specs(found) if spec.name == "time-small").heights for found in (clean, f)
+    )
+    assert low == pytest.approx([0.55 * height for height in high])
+
+
+def test_a_table_of_parameters_has_precision_start_and_bounds() -> None:
+    text = Document(html("extension")).text
+    assert "Parameters of m parameter unit value sd sd [%] start lower bound upper bound" in text
+    assert "Parameters of m extended" in text
 
 
 def unpacked(text: str) -> np.ndarray:

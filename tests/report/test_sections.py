@@ -14,23 +14,24 @@ from support.diagnosed import CLEAN, UNKNOWN
 from support.report_findings import findings
 
 from robotid.errors import ConfigError
+from robotid.report.evidence.gather import with_evidence
 from robotid.report.findings import Findings
 from robotid.report.save import FORMATS, check_format, save_figure
 from robotid.report.sections import FigureSpec, figure_specs
 from robotid.validation.results import Perturbation
 
 NAMES = [
-    "time-small", "time-large", "bode-speed", "bode-acceleration", "parameters", "iterations",
-    "correlations-small", "correlations-large", "misfit-dphi_m-by-direction", "misfit-reversal", "misfit-twist",
-    "misfit-tau_m", "misfit-ddphi_m", "misfit-phi_a-by-speed", "misfit-record", "misfit-phi_m-mod-2-pi", "misfit-t",
-    "misfit-frequency", "missing-small", "missing-large", "causes", "gain", "perturbation", "record-small",
-    "record-large",
+    "time-small", "time-large", "bode-speed", "bode-acceleration", "parameters", "correlation-of-m",
+    "correlation-of-m-extended", "iterations", "spectrum-small", "spectrum-large", "correlations-small",
+    "correlations-large", "misfit-dphi_m-by-direction", "misfit-reversal", "misfit-twist", "misfit-tau_m",
+    "misfit-ddphi_m", "misfit-frequency", "misfit-phi_a-by-speed", "misfit-record", "misfit-phi_m-mod-2-pi", "misfit-t",
+    "missing-small", "missing-large", "causes", "gain", "perturbation", "record-small", "record-large",
 ]  # fmt: skip
 
 
 @cache
 def by_name() -> dict[str, FigureSpec]:
-    return {spec.name: spec for spec in figure_specs(findings())}
+    return {spec.name: spec for spec in figure_specs(with_evidence(findings()))}
 
 
 @cache
@@ -55,8 +56,16 @@ def test_all_figures_are_there_in_order() -> None:
 def test_quantities_have_units(name: str) -> None:
     written = labels(drawn(name))
     without = [label for label in written if not re.search(r"\[.+\]", label.replace("\n", " "))]
-    assert set(without) <= {"record", "iteration", "cost over its end", "with itself", "with the torque"}
-    assert written or name in ("parameters", "perturbation")
+    assert set(without) <= {
+        "record",
+        "iteration",
+        "cost over its end",
+        "with itself",
+        "with the torque",
+        "coherence",
+        "correlation",
+    }
+    assert written or name.startswith(("parameters", "perturbation", "correlation-of"))
 
 
 def test_measured_responses_stand_alone_only_without_a_model_beside_them() -> None:
@@ -93,10 +102,11 @@ def test_before_and_after_are_compared() -> None:
 def test_curves_show_mean_and_spread() -> None:
     curve = next(c for c in findings().diagnosis.curves if c.along == "twist")
     axes = drawn("misfit-twist").axes[0]
-    np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), curve.missing_torque)
+    before = next(line for line in axes.get_lines() if line.get_label() == "asked for, before")
+    np.testing.assert_allclose(before.get_ydata(), curve.missing_torque)
     band = axes.collections[0].get_paths()[0].vertices[:, 1]
     assert band.max() == pytest.approx((curve.missing_torque + curve.spread).max())
-    assert axes.get_title(loc="left") == "gear twist: orders 22 %"
+    assert axes.get_title(loc="left") == "gear twist: accounts for 22 %"
     limits = {drawn(name).axes[0].get_ylim() for name in NAMES if name.startswith("misfit") and "freq" not in name}
     assert len(limits) == 1
 

@@ -8,6 +8,7 @@ import pytest
 from support.diagnosed import CLEAN, UNKNOWN
 from support.report_findings import findings
 
+from robotid.estimate.result import End
 from robotid.report.findings import Findings
 from robotid.report.summary import summary
 
@@ -136,3 +137,10 @@ def test_doubts_of_the_fit_stand_in_the_headline() -> None:
     doubtful = replace(fits.models[fits.best], remarks=("motor.coulomb.Fc ended at its lower bound, 0",))
     text = told(fits=replace(fits, models=fits.models | {fits.best: doubtful}))
     assert " Motor.coulomb.Fc ended at its lower bound, 0." in text
+
+
+def test_a_fit_that_did_not_converge_is_told() -> None:
+    f = findings()
+    stalled = {"m": replace(f.fits.models["m"], end=End.STALLED)}
+    assert "The fit of m stalled: no step lowers the cost any further" in told(fits=replace(f.fits, models=stalled))
+    assert "stalled" not in told()

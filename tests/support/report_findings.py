@@ -8,11 +8,12 @@ from functools import cache
 
 import numpy as np
 
+from robotid.catalogue import assemble
 from robotid.diagnosis.misfit.curve import Curve
 from robotid.diagnosis.results import Diagnosis, Misfit, Rejected
 from robotid.estimate.flexible import FlexReading, FlexResult
 from robotid.estimate.grey_box import FitOptions, fit_model
-from robotid.estimate.result import Estimate, Fits
+from robotid.estimate.result import Estimate, FitResult, Fits
 from robotid.estimate.rigid import RigidResult
 from robotid.extension.results import Extension, Score
 from robotid.report.findings import Findings
@@ -22,7 +23,7 @@ from robotid.signals.reference import Excitation, Reference
 from robotid.signals.trace import Trace
 from robotid.validation.procedure import ValidationOptions, validate_model
 from robotid.validation.results import Validation
-from support.diagnosed import EXTENSION, FIT, NAMED, PAYLOAD, STRIBECK
+from support.diagnosed import EXTENSION, NAMED, PAYLOAD, STRIBECK
 from support.judged_records import CONTROLLER, clean_records, clean_responses, model
 
 
@@ -116,9 +117,24 @@ def extension() -> Extension:
     before = {r.name: _score(r, 0.04, fit) for r, fit in zip(clean_records(), (96.1, 95.0), strict=True)}
     after = {r.name: _score(r, 0.002, fit) for r, fit in zip(clean_records(), (99.8, 99.2), strict=True)}
     best = fits().models["m"]
-    added = tuple(p for p in FIT.parameters if "stribeck" in p.name)
-    fit = replace(best, parameters=(*best.parameters, *added))
-    return replace(EXTENSION, model="m", before=before, after=after, fit=fit)
+    return replace(EXTENSION, model="m", before=before, after=after, fit=extended(best))
+
+
+def extended(fit: FitResult) -> FitResult:
+    """A fit with the Stribeck effect of the cause beside its own parameters."""
+    structure = fit.structure.extended("motor.stribeck")
+    found = {p.name: p for p in (*fit.parameters, *STRIBECK.parameters)}
+    names, own = assemble(structure).names, [p.name for p in fit.parameters]
+    covariance = np.diag([found[name].std_robust ** 2 for name in names])
+    at = [names.index(name) for name in own]
+    covariance[np.ix_(at, at)] = fit.covariance_robust
+    return replace(
+        fit,
+        structure=structure,
+        parameters=tuple(found[name] for name in names),
+        covariance=covariance,
+        covariance_robust=covariance,
+    )
 
 
 def _score(record: Record, error: float, fit: float) -> Score:

@@ -86,7 +86,7 @@ def _variables(number: int, one: MissingTorque) -> list[OrderingVariable]:
     every = (*both, BY_SPEED)
     found = [
         OrderingVariable("dphi_m", unit("rad/s"), speed, signed=True),
-        OrderingVariable("reversal", "s", _since_reversal(speed, h), signed=True),
+        OrderingVariable("reversal", "s", since_reversal(speed, h), signed=True),
         OrderingVariable("phi_m", unit("rad"), record.phi_m, gains=every),
         OrderingVariable("ddphi_m", unit("rad/s2"), np.gradient(speed, h), signed=True, gains=both),
         OrderingVariable("tau_m", unit("Nm"), trajectory.u, signed=True, gains=both),
@@ -102,7 +102,7 @@ def _variables(number: int, one: MissingTorque) -> list[OrderingVariable]:
     return found
 
 
-def _since_reversal(speed: Array, h: float) -> Array:
+def since_reversal(speed: Array, h: float) -> Array:
     """Time since the speed last changed its sign [s], negative while moving backwards; nan before the first, (n,)."""
     n, direction = np.arange(len(speed)), np.sign(speed)
     reversals = np.flatnonzero(np.diff(direction) != 0) + 1

@@ -1,7 +1,9 @@
 "use strict";
 // Signals over time, drawn as SVG from the numbers beside each figure. Strips of a figure share their time: drag to
-// zoom in, wheel (once the plot has the focus, or with Ctrl) or pinch to zoom, Shift and drag or one finger to pan,
-// double click for all of it; arrows, + - and 0 do the same.
+// zoom in, wheel (once the plot has the focus, or with Ctrl) or pinch to zoom, Alt and wheel to zoom the values, Shift
+// and drag or one finger to pan, double click for all of it; arrows, + - and 0 do the same. All figures of one record
+// show the same time and the same cursor. A bin of a curve, clicked, marks when the records are in it. Tables sort by
+// their heads and can be saved.
 (() => {
   const LEFT = 58, RIGHT = 10, TOP = 20, BOTTOM = 34, STRIP = 84, LEAST = 4;
 
@@ -82,6 +84,8 @@
       const ends = this.times.map((t) => t.start + t.step * t.samples[t.samples.length - 1]);
       this.all = [Math.min(...this.times.map((t) => t.start)), Math.max(...ends)];
       this.view = [...this.all];
+      this.record = figure.dataset.record;
+      this.marks = [];
       this.hidden = new Set();
       this.pointers = new Map();
       this.build(figure);
@@ -94,8 +98,9 @@
 
     build(figure) {
       const still = figure.querySelector(".still"), alt = still.getAttribute("aria-label");
-      const tools = [["in", "+", "zoom in"], ["out", "−", "zoom out"], ["left", "←", "earlier"], ["right", "→", "later"], ["all", "all", "show all"]];
-      this.svg = drawn("svg", { tabindex: 0, role: "img", "aria-label": `${alt} Arrow keys, plus, minus and zero move and zoom.` });
+      const tools = [["in", "+", "zoom in"], ["out", "−", "zoom out"], ["left", "←", "earlier"], ["right", "→", "later"],
+        ["taller", "↕+", "zoom in on the values"], ["lower", "↕−", "zoom out of the values"], ["all", "all", "show all"]];
+      this.svg = drawn("svg", { tabindex: 0, role: "img", "aria-label": `${alt} Arrow keys, plus, minus and zero move and zoom; up and down zoom the values.` });
       this.output = element("output");
       this.root = element("div", { class: "plot" },
         element("div", { class: "plot-head" },
@@ -121,8 +126,12 @@
     time(x) { return this.view[0] + ((x - LEFT) / this.wide) * this.span; }
     place(t) { return LEFT + ((t - this.view[0]) / this.span) * this.wide; }
 
+    // All figures of the same record, this one among them.
+    get linked() { return plots.filter((p) => p === this || (this.record && p.record === this.record)); }
+    look(from, to) { for (const plot of this.linked) plot.show(from, to); }
+
     // Keep a view inside the record and not shorter than a few samples.
-    look(from, to) {
+    show(from, to) {
       const [first, last] = this.all, least = LEAST * Math.min(...this.times.map((t) => t.step));
       let span = Math.min(last - first, Math.max(to - from, least));
       const start = Math.max(first, Math.min(last - span, (from + to - span) / 2));
@@ -131,7 +140,18 @@
     }
     zoom(factor, about) { this.look(about - (about - this.view[0]) * factor, about + (this.view[1] - about) * factor); }
     pan(by) { this.look(this.view[0] + by, this.view[1] + by); }
-    reset() { this.look(...this.all); }
+    reset() {
+      for (const strip of this.strips) strip.range = null;
+      this.look(...this.all);
+    }
+    // Zoom the values of a strip, or of all strips, about one of them.
+    stretch(factor, strip, about) {
+      for (const s of strip ? [strip] : this.strips) {
+        const [low, high] = s.range ?? s.seen, middle = about ?? (low <= 0 && high >= 0 && s.zero ? 0 : (low + high) / 2);
+        s.range = [middle - (middle - low) * factor, middle + (high - middle) * factor];
+      }
+      this.ask();
+    }
 
     ask() {
       if (this.asked) return;
@@ -153,7 +173,9 @@
       this.cursor = drawn("g", { class: "cursor" });
       this.svg.replaceChildren(...parts.flat(), this.cursor);
       const whole = this.span >= (this.all[1] - this.all[0]) * (1 - 1e-9);
-      for (const act of ["out", "left", "right", "all"]) this.root.querySelector(`[data-act=${act}]`).disabled = whole;
+      for (const act of ["out", "left", "right", "all"]) {
+        this.root.querySelector(`[data-act=${act}]`).disabled = whole && !(act === "all" && this.strips.some((s) => s.range));
+      }
     }
 
     strip(strip, top, tall, last) {
@@ -169,11 +191,17 @@
       }
       if (!(low <= high)) [low, high] = [0, 1];
       const room = (high - low) * 0.06 || Math.abs(high) * 0.1 || 1;
-      [low, high] = [low - room, high + room];
+      strip.seen = [low - room, high + room];
+      [low, high] = strip.range ?? strip.seen;
+      Object.assign(strip, { top, tall, low, high });
       strip.scale = (v) => top + ((high - v) / (high - low)) * tall;
       const clip = `clip-${this.number}-${top | 0}`;
       const area = drawn("rect", { x: LEFT, y: top, width: this.wide, height: tall });
-      return [drawn("clipPath", { id: clip }, area), ...this.axes(low, high, strip, top, tall, last),
+      const marks = this.marks.filter(([a, b]) => b >= this.view[0] && a <= this.view[1]).map(([a, b]) => {
+        const x = this.place(a);
+        return drawn("rect", { class: "mark", x, y: top, width: Math.max(1, this.place(b) - x), height: tall, "clip-path": `url(#${clip})` });
+      });
+      return [drawn("clipPath", { id: clip }, area), ...marks, ...this.axes(low, high, strip, top, tall, last),
         ...shown.map(({ s, time, at }) => this.line(s, time, at, strip.scale, clip))];
     }
 
@@ -207,7 +235,11 @@
 
     // What the curves are at a time, beside a hair line.
     point(x) {
-      const t = this.time(x);
+      const t = this.time(x), outside = x < LEFT || x > LEFT + this.wide;
+      for (const plot of this.linked) outside ? plot.unpoint() : plot.hair(t);
+    }
+    hair(t) {
+      const x = this.place(t);
       if (x < LEFT || x > LEFT + this.wide) return this.unpoint();
       const told = this.strips.map((strip) => {
         const values = strip.series.filter((s) => !this.hidden.has(s.name)).map((s) => {
@@ -233,13 +265,18 @@
       return ((event.clientX - box.left) / box.width) * (this.wide + LEFT + RIGHT);
     }
 
+    y(event) {
+      const box = this.svg.getBoundingClientRect();
+      return ((event.clientY - box.top) / box.height) * this.high;
+    }
+
     listen() {
       const svg = this.svg;
       svg.addEventListener("wheel", (e) => this.wheel(e), { passive: false });
       svg.addEventListener("pointerdown", (e) => this.down(e));
       svg.addEventListener("pointermove", (e) => this.move(e));
       for (const end of ["pointerup", "pointercancel"]) svg.addEventListener(end, (e) => this.up(e));
-      svg.addEventListener("pointerleave", () => this.pointers.size || this.unpoint());
+      svg.addEventListener("pointerleave", () => this.pointers.size || this.linked.forEach((plot) => plot.unpoint()));
       svg.addEventListener("dblclick", () => this.reset());
       svg.addEventListener("keydown", (e) => this.key(e));
       this.root.addEventListener("click", (e) => this.press(e.target.closest("button")));
@@ -248,9 +285,18 @@
     wheel(event) {
       const scrolls = document.activeElement !== this.svg && !event.ctrlKey && !event.metaKey;
       const outside = event.deltaY > 0 && this.span >= this.all[1] - this.all[0];
+      if (event.altKey) return this.wheelValues(event);
       if (scrolls || outside) return;
       event.preventDefault();
       this.zoom(Math.exp(Math.max(-1, Math.min(1, event.deltaY * 0.002))), this.time(this.x(event)));
+    }
+
+    wheelValues(event) {
+      event.preventDefault();
+      const y = this.y(event), strip = this.strips.find((s) => y >= s.top && y <= s.top + s.tall);
+      if (!strip) return;
+      const about = strip.high - ((y - strip.top) / strip.tall) * (strip.high - strip.low);
+      this.stretch(Math.exp(Math.max(-1, Math.min(1, event.deltaY * 0.002))), strip, about);
     }
 
     down(event) {
@@ -291,7 +337,7 @@
     }
 
     key(event) {
-      const acts = { ArrowLeft: "left", ArrowRight: "right", "+": "in", "=": "in", "-": "out", 0: "all", Home: "all", Escape: "all" };
+      const acts = { ArrowLeft: "left", ArrowRight: "right", "+": "in", "=": "in", "-": "out", ArrowUp: "taller", ArrowDown: "lower", 0: "all", Home: "all", Escape: "all" };
       if (!(event.key in acts) || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault();
       this.act(acts[event.key]);
@@ -301,6 +347,8 @@
       const middle = (this.view[0] + this.view[1]) / 2;
       if (name === "in") this.zoom(0.5, middle);
       else if (name === "out") this.zoom(2, middle);
+      else if (name === "taller") this.stretch(0.5);
+      else if (name === "lower") this.stretch(2);
       else if (name === "all") this.reset();
       else this.pan((name === "left" ? -0.25 : 0.25) * this.span);
     }
@@ -315,5 +363,87 @@
     }
   }
 
-  document.querySelectorAll("figure.over-time").forEach((figure, number) => new Plot(figure, number));
+  const plots = [];
+  document.querySelectorAll("figure.over-time").forEach((figure, number) => plots.push(new Plot(figure, number)));
+
+  // Bins of a curve: clicked, they show where in time they lie.
+  function unmark() {
+    for (const plot of plots) if (plot.marks.length) { plot.marks = []; plot.ask(); }
+    document.querySelectorAll("[data-bin].chosen").forEach((one) => one.classList.remove("chosen"));
+    document.querySelectorAll(".with-bins output").forEach((one) => one.replaceChildren());
+  }
+  function mark(figure, bin, strip) {
+    const again = strip.classList.contains("chosen"), output = figure.querySelector("output");
+    unmark();
+    if (again) return;
+    strip.classList.add("chosen");
+    for (const plot of plots) { plot.marks = bin.times[plot.record] ?? []; plot.ask(); }
+    const parts = Object.entries(bin.times).flatMap(([record, times], k) => {
+      const long = times.reduce((sum, [a, b]) => sum + b - a, 0), first = plots.find((plot) => plot.record === record);
+      const link = first ? element("a", { href: `#${first.root.parentElement.id}` }, record) : record;
+      return [k ? ", " : " ", link, ` ${exact(long)} s in ${times.length} ${times.length === 1 ? "stretch" : "stretches"} from ${exact(times[0][0])} s on`];
+    });
+    output.replaceChildren(`${bin.where}:`, ...(parts.length ? parts : [" in no record"]), "; marked in the figures over time.");
+  }
+  document.querySelectorAll("figure.with-bins").forEach((figure) => {
+    const bins = JSON.parse(figure.querySelector("script").textContent).bins;
+    figure.querySelector(".still").setAttribute("role", "group");
+    figure.querySelector(".still").after(element("output", {}, "Click on a bin to see where in time it lies."));
+    figure.querySelectorAll("[data-bin]").forEach((strip) => {
+      const bin = bins[Number(strip.dataset.bin)];
+      for (const [name, value] of [["role", "button"], ["tabindex", "0"], ["aria-label", bin.where]]) strip.setAttribute(name, value);
+      strip.addEventListener("click", () => mark(figure, bin, strip));
+      strip.addEventListener("keydown", (e) => {
+        if (e.key !== "Enter" && e.key !== " ") return;
+        e.preventDefault();
+        mark(figure, bin, strip);
+      });
+    });
+  });
+
+  // Tables: sorted by a head, numbers by size, and saved as comma-separated values.
+  const plain = (cell) => cell.textContent.trim().replace(/−/g, "-");
+  function sort(table, head, column) {
+    const up = head.getAttribute("aria-sort") !== "ascending", body = table.tBodies[0], rows = [...body.rows];
+    for (const other of table.tHead.rows[0].cells) other.removeAttribute("aria-sort");
+    head.setAttribute("aria-sort", up ? "ascending" : "descending");
+    const key = (row) => {
+      const text = plain(row.cells[column]), number = Number.parseFloat(text.replace(/^</, ""));
+      return { text, number, known: Number.isFinite(number) && /^<?[-+.\d]/.test(text) };
+    };
+    const keyed = rows.map((row) => ({ row, ...key(row) }));
+    keyed.sort((a, b) => {
+      if (a.known !== b.known) return a.known ? -1 : 1;
+      return (a.known ? a.number - b.number : a.text.localeCompare(b.text)) * (up ? 1 : -1);
+    });
+    body.append(...keyed.map((one) => one.row));
+  }
+  function save(table, name) {
+    const cell = (text) => (/[",\n]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text);
+    const lines = [...table.rows].map((row) => [...row.cells].map((one) => cell(plain(one))).join(","));
+    const url = URL.createObjectURL(new Blob([`${lines.join("\n")}\n`], { type: "text/csv" }));
+    element("a", { href: url, download: `${name.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "")}.csv` }).click();
+    setTimeout(() => URL.revokeObjectURL(url), 1000);
+  }
+  document.querySelectorAll("main table").forEach((table) => {
+    const region = table.parentElement, name = table.caption?.textContent ?? region.getAttribute("aria-label") ?? "table";
+    if (table.tHead) {
+      [...table.tHead.rows[0].cells].forEach((head, column) => {
+        const button = element("button", { type: "button" }, head.textContent || "name");
+        button.addEventListener("click", () => sort(table, head, column));
+        head.replaceChildren(button);
+      });
+    }
+    const button = element("button", { type: "button", class: "csv", "aria-label": `${name} as CSV` }, "CSV");
+    button.addEventListener("click", () => save(table, name));
+    (table.caption ?? table.createCaption()).append(button);
+  });
+
+  // What is wider than the screen says so.
+  const wide = () => document.querySelectorAll(".scroll, .wide .still").forEach((box) => {
+    if (!box.nextElementSibling?.classList.contains("hint")) box.after(element("p", { class: "hint" }, "Scroll sideways for more →"));
+    box.classList.toggle("overflows", box.scrollWidth > box.clientWidth + 4);
+  });
+  wide();
+  addEventListener("resize", wide);
 })();

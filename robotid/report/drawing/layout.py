@@ -2,49 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 
 from robotid.diagnosis.results import Diagnosis
 from robotid.estimate.result import FitResult
 from robotid.extension.results import Extension
 from robotid.report.drawing.causes import draw_causes, rows_of
-from robotid.report.drawing.frequency import draw_responses
+from robotid.report.drawing.frequency import Motion, Responses, draw_responses
 from robotid.report.drawing.gain import draw_gain, gains
 from robotid.report.drawing.parameters import draw_intervals, interval_rows
 from robotid.report.drawing.perturbation import draw_perturbation, perturbations
-from robotid.report.drawing.residual import draw_correlations
+from robotid.report.drawing.residual import correlation_keys, draw_correlations
 from robotid.report.drawing.time import TimePlot, draw_strips, name_curves
-from robotid.report.style.axes import legend, new_figure
-from robotid.signals.frf import Frf
+from robotid.report.style.axes import new_figure
 from robotid.validation.results import ModelValidation
 
 WIDTH, HEIGHT = 4.6, 3.1  # [inch] of a figure that a phone can show
+FREQUENCY_WIDTH = 5.4  # of responses
 TIME_WIDTH = 7.0  # of signals over time
-MARGINS, LABEL = (0.85, 0.1, 0.75, 0.35), -0.52  # [inch] left, right, bottom, top of strips; where they are labelled
+MAX_STRIPS = 4  # of parameters one below the other
 
 
 def time_figure(plot: TimePlot) -> Figure:
     """Strips over time, their left edges in line."""
-    wide, tall = TIME_WIDTH, 1.25 + 1.05 * sum(plot.heights)
-    left, right, bottom, top = MARGINS
-    figure = new_figure(wide, tall, None)
-    figure.subplots_adjust(left / wide, bottom / tall, 1 - right / wide, 1 - top / tall, hspace=0.12)
+    figure = new_figure(TIME_WIDTH, 1.25 + 1.05 * sum(plot.heights))
     axes = list(figure.subplots(len(plot.strips), 1, squeeze=False, height_ratios=plot.heights)[:, 0])
     draw_strips(axes, plot)
     name_curves(figure, axes)
-    for one in axes:
-        one.yaxis.set_label_coords(LABEL / (wide - left - right), 0.5)
+    figure.align_ylabels(axes)
     return figure
 
 
-def responses_figure(frfs: Sequence[Frf], units: Callable[[str], str]) -> Figure:
-    """Figure 2 of the paper."""
-    figure = one_figure(draw_responses, frfs, "acceleration", units)
-    legend(figure.axes[0], columns=2, below=True)
+def responses_figure(shown: Responses, motion: Motion, units: Callable[[str], str]) -> Figure:
+    """Magnitude, phase and coherence over frequency."""
+    rows = -(-(len(shown.measured) + len(shown.models)) // 2)
+    figure = new_figure(FREQUENCY_WIDTH, 0.9 + sum(shown.heights) + 0.2 * rows)
+    draw_frequency(figure, shown, motion, units)
     return figure
+
+
+def draw_frequency(figure: FigureBase, shown: Responses, motion: Motion, units: Callable[[str], str]) -> None:
+    """The same on a part of a figure."""
+    strips = list(figure.subplots(len(shown.heights), 1, squeeze=False, height_ratios=shown.heights)[:, 0])
+    draw_responses(strips, shown, motion, units)
+    handles, names = strips[0].get_legend_handles_labels()
+    figure.legend(handles, names, fontsize=8, frameon=False, ncols=2, loc="outside lower center")
 
 
 def causes_figure(diagnosis: Diagnosis) -> Figure:
@@ -65,10 +70,15 @@ def gain_figure(extension: Extension) -> Figure:
 def intervals_figure(fits: Mapping[str, FitResult], units: Callable[[str], str]) -> Figure:
     """Parameters with intervals, a strip a parameter."""
     heights = [0.5 + 0.17 * rows for rows in interval_rows(fits)]
-    figure = new_figure(WIDTH, 0.3 + sum(heights))
+    columns = 2 if len(heights) > MAX_STRIPS else 1
+    rows = -(-len(heights) // columns)
+    tall = [max(heights[k::rows]) for k in range(rows)]
+    figure = new_figure(WIDTH * columns, 0.3 + sum(tall))
     if heights:
-        axes = figure.subplots(len(heights), 1, squeeze=False, height_ratios=heights)
-        draw_intervals(list(axes[:, 0]), fits, units)
+        axes = figure.subplots(rows, columns, squeeze=False, height_ratios=tall).T.ravel()
+        for one in axes[len(heights) :]:
+            one.set_visible(False)
+        draw_intervals(list(axes[: len(heights)]), fits, units)
     return figure
 
 
@@ -76,17 +86,32 @@ def perturbation_figure(model: ModelValidation) -> Figure:
     """The heat map of perturbed parameters."""
     found = perturbations(model)
     rows = len(next(iter(found.values())).names)
-    figure = new_figure(1.7 + 1.3 * len(found), 0.8 + 0.3 * rows)
-    draw_perturbation(figure.subplots(), found)
+    figure = new_figure(1.9 + 1.3 * len(found), 1.7 + 0.3 * rows)
+    draw_perturbation(figure.subplots(), model)
+    return figure
+
+
+def matrix_figure(draw: Callable[..., None], size: int, *arguments: Any) -> Figure:
+    """A heat map of so many rows and columns, with names on two sides."""
+    figure = new_figure(2.0 + 0.42 * size, 2.6 + 0.3 * size)
+    draw(figure.subplots(), *arguments)
     return figure
 
 
 def correlation_figure(name: str, model: ModelValidation) -> Figure:
     """Correlations of the residual of one record."""
-    figure = new_figure(WIDTH, HEIGHT)
+    figure = new_figure(WIDTH, HEIGHT + 0.35)
     upper, lower = figure.subplots(2, 1)
-    draw_correlations(upper, lower, name, model.records[name].residual)
+    record = model.records[name]
+    draw_correlations(upper, lower, name, record.residual, record.trace.sampling_time)
+    name_correlations(figure)
     return figure
+
+
+def name_correlations(figure: FigureBase) -> None:
+    """A legend of colours and bands below all axes."""
+    handles, names = correlation_keys()
+    figure.legend(handles, names, fontsize=8, frameon=False, ncols=2, loc="outside lower center")
 
 
 def one_figure(draw: Callable[..., None], *arguments: Any) -> Figure:

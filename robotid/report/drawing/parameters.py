@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from robotid.estimate.result import Estimate, FitResult, Fits
-from robotid.numerals import ten_to
-from robotid.report.style.axes import INK, Units, colour, legend, style_axes, write_out_ticks
+from robotid.numerals import number, ten_to
+from robotid.report.style.axes import INK, Units, axis_label, colour, legend, style_axes, write_out_ticks
 
 WIDTH = 0.6  # of the room that a parameter has, shared by the models
 MARK: Final[dict[str, Any]] = {"markersize": 4.5, "capsize": 3, "linewidth": 1.4}
@@ -35,6 +35,28 @@ def draw_parameters(axes: Axes, fits: Fits) -> None:
     style_axes(axes, "", f"value over that of {fits.best}", "Parameters, two standard deviations")
     axes.grid(False, axis="x")
     legend(axes, columns=len(fits.models))
+
+
+def draw_estimates(axes: Axes, estimates: Sequence[Estimate], units: Units = str) -> None:
+    """Two robust standard deviations of every estimate in percent of its value, which stands beside it."""
+    for row, p in enumerate(estimates):
+        spread = 200 * p.std_robust / abs(p.value) if p.value and np.isfinite(p.std_robust) else 0.0
+        axes.errorbar(0.0, row, xerr=spread, fmt="o", color=colour(0), **MARK)
+    unit = [units(p.unit) for p in estimates]
+    names = [f"{p.name}\n{number(p.value, 4)} {'' if u == '1' else u}" for p, u in zip(estimates, unit, strict=True)]
+    axes.set_yticks(range(len(estimates)), names)
+    axes.set_ylim(len(estimates) - 0.4, -0.6)
+    style_axes(axes, "two standard deviations [% of the value]", "", "Parameters of the rigid joint")
+
+
+def draw_torque_errors(axes: Axes, errors: Mapping[str, float], units: Units = str) -> None:
+    """How far the rigid joint's torque is off, a bar a record."""
+    axes.barh(range(len(errors)), list(errors.values()), 0.5, color=colour(0))
+    axes.set_yticks(range(len(errors)), list(errors))
+    axes.set_ylim(len(errors) - 0.4, -0.6)
+    what = axis_label("torque", units)
+    style_axes(axes, f"{what} that is not met [%]", "", f"Error of the {what}")
+    axes.grid(False, axis="y")
 
 
 def draw_iterations(axes: Axes, fits: Fits) -> None:

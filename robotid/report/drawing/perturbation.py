@@ -2,61 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.patches import Rectangle
+from matplotlib.colors import ListedColormap
 
 from robotid.model.array import Array
-from robotid.report.style.axes import FAINT, style_axes
+from robotid.report.drawing.heat_map import Cells, draw_cells
 from robotid.validation.results import ModelValidation, Perturbation
 
-DARK = 0.55  # of the scale: from here on white figures
-ON_LIGHT, ON_DARK = "#101010", "#fefefe"
+LIGHTEST, DARKEST = 0.08, 0.93  # of the colour map that is used
+LEAST = 0.1  # [% points] below which changes are hardly told apart by their shade
 NONE_SEEN = 0.005  # [%] what two decimals do not show
 
 
 def perturbations(model: ModelValidation) -> dict[str, Perturbation]:
-    """By record, of those on which parameters were perturbed."""
-    return {name: record.perturbation for name, record in model.records.items() if record.perturbation.names}
+    """By record, of those on which parameters were perturbed, held-out records first."""
+    found = {name: record.perturbation for name, record in model.records.items() if record.perturbation.names}
+    return dict(sorted(found.items(), key=lambda item: model.records[item[0]].used))
 
 
-def draw_perturbation(axes: Axes, found: Mapping[str, Perturbation]) -> None:
+def draw_perturbation(axes: Axes, model: ModelValidation) -> None:
     """A row a parameter, two columns a record: raised, lowered. The darker, the more of the fit is lost."""
-    names = next(iter(found.values())).names
-    columns = [side for p in found.values() for side in (p.plus, p.minus)]
-    change = np.stack(columns, axis=1)
-    shades = _shades(change)
-    for (row, column), value in np.ndenumerate(change):
-        _cell(axes, row, column, float(value), float(shades[row, column]))
-    axes.set_xlim(0, change.shape[1])
-    axes.set_ylim(len(names), 0)
-    percent = next(iter(found.values())).percent
-    signs = [f"{name}\n{sign}{percent:g} %" for name in found for sign in ("+", "−")]
-    axes.set_xticks(np.arange(change.shape[1]) + 0.5, signs)
-    axes.set_yticks(np.arange(len(names)) + 0.5, names)
-    style_axes(axes, "", "", "Change of the fit [% points]")
-    axes.xaxis.tick_top()
-    axes.grid(False)
-    axes.tick_params(length=0)
-    for side in axes.spines.values():
-        side.set_visible(False)
+    found = perturbations(model)
+    first = next(iter(found.values()))
+    change = np.stack([side for p in found.values() for side in (p.plus, p.minus)], axis=1)
+    kinds = {name: "fitted" if model.records[name].used else "held out" for name in found}
+    signs = [f"{name}\n{kinds[name]}\n{sign}{first.percent:g} %" for name in found for sign in ("+", "\u2212")]
+    largest = max(float(np.nanmax(-change, initial=0.0)), LEAST)
+    levels = [level for level in (0.0, 0.1, 1.0, 10.0, 100.0, 1000.0) if level <= largest]
+    ticks = tuple((float(_shade(np.array(level), largest)), f"{level:g}".replace("-", "")) for level in levels)
+    blues = ListedColormap(colormaps["Blues"](np.linspace(LIGHTEST, DARKEST, 256)))
+    texts = tuple(tuple(_figures(value) for value in row) for row in change.tolist())
+    shades = np.where(np.isfinite(change), _shade(np.maximum(-np.nan_to_num(change), 0.0), largest), np.nan)
+    cells = Cells(shades, texts, first.names, signs, blues, ticks=ticks)
+    draw_cells(axes, cells, "Change of the fit [% points]", "fit that is lost [% points]")
 
 
-def _shades(change: Array) -> Array:
+def _shade(lost: Array, largest: float) -> Array:
     """How dark each cell is, 0 to 1: logarithmic, as changes run from hundredths to hundreds."""
-    lost = np.log1p(np.maximum(-np.nan_to_num(change, nan=0.0), 0.0) / 0.1)
-    return np.asarray(lost / (lost.max() or 1.0))
-
-
-def _cell(axes: Axes, row: int, column: int, value: float, shade: float) -> None:
-    known = np.isfinite(value)
-    fill = colormaps["Blues"](0.08 + 0.85 * shade) if known else FAINT
-    axes.add_patch(Rectangle((column + 0.03, row + 0.04), 0.94, 0.92, facecolor=fill, linewidth=0))
-    ink = ON_DARK if known and shade > DARK else ON_LIGHT
-    axes.text(column + 0.5, row + 0.5, _figures(value), ha="center", va="center", fontsize=8, color=ink)
+    return np.asarray(np.log1p(lost / LEAST) / np.log1p(largest / LEAST))
 
 
 def _figures(value: float) -> str:
@@ -65,4 +50,4 @@ def _figures(value: float) -> str:
         return "diverges"
     size = abs(value)
     decimals = 2 if size < 10 else 1 if size < 100 else 0
-    return "0" if size < NONE_SEEN else f"{value:.{decimals}f}".replace("-", "−")
+    return "0" if size < NONE_SEEN else f"{value:.{decimals}f}".replace("-", "\u2212")

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
 from robotid.extension.results import Score
 from robotid.model.array import Array
 from robotid.numerals import fixed
+from robotid.report.evidence.law import Law
 from robotid.report.style.axes import BLUE, FAINT, INK, MAX_POINTS, VERMILLION, Units, axis_label, envelope, style_axes
 from robotid.signals.record import Quantity, Record
 from robotid.signals.reference import Reference
@@ -20,6 +22,7 @@ from robotid.validation.results import RecordValidation
 OUTPUT = {"speed": "motor speed [{}]", "position": "motor position [{}]"}
 REFERENCE = {"speed": "reference speed [{}]", "position": "reference position [{}]"}
 UNIT = {"speed": "rad/s", "position": "rad"}
+COMPACT = 0.55  # of the height of a plot with little to see
 THIN, USUAL, HEAVY = 0.7, 0.9, 2.4  # lines [pt]
 
 
@@ -47,15 +50,16 @@ class Strip:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TimePlot:
-    """Strips on a common time, the upper one first."""
+    """Strips on a common time, the upper one first. compact : there is little to see, so they are lower."""
 
     title: str
     strips: tuple[Strip, ...]
+    compact: bool = False
 
     @property
     def heights(self) -> tuple[float, ...]:
         """Of the strips, relative."""
-        return tuple(strip.height for strip in self.strips)
+        return tuple((COMPACT if self.compact else 1.0) * strip.height for strip in self.strips)
 
 
 def record_plot(record: Record, units: Units = str) -> TimePlot:
@@ -70,8 +74,21 @@ def record_plot(record: Record, units: Units = str) -> TimePlot:
         (
             Strip(f"{axis_label('motor torque', units)} [{units('Nm')}]", (torque,), 1.0),
             Strip(OUTPUT["speed"].format(units("rad/s")), (*asked, speed), 1.4),
+            *_angles(record, units),
         ),
     )
+
+
+def _angles(record: Record, units: Units) -> Iterator[Strip]:
+    """Motor angle with its reference, and the arm's where it was measured."""
+    angle = Series("measured", record.t, record.phi_m, BLUE)
+    asked: tuple[Series, ...] = ()
+    if record.ref is not None and record.ref_kind == "position":
+        asked = (Series("reference", record.t, record.ref, FAINT, THIN),)
+    yield Strip(f"{axis_label('motor angle', units)} [{units('rad')}]", (*asked, angle), 1.0)
+    if record.phi_a is not None:
+        arm = Series("measured", record.t, record.phi_a, BLUE)
+        yield Strip(f"{axis_label('arm angle', units)} [{units('rad')}]", (arm,), 1.0)
 
 
 def reference_plot(reference: Reference, units: Units = str) -> TimePlot:
@@ -100,12 +117,19 @@ def extended_plot(name: str, before: Score, after: Score, output: Quantity, unit
     return _compared(title, both, output, units)
 
 
-def missing_plot(name: str, missing: Trace, units: Units = str, *, supplied: bool = True) -> TimePlot:
-    """The torque that the residual asks for, and what the causes supply of it, where there are any."""
-    asked = Series("asked for by the residual", missing.t, missing.measured, FAINT, 1.6)
-    added = (Series("supplied by the causes", missing.t, missing.simulated, BLUE),) * supplied
+def missing_plot(
+    name: str, missing: Trace, units: Units = str, law: Law | None = None, *, causes: bool = True
+) -> TimePlot:
+    """The torque that the residual asks for, the law that an extension adds, where it is known, and what is still asked
+    for once the causes are there, where there are any: on one scale."""
     what = axis_label("missing torque", units)
-    return TimePlot(f"{what} of {name}", (Strip(f"{what} [{units('Nm')}]", (asked, *added), 2.0, zero=True),))
+    curves = [Series("asked for by the residual", missing.t, missing.measured, FAINT, 1.6)]
+    if law is not None:
+        curves.append(Series("law of the extension", law.t, law.torque, BLUE, USUAL))
+    if causes and np.any(missing.simulated):
+        left = missing.measured - missing.simulated
+        curves.append(Series("still asked for, after", missing.t, left, VERMILLION, USUAL))
+    return TimePlot(f"{what} of {name}", (Strip(f"{what} [{units('Nm')}]", tuple(curves), 2.0, zero=True),))
 
 
 def draw_strips(pair: Sequence[Axes], plot: TimePlot, *, most: int = MAX_POINTS) -> None:

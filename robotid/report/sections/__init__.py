@@ -12,7 +12,7 @@ from robotid.report.sections.parameters import Parameters
 from robotid.report.sections.perturbation import PerturbedParameters
 from robotid.report.sections.records import Records, References
 from robotid.report.sections.residuals import Residuals
-from robotid.report.sections.responses import Responses
+from robotid.report.sections.responses import FrequencyResponses
 from robotid.report.sections.section import FigureSpec, Section
 from robotid.report.sections.traces import Traces
 
@@ -20,7 +20,7 @@ __all__ = ["SECTIONS", "FigureSpec", "Section", "figure_specs"]
 
 SECTIONS: tuple[Section, ...] = (
     Traces(),
-    Responses(),
+    FrequencyResponses(),
     Parameters(),
     Residuals(),
     Location(),

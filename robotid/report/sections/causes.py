@@ -29,7 +29,8 @@ def _causes(f: Findings) -> Iterator[FigureSpec]:
     if f.diagnosis is not None and rows_of(f.diagnosis):
         causes = listed([_explains(cause) for cause in f.diagnosis.causes])
         alt = f"Effects ranked by the share of the misfit that they explain: {causes or 'none is a cause'}."
-        yield FigureSpec("causes", "Causes, ranked", alt, partial(causes_figure, f.diagnosis))
+        draw = partial(causes_figure, f.diagnosis)
+        yield FigureSpec("causes", "Causes, ranked", alt, draw, folded=not f.diagnosis.causes)
 
 
 def _explains(cause: Cause) -> str:

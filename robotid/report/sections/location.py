@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from robotid.diagnosis.misfit.curve import Curve
-from robotid.numerals import percent, significant
+from robotid.numerals import listed, percent, significant
 from robotid.report.drawing.layout import one_figure
-from robotid.report.drawing.location import best_of_each, counted, draw_curve, draw_shape, reach_of, variable
+from robotid.report.drawing.location import (
+    Located,
+    best_of_each,
+    counted,
+    draw_curve,
+    draw_shape,
+    reach_of,
+    variable,
+)
 from robotid.report.drawing.time import missing_plot
+from robotid.report.evidence.samples import samples, stretches
 from robotid.report.findings import Findings
-from robotid.report.sections.section import FigureSpec, Section, over_time
+from robotid.report.sections.section import Bin, FigureSpec, Section, over_time, slug
 from robotid.report.style.axes import axis_label
+
+MIN_SHARE = 0.05  # of the variance that a variable accounts for, from which its curve is shown at once
 
 
 class Location(Section):
@@ -26,38 +37,65 @@ class Location(Section):
     def note(self, f: Findings) -> str:
         """A clean verdict stands above the figures."""
         clean = f.diagnosis is not None and f.diagnosis.verdict == "clean"
-        return "The verdict is clean: what these figures show lies within the noise." * clean
+        return "The verdict is clean: what these figures show lies within the noise, so they are folded." * clean
 
     def figures(self, f: Findings) -> Iterator[FigureSpec]:
-        """Along every variable, and over time."""
+        """Along every variable, and over time. Variables that tell next to nothing are folded away."""
         if f.diagnosis is None:
             return
+        clean = f.diagnosis.verdict == "clean"
         names, chosen = tuple(f.diagnosis.missing), best_of_each(f.diagnosis.curves)
         reach = reach_of(chosen)
-        for curve in chosen:
-            missing, what = counted(curve, f.units), variable(curve, f.units)
-            alt = f"{missing[0].upper()}{missing[1:]}, against {what}: {_ordered(curve, what)}."
-            draw = partial(one_figure, draw_curve, curve, f.units, names, reach)
-            yield FigureSpec(f"misfit-{_slug(curve.along)}", f"Along {what}", alt, draw)
+        for curve in sorted(chosen, key=lambda c: _tells_nothing(c)):
+            yield _along(f, Located(curve, f.units, names, reach, samples(f, curve)), folded=clean)
         if f.diagnosis.shape is not None and len(f.diagnosis.shape.x):
             curve = f.diagnosis.shape
             missing = axis_label("missing torque", f.units)
             alt = f"The {missing} that no effect of the catalogue explains, against {variable(curve, f.units)}."
-            draw = partial(one_figure, draw_shape, curve, f.units, names)
+            draw = partial(one_figure, draw_shape, Located(curve, f.units, names))
             yield FigureSpec("unknown", "What no known effect explains", alt, draw)
         for name, trace in f.diagnosis.missing.items():
-            plot = missing_plot(name, trace, f.units, supplied=bool(f.diagnosis.causes))
-            supplied = ", and what the causes supply" if f.diagnosis.causes else ""
-            alt = f"{axis_label('Missing torque', f.units)} of {name} over time: what the residual asks for{supplied}."
-            yield over_time(f"missing-{name}", plot, alt, f.samples_of(name))
+            law = f.evidence.laws.get(name)
+            plot = missing_plot(name, trace, f.units, law, causes=bool(f.diagnosis.causes))
+            parts = ["what the residual asks for"]
+            parts += ["the law that the extension adds, along its own motion"] * (law is not None)
+            parts += ["what is still asked for once the causes are there"] * bool(f.diagnosis.causes)
+            alt = f"{axis_label('Missing torque', f.units)} of {name} over time: {listed(parts)}."
+            spec = over_time(f"missing-{name}", plot, alt, name, f.samples_of(name))
+            yield replace(spec, folded=clean)
+
+
+def _along(f: Findings, located: Located, *, folded: bool) -> FigureSpec:
+    curve = located.curve
+    missing, what = counted(curve, f.units), variable(curve, f.units)
+    alt = f"{missing[0].upper()}{missing[1:]}, against {what}: {_ordered(curve, what)}."
+    if located.samples:
+        alt += " Dots are samples, bands the spread in each bin"
+        alt += ", the broken line is the law of the extension." if located.samples[0].law is not None else "."
+    name, folded = f"misfit-{slug(curve.along)}", folded or _tells_nothing(curve)
+    draw = partial(one_figure, draw_curve, located)
+    return FigureSpec(name, f"Along {what}", alt, draw, folded=folded, bins=_bins(located, what, f))
+
+
+def _tells_nothing(curve: Curve) -> bool:
+    return curve.along != "frequency" and curve.order < MIN_SHARE
+
+
+def _bins(located: Located, what: str, f: Findings) -> tuple[Bin, ...]:
+    """When each record is in each bin that is drawn."""
+    curve, unit = located.curve, f.units(located.curve.unit)
+    if not located.samples:
+        return ()
+    times = stretches(curve, located.samples)
+    return tuple(
+        Bin(f"{what} about {significant(float(x))} {unit}".strip(), times[k])
+        for k, x in enumerate(curve.x)
+        if np.isfinite(curve.missing_torque[k])
+    )
 
 
 def _ordered(curve: Curve, what: str) -> str:
     if curve.along == "frequency":
         return f"the most at {significant(float(curve.x[int(np.nanargmax(curve.missing_torque))]), 2)} Hz"
-    share = f"the {what} orders {percent(curve.order, 0)} % of its variance"
+    share = f"the {what} accounts for {percent(curve.order, 0)} % of its variance"
     return f"mean and spread in {len(curve.x)} bins; {share}"
-
-
-def _slug(name: str) -> str:
-    return re.sub(r"[^A-Za-z0-9_]+", "-", name).strip("-")

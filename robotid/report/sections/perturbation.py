@@ -22,6 +22,7 @@ class PerturbedParameters(Section):
             return
         best = f.validation.models[f.validation.best]
         if found := perturbations(best):
-            alt = f"Change of the fit of {f.validation.best} when one parameter at a time is raised or lowered."
+            alt = f"Change of the fit of {f.validation.best} when one parameter at a time is raised or lowered"
+            alt = f"{alt}, held-out records first."
             draw = partial(perturbation_figure, best)
             yield FigureSpec("perturbation", "Change of the fit", alt, draw, wide=len(found) > 2)

@@ -18,8 +18,9 @@ class Records(Section):
     def figures(self, f: Findings) -> Iterator[FigureSpec]:
         """One of each record."""
         for record in f.recordings.records if f.recordings is not None else ():
-            alt = f"{axis_label('Motor torque', f.units)} and motor speed of {record.name} over time."
-            yield over_time(f"record-{record.name}", record_plot(record, f.units), alt, len(record))
+            angle = axis_label("motor angle", f.units)
+            alt = f"{axis_label('Motor torque', f.units)}, motor speed and {angle} of {record.name} over time."
+            yield over_time(f"record-{record.name}", record_plot(record, f.units), alt, record.name, len(record))
 
 
 class References(Section):
@@ -33,4 +34,4 @@ class References(Section):
             return
         for reference in f.excitation.references:
             alt = f"Reference of {reference.name} over time."
-            yield over_time(f"reference-{reference.name}", reference_plot(reference, f.units), alt)
+            yield over_time(f"reference-{reference.name}", reference_plot(reference, f.units), alt, reference.name)

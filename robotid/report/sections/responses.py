@@ -6,34 +6,41 @@ from collections.abc import Iterator
 from functools import partial
 
 from robotid.numerals import listed
-from robotid.report.drawing.frequency import bode_models, draw_bode
-from robotid.report.drawing.layout import one_figure, responses_figure
+from robotid.report.drawing.frequency import Motion, Responses
+from robotid.report.drawing.layout import responses_figure
 from robotid.report.findings import Findings
 from robotid.report.sections.section import FigureSpec, Section
 
 
-class Responses(Section):
+class FrequencyResponses(Section):
     """Measured responses, beside those of the models where there are any."""
 
     title = "Frequency responses"
 
     def figures(self, f: Findings) -> Iterator[FigureSpec]:
         """The responses to torque, of speed and of acceleration where a model stands beside them."""
-        frfs = f.flex.frfs if f.flex is not None else ()
-        models = {} if f.validation is None else bode_models(f.validation)
-        validated = f.validation if f.validation is not None and f.validation.frfs and models else None
-        if frfs and validated is None:
-            names = listed([frf.record for frf in frfs])
-            alt = (
-                f"Magnitude of the measured responses of {names} from motor torque to motor acceleration against"
-                " frequency, with bands of two standard deviations."
-            )
-            yield FigureSpec("responses", "Measured responses", alt, partial(responses_figure, frfs, f.units))
-        if validated is not None:
-            for motion in ("speed", "acceleration"):
-                alt = (
-                    f"Bode magnitude of {listed(list(models))}, linearised, from motor torque to motor {motion}, beside"
-                    " the measured responses with bands of two standard deviations."
-                )
-                draw = partial(one_figure, draw_bode, validated.frfs, models, motion, f.units)
-                yield FigureSpec(f"bode-{motion}", f"Model and measured responses, {motion}", alt, draw)
+        if not f.frfs:
+            return
+        shown = Responses(f.frfs, f.evidence.responses, f.evidence.coherences)
+        if not shown.models:
+            draw = partial(responses_figure, shown, "acceleration", f.units)
+            yield FigureSpec("responses", "Measured responses", _alt(shown, "acceleration"), draw)
+            return
+        motions: tuple[Motion, ...] = ("speed", "acceleration")
+        for motion in motions:
+            draw = partial(responses_figure, shown, motion, f.units)
+            yield FigureSpec(f"bode-{motion}", f"Model and measured responses, {motion}", _alt(shown, motion), draw)
+
+
+def _alt(shown: Responses, motion: Motion) -> str:
+    what = "Magnitude (left in SI, right in dB), phase" + (" and coherence" if shown.coherences else "")
+    linear = [name for name, model in shown.models.items() if not model.simulated]
+    others = [name for name, model in shown.models.items() if model.simulated]
+    models = f"; lines are {listed(linear)}, linearised about rest" if linear else ""
+    models += f", and {listed(others)} as simulated on these records" if others else ""
+    averages = {one.averages for one in shown.coherences.values()}
+    over = f" The coherence is over {listed([str(n) for n in sorted(averages)])} stretches." if averages else ""
+    return (
+        f"{what} from motor torque to motor {motion}: dots are the measured responses of"
+        f" {listed([frf.record for frf in shown.measured])} with bars of two standard deviations{models}.{over}"
+    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from robotid.numerals import fixed
 from robotid.report.drawing.time import TimePlot, extended_plot, trace_plot
@@ -18,7 +19,8 @@ class Traces(Section):
     def figures(self, f: Findings) -> Iterator[FigureSpec]:
         """One of each record."""
         for name, plot, alt in _compared(f):
-            yield over_time(f"time-{name}", plot, alt, f.samples_of(name))
+            plot = replace(plot, compact=f.is_clean(name))
+            yield over_time(f"time-{name}", plot, alt, name, f.samples_of(name))
 
 
 def _compared(f: Findings) -> Iterator[tuple[str, TimePlot, str]]:

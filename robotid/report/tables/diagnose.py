@@ -227,8 +227,8 @@ def _records(diagnosis: Diagnosis) -> Table:
 def _curves(diagnosis: Diagnosis) -> tuple[Table, ...]:
     """Where the missing torque sits, a row a variable."""
     rows = tuple((c.along, percent(c.order), *_largest(c), c.unit) for c in diagnosis.curves if len(c.x))
-    columns = ("along", "orders [%]", "largest missing torque [Nm]", "there", "unit")
-    note = "orders: share of the missing torque's variance that its mean along the variable explains"
+    columns = ("along", "accounts for [%]", "largest missing torque [Nm]", "there", "unit")
+    note = "accounts for: share of the missing torque's variance that its mean along the variable explains"
     return (Table("Where the misfit sits", columns, rows, note),) if rows else ()
 
 

@@ -2,16 +2,55 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from math import isfinite
 
 from robotid.estimate.result import Estimate, FitResult, Fits
 from robotid.numerals import fixed, number
+from robotid.report.evidence.profile import ProfileInterval
 from robotid.report.tables.table import Json, Table
+
+NOTE = "sd: standard deviation that allows for coloured residuals"
+PROFILE_NOTE = "profile interval: how far a doubtful parameter may go, all others refitted, as two sd would allow"
 
 
 def tables(fits: Fits) -> tuple[Table, ...]:
     """Parameters, fit per record, and how each model's fit ended."""
-    return _parameters(fits), _fit_percent(fits), _ends(fits)
+    several = (_parameters(fits),) if len(fits.models) > 1 else ()
+    return (*several, parameter_table(fits.best, fits.models[fits.best], {}), _fit_percent(fits), _ends(fits))
+
+
+def parameter_table(
+    name: str, fit: FitResult, starts: Mapping[str, float], profiles: Mapping[str, ProfileInterval] | None = None
+) -> Table:
+    """A row a parameter of one model: how well it is known, where its fit started, and how far it may go. profiles : of
+    its doubtful parameters."""
+    bounds = ("start", "lower bound", "upper bound")
+    columns = ("parameter", "unit", "value", "sd", "sd [%]", "profile interval", *bounds, "remark")
+    rows = tuple(_precisely(p, starts, (profiles or {}).get(p.name)) for p in fit.parameters)
+    return Table(f"Parameters of {name}", columns, rows, f"{NOTE}\n{PROFILE_NOTE}" if profiles else NOTE)
+
+
+def _precisely(p: Estimate, starts: Mapping[str, float], profile: ProfileInterval | None) -> tuple[str, ...]:
+    share = relative_std(p)
+    unlike = "" if profile is None or profile.symmetric else "its interval is not symmetric"
+    return (
+        p.name,
+        p.unit,
+        number(p.value, 5),
+        number(p.std_robust, 2),
+        "-" if share is None else fixed(100 * share, 2 if share < 0.1 else 0),
+        "" if profile is None else f"{number(profile.lower, 3)} to {number(profile.upper, 3)}",
+        number(starts[p.name], 5) if p.name in starts else "",
+        "" if p.fixed else number(p.lower, 3),
+        "" if p.fixed else number(p.upper, 3),
+        "; ".join(filter(None, (p.remark, unlike))),
+    )
+
+
+def relative_std(p: Estimate) -> float | None:
+    """Robust standard deviation over the value, None where there is none or the value is zero."""
+    return p.std_robust / abs(p.value) if isfinite(p.std_robust) and p.value and not p.fixed else None
 
 
 def document(fits: Fits) -> Json:
@@ -57,7 +96,7 @@ def _parameters(fits: Fits) -> Table:
             cells += [number(p.value, 5), number(p.std_robust, 2)] if p else ["-", "-"]
             remarks += [f"{model}: {p.remark}"] if p and p.remark else []
         rows.append((name, unit, *cells, "; ".join(remarks)))
-    return Table("Parameters", columns, tuple(rows), "sd: standard deviation that allows for coloured residuals")
+    return Table("Parameters", columns, tuple(rows), NOTE)
 
 
 def _fit_percent(fits: Fits) -> Table:

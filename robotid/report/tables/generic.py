@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def tables(content: Any) -> tuple[Table, ...]:
     """One table: a row a field, nested names dotted, arrays by shape and range."""
-    return (Table(type(content).__name__, ("field", "value", "unit"), tuple(_rows(content, ""))),)
+    return (Table("Content", ("field", "value", "unit"), tuple(_rows(content, ""))),)
 
 
 def document(content: Any) -> Json:

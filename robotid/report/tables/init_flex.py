@@ -55,7 +55,7 @@ def _fits(flex: FlexResult) -> Table:
     names = tuple(dict.fromkeys(name for r in flex.readings for name in r.values))
     rows = tuple((r.record, *(_value(r, name) for name in names), number(r.misfit, 3)) for r in flex.readings)
     note = "misfit about 1: a linear joint explains the response"
-    return Table("Parametric fit, eq. (13)", ("record", *names, "misfit"), rows, note)
+    return Table("Fit of a linear joint to the responses", ("record", *names, "misfit"), rows, note)
 
 
 def _value(reading: FlexReading, name: str) -> str:

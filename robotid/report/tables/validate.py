@@ -9,6 +9,8 @@ from robotid.numerals import fixed, number
 from robotid.report.tables.table import Json, Table
 from robotid.validation.results import ModelValidation, Perturbation, RecordValidation, Validation
 
+FIT_NOTE = "100 %: no error, 0 %: an error as large as the signal's deviation from its mean; *: fitted to this record"
+
 
 def tables(validation: Validation) -> tuple[Table, ...]:
     """Parameters and fit of every model, and of the best one all the rest."""
@@ -94,7 +96,12 @@ def _fit_percent(validation: Validation) -> Table:
     """Table 2: a row a record, a column a model; a star where the model was fitted to the record."""
     names = dict.fromkeys(name for model in validation.models.values() for name in model.records)
     rows = tuple((name, *(_fit(model, name) for model in validation.models.values())) for name in names)
-    return Table("Fit [%], eq. (15)", ("record", *validation.models), rows, "*: the model was fitted to this record")
+    return Table(
+        "Fit [%]",
+        ("record", *validation.models),
+        rows,
+        FIT_NOTE,
+    )
 
 
 def _fit(model: ModelValidation, name: str) -> str:

@@ -1,0 +1,120 @@
+"""Intervals of doubtful parameters by the profile of the cost (Bates & Watts 1988, chapter 6).
+
+How far one parameter may go, all others refitted, before the fit is worse than chance allows. Where the model is far
+from linear in a parameter, that is not the symmetric interval that a standard deviation gives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robotid.errors import NumericsError
+from robotid.estimate.fitted_model import fitted_model
+from robotid.estimate.least_squares import SolveOptions, solve
+from robotid.estimate.residual import OutputError
+from robotid.estimate.result import Estimate, FitResult
+from robotid.interrupt import check
+from robotid.model.array import Array
+from robotid.signals.record import Record
+
+SIGMAS = 2.0  # the interval that stands beside it is two standard deviations wide on each side
+DOUBTFUL = 0.25  # standard deviation over the value from which an estimate is doubtful
+MAX_PARAMETERS = 3  # of a model, the most doubtful ones: each takes a dozen refits
+MAX_SAMPLES = 100_000  # of all records together, beyond which a refit takes too long for a page
+MAX_REFITS = 6  # for one end of an interval
+CLOSE = 0.05  # of the distance to an end: so close it need not be found
+UNLIKE = 0.2  # of the symmetric interval's half: a profile that differs by more is not the same interval
+REFIT = SolveOptions(max_iterations=10, tolerance=1e-7)
+
+
+@dataclass(frozen=True, slots=True)
+class ProfileInterval:
+    """lower, upper : as far as the data allow, the parameter's bound where they allow all up to it. symmetric : much as
+    the value and two robust standard deviations."""
+
+    lower: float
+    upper: float
+    symmetric: bool
+
+
+def doubtful(fit: FitResult) -> list[Estimate]:
+    """The estimates whose standard deviation is a large part of their value, the worst first."""
+    found = [(p.std_robust / abs(p.value), p) for p in fit.parameters if not p.fixed and p.value]
+    worst = sorted(((share, p) for share, p in found if DOUBTFUL < share < np.inf), key=lambda pair: -pair[0])
+    return [p for _, p in worst[:MAX_PARAMETERS]]
+
+
+def profile_intervals(fit: FitResult, records: Sequence[Record], horizon: float | None) -> dict[str, ProfileInterval]:
+    """Of the doubtful parameters of a fit, by name. records : those of the fit. horizon [s] : of the pieces in which
+    the fit simulated, None: whole records. Colour of the residual counts as it does in the standard deviations."""
+    if sum(map(len, records)) > MAX_SAMPLES or not doubtful(fit):
+        return {}
+    profile = _Profile.of(fit, records, horizon)
+    if profile is None:
+        return {}
+    found = {}
+    for p in doubtful(fit):
+        lower, upper = (profile.end(p, side) for side in (-1.0, 1.0))
+        half = SIGMAS * p.std_robust
+        symmetric = max(abs(p.value - lower - half), abs(upper - p.value - half)) < UNLIKE * half
+        found[p.name] = ProfileInterval(lower, upper, symmetric)
+    return found
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Profile:
+    """The cost of a fit as a function of one parameter, the others at their best. unknowns : at the optimum."""
+
+    problem: OutputError
+    unknowns: Array
+    cost: float
+    samples: int
+
+    @classmethod
+    def of(cls, fit: FitResult, records: Sequence[Record], horizon: float | None) -> _Profile | None:
+        model = fitted_model(fit)
+        pieces = tuple(piece for record in records for piece in record.pieces(horizon))
+        weights = np.array([1 / (fit.noise_std.get(piece.name, 0.0) or 1.0) for piece in pieces])
+        problem = OutputError(model.joint, model.parameters, pieces, fit.output, weights)
+        try:
+            best = solve(problem, problem.start(), REFIT).evaluation
+        except NumericsError:
+            return None
+        return cls(problem, np.asarray(best.unknowns), best.cost, sum(map(len, pieces)))
+
+    def end(self, p: Estimate, side: float) -> float:
+        """Where the profile leaves what chance allows, on one side."""
+        reach = SIGMAS * p.std_robust
+        bound = p.upper if side > 0 else p.lower
+        # a coloured residual tells less than its number of samples: by the ratio of the two standard deviations
+        allowed = SIGMAS * p.std_robust / p.std if p.std > 0 else SIGMAS
+        for _ in range(MAX_REFITS):
+            check()
+            at = p.value + side * reach
+            limited = bool((at - bound) * side >= 0)
+            at = bound if limited else at
+            excess = self._excess(p.name, at)
+            if excess is None:
+                return at
+            ratio = excess / allowed
+            if abs(ratio - 1) < CLOSE or (limited and ratio < 1):
+                break
+            reach = abs(at - p.value) * float(np.clip(1 / max(ratio, 1e-3), 0.2, 5.0))
+        return float(at)
+
+    def _excess(self, name: str, value: float) -> float | None:
+        """How much worse the fit is with a parameter there, in standard deviations; None where it diverges."""
+        joint, parameters = self.problem.joint, self.problem.parameters
+        k = joint.names.index(name)
+        values, free = parameters.values.copy(), parameters.free.copy()
+        values[k], free[k] = value, False
+        problem = replace(self.problem, parameters=replace(parameters, values=values, free=free))
+        start = np.delete(self.unknowns, self.problem.columns.index(k))
+        try:
+            cost = solve(problem, start, REFIT).evaluation.cost
+        except NumericsError:
+            return None
+        return float(np.sqrt(max(0.0, cost / self.cost - 1) * self.samples))

@@ -1,0 +1,131 @@
+"""The samples behind a curve of the missing torque: asked for by the residual, added, left."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from robotid.diagnosis.misfit.curve import BY_DIRECTION, BY_SPEED, Curve
+from robotid.diagnosis.misfit.location import since_reversal
+from robotid.model.array import Array, Mask
+from robotid.report.findings import Findings
+from robotid.signals.record import Record
+
+SLOW = 0.3  # of the speed that a curve is for: slower samples show nothing of a torque that is in proportion to speed
+MAX_STRETCHES = 24  # of a bin in a record, the longest ones
+MIN_GAP = 3  # samples between two stretches, less joins them
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Samples:
+    """Of one record, (n,) each: time [s], the curve's variable, and torques [Nm] counted as the curve counts them. left
+    : what the residual asks for once the causes are there, law : of the extension, None where unknown."""
+
+    record: str
+    t: Array
+    x: Array
+    asked: Array
+    left: Array | None
+    law: Array | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bins:
+    """Mean and spread of a torque in the bins of a curve, (bins,) each, nan in an empty one."""
+
+    mean: Array
+    spread: Array
+
+
+def samples(f: Findings, curve: Curve) -> tuple[Samples, ...]:
+    """Of all records on which the variable of the curve is known."""
+    return tuple(_samples(f, curve))
+
+
+def in_bins(curve: Curve, found: tuple[Samples, ...], torque: str) -> Bins | None:
+    """One torque of the samples, asked, left or law, in the bins of the curve; None where a record lacks it."""
+    if not found or any(getattr(one, torque) is None for one in found):
+        return None
+    x, values = (np.concatenate([getattr(one, name) for one in found]) for name in ("x", torque))
+    known = np.isfinite(values) & np.isfinite(x)
+    bins = bin_of(curve, x[known])
+    size = len(curve.x)
+    count = np.bincount(bins, minlength=size).astype(np.float64)
+    count[count == 0] = np.nan
+    mean = np.bincount(bins, values[known], size) / count
+    spread = np.sqrt(np.bincount(bins, (values[known] - mean[bins]) ** 2, size) / count)
+    return Bins(mean, spread)
+
+
+def bin_of(curve: Curve, x: Array) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+    """The bin whose centre is nearest, (n,)."""
+    return np.searchsorted((curve.x[1:] + curve.x[:-1]) / 2, x)
+
+
+def stretches(curve: Curve, found: tuple[Samples, ...]) -> list[dict[str, list[tuple[float, float]]]]:
+    """By bin and record, when the record is in the bin [s], in the order of time."""
+    return [{one.record: times for one in found if (times := _times(curve, one, k))} for k in range(len(curve.x))]
+
+
+def _times(curve: Curve, one: Samples, k: int) -> list[tuple[float, float]]:
+    inside = np.flatnonzero((bin_of(curve, one.x) == k) & np.isfinite(one.x))
+    if not len(inside):
+        return []
+    breaks = np.flatnonzero(np.diff(inside) > MIN_GAP)
+    first, last = inside[np.r_[0, breaks + 1]], inside[np.r_[breaks, -1]]
+    longest = np.sort(np.argsort(last - first, kind="stable")[::-1][:MAX_STRETCHES])
+    return [(float(one.t[a]), float(one.t[b])) for a, b in zip(first[longest], last[longest], strict=True)]
+
+
+def _samples(f: Findings, curve: Curve) -> Iterator[Samples]:
+    name, _, counted = curve.along.partition(",")
+    if f.diagnosis is None or f.recordings is None:
+        return
+    for record in f.recordings.records:
+        missing, law = f.diagnosis.missing.get(record.name), f.evidence.laws.get(record.name)
+        known = _variables(record) | (law.variables if law is not None else {})
+        if missing is None or name not in known:
+            continue
+        t = missing.t
+
+        def at(times: Array, values: Array, t: Array = t) -> Array:
+            return np.asarray(values[np.clip(np.searchsorted(times, t - 1e-9), 0, len(times) - 1)])
+
+        times = record.t if law is None else law.t
+        x, speed = at(times, known[name]), at(times, known["dphi_m"])
+        weight, kept = _weight(speed, counted, curve.at)
+        causes = bool(f.diagnosis.causes) and bool(np.any(missing.simulated))
+        yield Samples(
+            record.name,
+            t[kept],
+            x[kept],
+            (missing.measured / weight)[kept],
+            ((missing.measured - missing.simulated) / weight)[kept] if causes else None,
+            None if law is None else (at(law.t, law.torque) / weight)[kept],
+        )
+
+
+def _weight(speed: Array, counted: str, scale: float) -> tuple[Array, Mask]:
+    """What a torque is divided by to be counted, and the samples that can be."""
+    if counted == BY_SPEED:
+        kept = np.abs(speed) > SLOW * scale
+        return np.where(kept, speed / scale, 1.0), kept
+    if counted == BY_DIRECTION:
+        return np.where(speed < 0, -1.0, 1.0), speed != 0
+    return np.ones(len(speed)), np.ones(len(speed), dtype=bool)
+
+
+def _variables(record: Record) -> dict[str, Array]:
+    """What is known of a record without a model, (n,) each."""
+    speed, h = record.dphi_m, record.sampling_time
+    return {
+        "dphi_m": speed,
+        "phi_m": record.phi_m,
+        "phi_m mod 2 pi": record.phi_m % (2 * np.pi),
+        "ddphi_m": np.gradient(speed, h),
+        "tau_m": record.tau_m,
+        "t": record.t,
+        "reversal": since_reversal(speed, h),
+    }

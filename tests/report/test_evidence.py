@@ -1,0 +1,227 @@
+"""What figures show beside the results of the stages: the law itself, spectra, responses; and that they draw it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from support.diagnosed import STRIBECK
+from support.judged_records import CONTROLLER, clean_records, clean_responses, model
+from support.report_findings import findings
+
+from robotid.catalogue import assemble
+from robotid.estimate.fitted_model import simulate_record
+from robotid.estimate.grey_box import FitOptions, fit_model
+from robotid.estimate.responses import nonlinear_torque
+from robotid.estimate.result import FitResult
+from robotid.model.structure import Structure
+from robotid.report.evidence.gather import with_evidence
+from robotid.report.evidence.profile import doubtful, profile_intervals
+from robotid.report.evidence.response import coherence, simulated_response
+from robotid.report.evidence.samples import in_bins, samples, stretches
+from robotid.report.evidence.spectrum import residual_spectra
+from robotid.report.findings import Findings
+from robotid.report.sections import figure_specs
+from robotid.report.style.svg import inline
+from robotid.report.tables.fit import parameter_table
+from robotid.signals.frf import estimate_frf
+from robotid.signals.record import Record
+from robotid.signals.reference import Reference
+from robotid.simulation.closed_loop.virtual_robot import VirtualRobot
+
+SIGMA = 0.02  # [rad/s]
+
+
+@cache
+def found() -> Findings:
+    return with_evidence(findings())
+
+
+@cache
+def drawn(name: str) -> Figure:
+    return next(spec for spec in figure_specs(found()) if spec.name == name).draw()
+
+
+def curves(figure: Figure) -> dict[str, np.ndarray]:
+    """Of all axes by their names in the legend."""
+    return {str(line.get_label()): np.asarray(line.get_ydata()) for axes in figure.axes for line in axes.get_lines()}
+
+
+def noisy(record: Record) -> Record:
+    rng = np.random.default_rng(1)
+    return replace(record, dphi_m=record.dphi_m + SIGMA * rng.standard_normal(len(record)))
+
+
+@pytest.mark.parametrize("name", ["small", "large"])
+def test_the_law_is_that_of_the_added_effect(name: str) -> None:
+    law = found().evidence.laws[name]
+    dFs, vs = (p.value for p in STRIBECK.parameters)
+    speed = law.variables["dphi_m"]
+    expected = -dFs * np.exp(-((speed / vs) ** 2)) * np.sign(speed)
+    known = np.isfinite(law.torque)
+    assert known.mean() > 0.9
+    assert np.sqrt(np.mean((law.torque - expected)[known] ** 2)) < 0.02 * dFs
+
+
+def test_the_law_is_drawn_and_not_what_is_asked_less_what_is_left() -> None:
+    shown, law = curves(drawn("missing-large")), found().evidence.laws["large"].torque
+    np.testing.assert_array_equal(shown["law of the extension"][: len(law)], law)
+    missing = found().diagnosis.missing["large"]
+    np.testing.assert_allclose(shown["asked for by the residual"], missing.measured)
+    np.testing.assert_allclose(shown["still asked for, after"], missing.measured - missing.simulated)
+    assert np.nanmax(np.abs(law - missing.simulated)) > 0.05
+    assert ">law of the extension<" in inline(drawn("missing-large"), "missing-large")
+
+
+def test_without_an_extension_no_law_is_claimed() -> None:
+    bare = with_evidence(replace(findings(), extension=None))
+    figure = next(spec for spec in figure_specs(bare) if spec.name == "missing-large").draw()
+    assert "law of the extension" not in curves(figure)
+    assert not bare.evidence.laws
+
+
+def test_a_curve_shows_samples_and_bins_before_and_after_and_the_law() -> None:
+    name = "misfit-dphi_m-by-direction"
+    shown = curves(drawn(name))
+    curve = next(c for c in found().diagnosis.curves if c.along == "dphi_m, by direction")
+    behind = samples(found(), curve)
+    np.testing.assert_allclose(shown["asked for, before"], curve.missing_torque)
+    law, left = in_bins(curve, behind, "law"), in_bins(curve, behind, "left")
+    assert law is not None
+    assert left is not None
+    np.testing.assert_allclose(shown["law of the extension"], law.mean)
+    np.testing.assert_allclose(shown["still asked for, after"], left.mean)
+    assert np.nanmedian(left.mean) == pytest.approx(-0.01)
+    assert 100 < len(shown["samples"]) <= 800
+    assert np.nanmin(law.mean) < -0.1 < np.nanmax(law.mean)
+    assert inline(drawn(name), name).count("data-bin=") == len(curve.x)
+
+
+def test_bins_lie_where_the_record_is_in_them() -> None:
+    curve = next(c for c in found().diagnosis.curves if c.along == "dphi_m")
+    behind = samples(found(), curve)
+    middle = int(np.argmin(np.abs(curve.x - 5.0)))
+    for times in stretches(curve, behind)[middle].values():
+        assert times == sorted(times)
+    record, times = next(iter(stretches(curve, behind)[middle].items()))
+    law = found().evidence.laws[record]
+    first, last = times[0]
+    speed = law.variables["dphi_m"][(law.t >= first - 1e-9) & (law.t <= last + 1e-9)]
+    half = (curve.x[1] - curve.x[0]) / 2
+    assert np.all(np.abs(speed - curve.x[middle]) <= half + 0.2)
+
+
+def test_spectra_before_and_after_beside_the_noise_floor() -> None:
+    record = noisy(clean_records()[0])
+    wrong, right = (simulate_record(model(values), record) for values in ({"gear.spring.k1": 1.0e6}, {}))
+    spectra = residual_spectra(wrong, right, "speed")
+    level = SIGMA * np.sqrt(2 * record.sampling_time)
+    high = spectra.frequency > 100.0
+    np.testing.assert_allclose(spectra.noise[high], level, rtol=0.1)
+    assert spectra.after is not None
+    np.testing.assert_allclose(np.mean(spectra.after[high] ** 2), level**2, rtol=0.15)
+    resonance = (spectra.frequency > 5) & (spectra.frequency < 20)
+    assert spectra.before[resonance].max() > 10 * spectra.after[resonance].max()
+
+
+def test_the_spectrum_figure_draws_them() -> None:
+    shown, spectra = curves(drawn("spectrum-small")), found().evidence.spectra["small"]
+    np.testing.assert_array_equal(shown["before the extension"], spectra.before)
+    np.testing.assert_array_equal(shown["after it"], spectra.after)
+    np.testing.assert_array_equal(shown["noise floor"], spectra.noise)
+
+
+def test_responses_have_magnitude_phase_coherence_and_the_extended_model() -> None:
+    magnitude, phase, squared = drawn("bode-speed").axes[:3]
+    labels = [axes.get_ylabel() for axes in (magnitude, phase, squared)]
+    assert labels == ["magnitude\n[rad/s/Nm]", "phase [°]", "coherence"]
+    named = magnitude.get_legend_handles_labels()[1]
+    assert [name.partition(" (")[0] for name in named if "measured" not in name] == [
+        "m0, linearised", "m, linearised", "m extended, simulated",
+    ]  # fmt: skip
+    frf = clean_responses()[0]
+    bars = magnitude.containers[0].lines[2][0].get_segments()
+    spans = np.array([[low, high] for (_, low), (_, high) in bars])
+    np.testing.assert_allclose(spans[:, 1] - spans[:, 0], 4 * 0.01 / np.sqrt(2) * np.abs(frf.speed_response))
+    drawn_phase = np.asarray(phase.get_lines()[0].get_ydata())
+    expected = np.degrees(np.unwrap(np.angle(frf.speed_response)))
+    np.testing.assert_allclose(np.mod(drawn_phase - expected + 180, 360), 180, atol=1e-6)
+    assert "[dB]" in inline(drawn("bode-speed"), "bode-speed")
+
+
+def test_a_simulated_response_is_estimated_as_the_measured_one() -> None:
+    truth, records = model({}), clean_records()
+    runs = {record.name: simulate_record(truth, record) for record in records}
+    frfs = tuple(
+        estimate_frf(r, (2.0, 40.0), torque=r.tau_m - nonlinear_torque(truth.joint, truth.parameters, r))
+        for r in records
+    )
+    response = simulated_response(truth, runs, frfs)
+    assert response is not None
+    assert response.distance < 0.3
+    softer = model({"gear.spring.k1": 1.0e6})
+    other = simulated_response(softer, {r.name: simulate_record(softer, r) for r in records}, frfs)
+    assert other is not None
+    assert other.distance > 1.0
+    assert simulated_response(truth, {}, frfs) is None
+
+
+def test_coherence_is_the_share_that_is_not_noise() -> None:
+    rng = np.random.default_rng(2)
+    n = 200_000
+    torque, noise = rng.standard_normal((2, n))
+    record = Record.from_arrays(torque, np.cumsum(torque) * 1e-3, 1e-3, speed=torque + noise)
+    shown = coherence(record, np.linspace(20, 400, 50))
+    assert np.mean(shown.squared) == pytest.approx(0.5 + 0.5 / shown.averages * 0.5, abs=0.08)
+    repeated = replace(record, period=10.0, dphi_m=torque)
+    assert coherence(repeated, np.linspace(20, 400, 50)).squared == pytest.approx(np.ones(50))
+
+
+@cache
+def slippery() -> tuple[Record, FitResult]:
+    """A short loud record of an axis with a faint Stribeck effect, and its fit."""
+    effects = ("motor.inertia", "motor.viscous", "motor.coulomb", "motor.stribeck")
+    truth = (0.01, 0.02, 0.5, 0.1, 1.0)
+    joint = assemble(Structure(effects), angle=True)
+    t = np.arange(1500) * 2e-3
+    reference = Reference("short", 2e-3, 6 * np.sin(2 * np.pi * t), "speed")
+    record = VirtualRobot(joint, np.array(truth), CONTROLLER).record(reference, 0)
+    record = replace(record, dphi_m=record.dphi_m + 0.3 * np.random.default_rng(3).standard_normal(len(t)))
+    joint = assemble(Structure(effects))
+    parameters = joint.parameters().with_values(dict(zip(joint.names, truth, strict=True)))
+    return record, fit_model("m", joint, parameters, (record,), FitOptions())
+
+
+def test_a_profile_ends_where_the_fit_is_worse_than_chance_allows() -> None:
+    record, fit = slippery()
+    names = [p.name for p in doubtful(fit)]
+    assert "motor.stribeck.vs" in names
+    found = profile_intervals(fit, (record,), None)
+    assert list(found) == names
+    p, interval = fit["motor.stribeck.vs"], found["motor.stribeck.vs"]
+    assert interval.lower < p.value < interval.upper
+    joint = assemble(fit.structure)
+    for end in (interval.lower, interval.upper):
+        if end in (p.lower, p.upper):
+            continue
+        values = {one.name: one.value for one in fit.parameters} | {p.name: end}
+        parameters = joint.parameters().with_values(values)
+        free = np.array([name != p.name for name in joint.names])
+        other = fit_model("m", joint, replace(parameters, free=free), (record,), FitOptions())
+        left = [100.0 - fit.fit_percent["short"], 100.0 - other.fit_percent["short"]]
+        excess = np.sqrt(((left[1] / left[0]) ** 2 - 1) * len(record)) * p.std / p.std_robust
+        assert excess == pytest.approx(2.0, rel=0.2)
+
+
+def test_an_interval_that_is_not_symmetric_is_told_in_the_table() -> None:
+    record, fit = slippery()
+    found = profile_intervals(fit, (record,), None)
+    rows = {row[0]: row for row in parameter_table("m", fit, {}, found).rows}
+    for p in fit.parameters:
+        row, interval = rows[p.name], found.get(p.name)
+        assert bool(row[5]) == (interval is not None)
+        assert ("not symmetric" in row[-1]) == (interval is not None and not interval.symmetric)
+    assert any(not interval.symmetric for interval in found.values())
