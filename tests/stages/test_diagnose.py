@@ -59,6 +59,14 @@ def test_what_goes_on_is_told() -> None:
     assert any("catalogue" in one.label for one in said)
 
 
+def test_a_round_counts_its_candidates() -> None:
+    said: list[Any] = []
+    diagnosed("named", said=said)
+    counted = [one for one in said if one.total]
+    assert counted
+    assert all(one.label.startswith("round ") and f"{one.done + 1} of {one.total}" in one.label for one in counted)
+
+
 @pytest.mark.parametrize("case", ["named", "clean"])
 def test_every_record_is_measured_by_the_model_as_it_is(case: str) -> None:
     _, recordings, fits = fitted(case)
