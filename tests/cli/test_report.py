@@ -191,7 +191,7 @@ def test_a_run_directory_is_shown(config: str, capsys: pytest.CaptureFixture[str
     assert main(["show", "runs/axis", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert list(found["artifacts"]) == ["excite", "collect", "init-rigid", "init-flex", "fit"]
-    assert found["summary"].startswith("Model m of axis")
+    assert found["summary"].startswith("Model m1 of axis")
 
 
 def test_a_directory_without_artifacts_or_as_a_figure(config: str, capsys: pytest.CaptureFixture[str]) -> None:
