@@ -292,7 +292,7 @@ def test_tables_sort_by_size_and_are_saved(shown: Page, tmp_path: Path) -> None:
 def test_a_phone_says_what_scrolls(tab: Page, file: Path) -> None:
     tab.size(400, 800)
     tab.open(file)
-    hint = "document.querySelector('#figure-perturbation .hint')"
+    hint = "document.querySelector('#figure-parameters .hint')"
     shown = f"getComputedStyle({hint}).display"
     assert tab.evaluate(shown) == "block"
     assert tab.evaluate(f"{hint}.textContent") == "Scroll sideways for more →"
