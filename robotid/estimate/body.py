@@ -20,6 +20,7 @@ from robotid.signals.differentiate import bandwidth, central_difference, decimat
 from robotid.signals.quality import Recordings
 from robotid.signals.record import Record
 
+ROUNDING = 1e-12  # of an inertia
 SAMPLES_A_PERIOD = 12.0  # of the cut-off, at least: with fewer, central differences are too small by a tenth
 
 
@@ -60,12 +61,13 @@ def with_body(recordings: Recordings, setup: BodySetup) -> Recordings:
         inertias[record.name], rests[record.name] = _of_axis(record, setup, cutoffs[record.name], found, axis)
     fitted = [inertias[record.name] for record in recordings.records if record.role == "estimate"]
     mean = float(np.mean(np.concatenate(fitted)))
+    changes = {name: np.where(np.abs(own - mean) > ROUNDING * mean, own - mean, 0.0) for name, own in inertias.items()}
     records = tuple(
         replace(
             record,
             companions=record.companions
             | {
-                INERTIA: Companion.of(CompanionKind.INERTIA, inertias[record.name] - mean, record.sampling_time),
+                INERTIA: Companion.of(CompanionKind.INERTIA, changes[record.name], record.sampling_time),
                 TORQUE: Companion.of(CompanionKind.TORQUE, -rests[record.name], record.sampling_time),
             },
         )
