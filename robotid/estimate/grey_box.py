@@ -33,6 +33,7 @@ ALIKE = 0.1  # relative spread of the records' noise levels that is not worth an
 MIN_NOISE = 1e-3  # of the largest noise level: lest a record without noise outweighs all others
 INVOLVED = 0.1  # component of an unidentifiable direction from which a parameter is named
 ROUNDING = 1e-14  # of a signal's RMS: no simulation is closer to it than that
+HOPELESS = 1e10  # cost over that of no motion at all, beyond which a simulation has nothing to do with its record
 UNIDENTIFIABLE = 1e-7  # smallest singular value, relative to the largest, of the Jacobian with unit columns
 
 
@@ -70,7 +71,8 @@ def fit_model(
 ) -> FitResult:
     """Fit one joint to a combination of records, from the values of `parameters`; those that are not free stay.
 
-    log : called after every iteration. Raises NumericsError where the records cannot be simulated from any start.
+    log : called after every iteration. Raises NumericsError where the records cannot be simulated from any start, and
+    where the simulation is so far off that no iteration could bring it near.
     """
     begin = time.perf_counter()
     pieces = [piece for record in records for piece in record.pieces(options.horizon)]
@@ -78,11 +80,30 @@ def fit_model(
         [options.weights.get(piece.name, options.weights.get(piece.experiment, 1.0)) for piece in pieces]
     )
     problem = OutputError(joint, parameters, tuple(pieces), options.output, factors, options.estimate_states)
+    log = _giving_up(problem, log)
     if options.output == "position":
         options = replace(options, other_starts=(*options.other_starts, *_by_speed(problem, options)))
     solution = _best_of(problem, options, log)
     problem, solution = _reweigh(problem, solution, factors, options, log)
     return _result(name, problem, solution, time.perf_counter() - begin)
+
+
+def _giving_up(problem: OutputError, log: Callable[[Iteration], None] | None) -> Callable[[Iteration], None]:
+    """A log that ends a hopeless fit with NumericsError."""
+    signals = (measured_output(record, problem.output) for record in problem.records)
+    still = 0.5 * sum(float(np.sum((w * (y - y.mean())) ** 2)) for w, y in zip(problem.weights, signals, strict=True))
+
+    def watched(one: Iteration) -> None:
+        if log is not None:
+            log(one)
+        if one.cost > HOPELESS * still > 0.0:
+            names = ", ".join(dict.fromkeys(record.name for record in problem.records))
+            raise NumericsError(
+                f"the simulation of {names} is wrong by {np.sqrt(one.cost / still):.0e} times the motion",
+                hint="`robotid check` examines signs, units and columns; or give guesses under robot.parameters",
+            )
+
+    return watched
 
 
 def _best_of(problem: OutputError, options: FitOptions, log: Callable[[Iteration], None] | None) -> Solution:

@@ -226,3 +226,16 @@ def test_the_better_of_two_starts_begins(records: tuple[Record, ...]) -> None:
         assert fit_model("m", JOINT, first, records[1:2], replace(options, other_starts=others)).cost[
             0
         ] == pytest.approx(expected)
+
+
+def test_a_hopeless_fit_is_given_up_in_one_line() -> None:
+    """An inertia that is fixed at next to nothing: no offset of the torque slows the simulation down."""
+    joint = assemble(Structure(("motor.inertia", "motor.constant_torque")))
+    begin = joint.parameters().with_values({"motor.inertia.J": 1e-9, "motor.constant_torque.tau0": 0.3})
+    fixed = replace(begin, lower=np.full(2, -1.0), free=np.array([False, True]))
+    t = np.arange(400) * 1e-3
+    log = Record.from_arrays(np.sin(40 * t) + 0.5 * np.sin(91 * t), -np.sin(40 * t) / 16, 1e-3, name="log")
+    seen: list[Iteration] = []
+    with pytest.raises(NumericsError, match=r"the simulation of log is wrong by \S+ times the motion; `robotid check`"):
+        fit_model("m1", joint, fixed, [log], FitOptions(), seen.append)
+    assert len(seen) <= 2
