@@ -203,6 +203,7 @@ def compare(
     model: Annotated[
         str | None, typer.Option("--model", metavar="NAME", help="Which fitted model; by default the best of each.")
     ] = None,
+    axis: Annotated[str | None, typer.Option("--axis", metavar="NAME", help="Which axis of robots of several.")] = None,
     extended: Annotated[bool, typer.Option("--extended", help="The models with their causes.")] = False,
     page: Annotated[
         Path | None, typer.Option("--page", metavar="FILE.html", help="Write a page of it, which needs nothing else.")
@@ -211,9 +212,10 @@ def compare(
     debug: Debug = False,
 ) -> None:
     """Runs side by side: what differs significantly, verdicts, gains."""
+    from robotid.cli.compare import Compared
     from robotid.cli.compare import compare as compare_runs
 
-    compare_runs(runs, model, page, extended=extended, as_json=as_json)
+    compare_runs(runs, Compared(model, axis or "", page, extended), as_json=as_json)
 
 
 @app.command()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -19,13 +20,21 @@ from robotid.report.origin import Origin, Source
 from robotid.report.tables.sliding import in_units_of_axis
 
 
-def compare(
-    folders: Sequence[Path], model: str | None, page: Path | None, *, extended: bool = False, as_json: bool = False
-) -> None:
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """What is compared of runs: a model, an axis, the extended models. page : a file to write a page of it into."""
+
+    model: str | None = None
+    axis: str = ""
+    page: Path | None = None
+    extended: bool = False
+
+
+def compare(folders: Sequence[Path], what: Compared, *, as_json: bool = False) -> None:
     """Print how runs compare, and write a page of it where one is asked for. Raises as `compare_runs` does."""
-    found = compare_runs(folders, model, extended=extended)
+    found, page = compare_runs(folders, what.model, what.axis, extended=what.extended), what.page
     if page is not None:
-        atomic_write(page, _page(found, folders))
+        atomic_write(page, _page(found, folders, what.axis))
     if as_json:
         print_json(comparison.document(found))
     else:
@@ -36,12 +45,12 @@ def compare(
         print_message(f"{page} written")
 
 
-def _page(found: RunComparison, folders: Sequence[Path]) -> str:
+def _page(found: RunComparison, folders: Sequence[Path], axis: str) -> str:
     from robotid.report.page import Head, PageSection, StageTables, rendered
 
     linear = next(iter(found.fits.fits.values())).structure.linear
     tables = tuple(map(partial(in_units_of_axis, linear=linear), comparison.tables(found)))
-    sources = tuple(_source(name, folder) for name, folder in zip(found.runs, folders, strict=True))
+    sources = tuple(_source(name, folder, axis) for name, folder in zip(found.runs, folders, strict=True))
     stamp = digest("\n".join([__version__, *(one.digest for one in sources)]).encode())
     text = comparison.sentence(found)
     title = " and ".join(found.runs) if len(found.runs) == 2 else f"{len(found.runs)} runs"
@@ -50,8 +59,8 @@ def _page(found: RunComparison, folders: Sequence[Path]) -> str:
     return rendered(head, sections, (StageTables("Comparison", tables),), Origin(stamp, "", sources, {}))
 
 
-def _source(name: str, folder: Path) -> Source:
-    header = read_header(folder / FIT.output)
+def _source(name: str, folder: Path, axis: str) -> Source:
+    header = read_header(folder / FIT.output, axis)
     made = header.provenance
     return Source(
         stage=name,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from robotid.artifacts.store import Artifact, load, read_header
+from robotid.artifacts.store import Artifact, load, read_headers
 from robotid.config.load import parse
 from robotid.config.suggest import suggest
 from robotid.errors import ConfigError, InputError
@@ -30,32 +30,35 @@ class LoadedRun:
     version: str
 
 
-def compare_runs(folders: Sequence[Path], model: str | None = None, *, extended: bool = False) -> RunComparison:
-    """Compare runs with the first of them. model : which of their fitted models, None for the best of each; extended :
-    the models with their causes, where they have any.
+def compare_runs(
+    folders: Sequence[Path], model: str | None = None, axis: str = "", *, extended: bool = False
+) -> RunComparison:
+    """Compare runs with the first of them. model : which of their fitted models, None for the best of each; axis : of
+    robots of several; extended : the models with their causes, where they have any.
 
     Raises ConfigError for fewer than two runs, InputError where a run has no model.
     """
     if len(folders) < 2:
         raise ConfigError("there is nothing to compare with", where="compare", hint="give two run directories or more")
-    runs = dict(zip(_names(folders), (load_run(f, model, extended=extended) for f in folders), strict=True))
+    runs = dict(zip(_names(folders), (load_run(f, model, axis, extended=extended) for f in folders), strict=True))
     compared = compare_fits({name: run.fit for name, run in runs.items()})
     return RunComparison({name: run.summary for name, run in runs.items()}, compared, tuple(_remarks(runs)))
 
 
-def load_run(folder: Path, model: str | None = None, *, extended: bool = False) -> LoadedRun:
-    """What a run directory holds of its model. Raises InputError where it holds none, ConfigError for a name."""
+def load_run(folder: Path, model: str | None = None, axis: str = "", *, extended: bool = False) -> LoadedRun:
+    """What a run directory holds of its model, or of that of an axis. Raises InputError where it holds none,
+    ConfigError for a name."""
     if not folder.is_dir():
         raise InputError(
             "there is no such run directory", where=str(folder), hint="run `robotid run` of its configuration"
         )
-    made = load(folder / FIT.output, Fits)
+    made = load(folder / FIT.output, Fits, axis)
     fits, config = made.content, parse(made.provenance.configuration)
     name = model or fits.best
     if name not in fits.models:
         raise ConfigError(f'there is no model "{name}"', where=str(folder), hint=suggest(name, fits.models))
     fit = fits.models[name]
-    validation, diagnosis, extension = (_beside(folder, stage, made) for stage in (VALIDATE, DIAGNOSE, EXTEND))
+    validation, diagnosis, extension = (_beside(folder, stage, made, axis) for stage in (VALIDATE, DIAGNOSE, EXTEND))
     percent = dict(fit.fit_percent)
     if validation is not None and name in validation.models:
         percent = {record: one.fit_percent for record, one in validation.models[name].records.items()}
@@ -79,12 +82,13 @@ def load_run(folder: Path, model: str | None = None, *, extended: bool = False) 
     return LoadedRun(folder, fit, summary, digest, made.provenance.created, made.provenance.version)
 
 
-def _beside(folder: Path, stage: Stage, model: Artifact[Fits]) -> Any:
+def _beside(folder: Path, stage: Stage, model: Artifact[Fits], axis: str) -> Any:
     """The content of an artifact that was made from this model, None where there is none."""
     file = folder / stage.output
-    if not file.is_file() or read_header(file).provenance.inputs.get(FIT.name) != model.header.digest:
+    header = read_headers(file).get(axis) if file.is_file() else None
+    if header is None or header.provenance.inputs.get(FIT.name) != model.header.digest:
         return None
-    return load(file, stage.type()).content
+    return load(file, stage.type(), axis).content
 
 
 def _names(folders: Sequence[Path]) -> list[str]:

@@ -124,6 +124,14 @@ def test_a_model_is_exported_of_one_axis(out: Path, tmp_path: Path, capsys: pyte
     assert "a2" in (tmp_path / "r.csv").read_text().splitlines()[0]
 
 
+def test_runs_are_compared_by_axis(out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copytree(out, tmp_path / "again")
+    runs = [str(out), str(tmp_path / "again")]
+    found = [printed(capsys, "compare", *runs, "--axis", axis) for axis in AXES]
+    assert found[0] != found[1]
+    assert "it is of several axes: a1, a2; choose one" in complaint(capsys, "compare", *runs)
+
+
 def test_the_page_has_an_overview_and_the_sections_of_each_axis(out: Path) -> None:
     page = (out / "report.html").read_text()
     assert len(page) < 5_000_000
