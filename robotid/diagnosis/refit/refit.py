@@ -117,7 +117,7 @@ def _by_fewer_samples(
     factor = coarse_factor(plain) if len(near) == len(data.fitted) else 1
     if factor == 1:
         return None
-    rough = coarsened(plain, factor)
+    rough = replace(coarsened(plain, factor), max_failed_windows=0)  # else it is dear, and the motion does not show
     known = [replace(t, x=t.x[:, coarse_nodes(t.x.shape[1], factor)]) for t in near]
     try:
         problem, at = _best_begin(
