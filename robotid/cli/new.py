@@ -108,7 +108,9 @@ def _scaled(found: Proposal, scales: Sequence[str]) -> Proposal:
         if signal not in columns:
             raise ConfigError(f'there is no column of "{signal}"', where="--scale", hint=suggest(signal, columns))
         columns[signal] = replace(columns[signal], scale=scale)
-    return replace(found, columns=columns)
+    asked = tuple(f"{columns[text.partition('=')[0]].name} is in " for text in scales)
+    remarks = tuple(one for one in found.remarks if not (asked and one.startswith(asked)))  # as has been done
+    return replace(found, columns=columns, remarks=remarks)
 
 
 def _plausible(path: Path, found: Proposal, sampling_time: float | None) -> Proposal:

@@ -38,9 +38,14 @@ def config_error(error: ValidationError, tree: Document, schema: type[BaseModel]
     return _one(min(error.errors(), key=lambda detail: _rank(detail, tree)), tree, schema)
 
 
-def _rank(detail: ErrorDetails, tree: Document) -> tuple[int, int]:
-    urgency = {"extra_forbidden": 0, "too_short": 2}  # a list also counts as too short when its entries are wrong
-    return urgency.get(detail["type"], 1), tree.follow(detail["loc"])[2].start_mark.line
+def _rank(detail: ErrorDetails, tree: Document) -> tuple[int, int, int]:
+    """Smaller is more urgent."""
+    line, kind = tree.follow(detail["loc"])[2].start_mark.line, detail["type"]
+    if kind == "too_short":  # a list also counts as too short when its entries are wrong
+        return 2, -len(detail["loc"]), line
+    if kind == "string_type" and isinstance(detail["input"], dict | list | tuple):
+        return 3, 0, line  # a word would do as well, but more than a word was meant
+    return int(kind != "extra_forbidden"), 0, line
 
 
 def _one(detail: ErrorDetails, tree: Document, schema: type[BaseModel]) -> ConfigError:

@@ -101,7 +101,7 @@ def options_of(config: Config) -> Options:
     section, rigid, flex = config.fit, config.init_rigid, config.init_flex
     return Options(
         output=section.output,
-        horizon=config.fit.fixed_horizon,
+        horizon=section.horizon,
         max_iterations=section.max_iterations,
         tolerance=section.tolerance,
         weights=section.weights,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -37,7 +37,8 @@ class Options:
 
     output : what is compared, "speed" or "position", None for the angle where no record has a measured speed and the
     speed where one has. horizon [s] : length of the pieces of a record that are simulated
-    from first states of their own, None for whole records. max_iterations and tolerance, relative to the cost : where
+    from first states of their own, None for whole records, "auto" for what the growth of errors on their motion asks
+    for; the fit then has the one that was chosen. max_iterations and tolerance, relative to the cost : where
     the fit ends. weights : by record, a factor on the weight that its noise gives it. estimate_states : whether first
     states are estimated or taken as measured. multistart : further starts, drawn about the first.
 
@@ -47,7 +48,7 @@ class Options:
     """
 
     output: Quantity | None = None
-    horizon: float | None = None
+    horizon: float | Literal["auto"] | None = None
     max_iterations: int = 50
     tolerance: float = 1e-6
     weights: Mapping[str, float] = field(default_factory=dict)
@@ -62,9 +63,11 @@ class Options:
     def __post_init__(self) -> None:
         if self.output not in ("speed", "position", None):
             raise ConfigError(f'the output cannot be "{self.output}"', where="Options", hint="speed or position")
+        if isinstance(self.horizon, str) and self.horizon != "auto":
+            raise ConfigError(f'horizon is "{self.horizon}"', where="Options", hint='give seconds, "auto" or None')
         for name in ("horizon", "cutoff", "window"):
             value = getattr(self, name)
-            if value is not None and not value > 0:
+            if not isinstance(value, str | None) and not value > 0:
                 raise ConfigError(f"{name} is {value!r}", where="Options", hint="give a positive number, or None")
         if self.band is not None and not (np.shape(self.band) == (2,) and 0 < self.band[0] < self.band[1]):
             raise ConfigError(f"the band is {self.band!r}", where="Options", hint="give (lowest, highest) in Hz")
@@ -79,8 +82,14 @@ class Options:
             weights=self.weights,
             estimate_states=self.estimate_states,
             multistart=self.multistart,
-            horizon=self.horizon,
+            horizon=self.fixed_horizon,
+            choose_horizon=self.horizon == "auto",
         )
+
+    @property
+    def fixed_horizon(self) -> float | None:
+        """The length of pieces [s] where it is given."""
+        return None if isinstance(self.horizon, str) else self.horizon
 
     @property
     def start(self) -> StartOptions:
@@ -178,7 +187,7 @@ def fit(
         **fields_of(result, FitResult),
         model=model,
         dataset=data,
-        options=replace(options, horizon=options.horizon or result.horizon),
+        options=replace(options, horizon=options.fixed_horizon or result.horizon),
         initial=start.parameters,
         rigid=start.rigid,
         flex=start.flex,

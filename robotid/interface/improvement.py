@@ -80,7 +80,7 @@ def diagnose(
     """
     data = with_more(fit, as_dataset(held_out) + as_dataset(records))
     experiments = Experiments(references, None)
-    options = DiagnosisOptions(horizon=fit.options.horizon, experiments=experiments, budget=budget)
+    options = DiagnosisOptions(horizon=fit.options.fixed_horizon, experiments=experiments, budget=budget)
     at = None if budget is None else time.monotonic() + budget
     with computing(jobs):
         found = diagnose_model(fit.fitted_model, data.records, criteria or Criteria(), options, log or _silent)
@@ -124,7 +124,7 @@ def extend(
                 raise ConfigError(f"{effect} is in the model already", where="extend", hint="leave it out")
         fit.model.with_effects(*wanted)
     task = extension_task(
-        found, fit, found.dataset.records, fit.options.fit, horizon=fit.options.horizon, log=log or _silent
+        found, fit, found.dataset.records, fit.options.fit, horizon=fit.options.fixed_horizon, log=log or _silent
     )
     with computing(jobs):
         result = extend_model(task, wanted)
@@ -135,7 +135,7 @@ def extend(
 def _task(fit: Fit, found: Diagnosis, data: Dataset, log: Log | None) -> ExtensionTask:
     """The fit as the one that is to be extended, on these records."""
     options = fit.options
-    return extension_task(found, fit, data.records, options.fit, horizon=options.horizon, log=log or _silent)
+    return extension_task(found, fit, data.records, options.fit, horizon=options.fixed_horizon, log=log or _silent)
 
 
 def _silent(_: str) -> None:

@@ -36,6 +36,7 @@ from robotid.signals.speed_check import speed_lag, speed_origin, speed_scale
 
 ANGLES = ("phi_m", "phi_a", "ref")
 NOTABLE = 0.03  # deviation of the recorded over the derived speed from 1 that is remarked
+MAX_CONTRADICTION = 1.2  # factor between a sampling time and that of a column of time which it is given instead of
 
 
 Rows = NDArray[np.intp]
@@ -197,13 +198,23 @@ def read_signals(chosen: Selection, table: Table) -> tuple[dict[str, Signal], li
         remarks += [found[name].remark] if found[name].remark else []
     for signal, column in columns.items():
         if signal == "t" and chosen.sampling_time is not None and signal not in given:
-            remarks.append(f"t is column {column.name}, not used, for sampling_time is given")
+            other = _contradiction(convert(table, signal, column).values, chosen.sampling_time)
+            remarks.append(f"t is column {column.name}, not used, for sampling_time is given{other}")
             continue
         found[signal] = convert(table, signal, column, linear=chosen.linear)
         by_name = signal not in given and column.name not in table.clocks.values()
         remarks += [remark_on(signal, column, found[signal])] if by_name else []
         remarks += [found[signal].remark] if found[signal].remark else []
     return found, remarks
+
+
+def _contradiction(t: Array, sampling_time: float) -> str:
+    """What a column of time (n,) that is not used says of the sampling time [s] that it is left out for."""
+    known = t[np.isfinite(t)]
+    mean = float(known[-1] - known[0]) / (len(known) - 1) if len(known) > 1 else 0.0
+    if not mean > 0.0 or 1 / MAX_CONTRADICTION < mean / sampling_time < MAX_CONTRADICTION:
+        return ""
+    return f": {sampling_time:.6g} s, where the column has {mean:.6g} s between two samples; is that right?"
 
 
 def _columns(chosen: Selection, table: Table) -> dict[str, Column]:

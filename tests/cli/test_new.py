@@ -178,6 +178,7 @@ def test_counts_want_a_scale_that_may_be_given(capsys: pytest.CaptureFixture[str
     assert capsys.readouterr().err.endswith("; say how many SI units one is, --scale phi_m=NUMBER\n")
     assert not Path("mine.yaml").exists()
     assert main(["new", "mine", "--from-data", "log.csv", "--scale", f"phi_m={2 * pi / 4096}"]) == 0
+    assert "as scale" not in capsys.readouterr().out
     assert main(["check", "mine.yaml"]) == 0
 
 

@@ -241,3 +241,12 @@ def test_a_diagnosis_without_its_records_asks_for_them(steps: Steps, tmp_path: P
     with pytest.raises(rid.RobotidError, match="the records of this fit are not here: log"):
         rid.diagnose(alone, held_out=steps.day2)
     assert rid.validate(alone, steps.log, perturbation=None).models["m1"].records["log"].used
+
+
+def test_pieces_are_chosen_where_that_is_asked() -> None:
+    fit = rid.fit(RIGID, rid.read(motor_log(), name="log"), options=rid.Options(horizon="auto"))
+    assert fit.horizon is None
+    assert fit.options.horizon is None
+    assert fit.remarks[-1].startswith("horizon: auto fits whole records")
+    with pytest.raises(rid.RobotidError, match='horizon is "soon"; give seconds, "auto" or None'):
+        rid.Options(horizon="soon")  # type: ignore[arg-type]

@@ -62,7 +62,10 @@ def test_a_derived_speed() -> None:
 def test_a_sampling_time_comes_before_a_time_column_that_nobody_named() -> None:
     found, report = record(table(), sampling_time=0.002)
     assert found.sampling_time == 0.002
-    assert report.remarks[0] == "t is column t, not used, for sampling_time is given"
+    remark = "t is column t, not used, for sampling_time is given"
+    assert report.remarks[0] == f"{remark}: 0.002 s, where the column has {H:g} s between two samples; is that right?"
+    _, report = record(table(), sampling_time=H)
+    assert report.remarks[0] == remark
 
 
 def test_a_column_that_is_said_to_be_none_is_not_looked_for() -> None:
