@@ -20,6 +20,8 @@ from robotid.model.term import Role
 from robotid.signals.differentiate import AUTOMATIC, ParallelFilter
 from robotid.signals.record import Record
 
+DISTINCT = 2.0  # standard deviations from zero
+
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RigidResult(Displayed):
@@ -27,7 +29,8 @@ class RigidResult(Displayed):
 
     covariance : (p, p), for white residuals. torque_error_percent : 100 ||tau - tau_hat|| / ||tau|| a record, both
     filtered. cutoff : a record. guesses : by dotted name of the model, a sum shared out among its members; where an
-    estimate is outside its bounds, those of the least squares within them.
+    estimate is outside its bounds, those of the least squares within them. What reads a companion and is not distinct
+    from zero has none.
     """
 
     parameters: tuple[Estimate, ...]
@@ -63,6 +66,9 @@ def fit_rigid(
     blocks = [Block(_columns(unknowns, g), g.tau) for g in regressions]
     solution = solve([u.name for u in unknowns], blocks)
     limits = _limits(joint, parameters, unknowns)
+    guesses = _share_out(joint, unknowns, solve_within(blocks, solution, limits))
+    for name in _doubtful(joint, unknowns, solution):
+        del guesses[name]
     return RigidResult(
         parameters=_estimates(joint, parameters, unknowns, limits, solution),
         covariance=solution.covariance,
@@ -72,7 +78,7 @@ def fit_rigid(
             for record, residual, g in zip(records, solution.residuals, regressions, strict=True)
         },
         cutoff={record.name: f.cutoff or 0.0 for record, f in zip(records, filters, strict=True)},
-        guesses=_share_out(joint, unknowns, solve_within(blocks, solution, limits)),
+        guesses=guesses,
         remarks=_remarks(joint, unknowns),
     )
 
@@ -130,9 +136,18 @@ def _remark(unknown: Merged, value: float, lower: float, upper: float, std: floa
         remarks.append(f"sum of {', '.join(unknown.members)} on the motor side")
     if not lower <= value <= upper:
         remarks.append(f"outside its bounds {lower:g} to {upper:g}")
-    if abs(value) < 2 * std:
+    if abs(value) < DISTINCT * std:
         remarks.append("not distinct from zero")
     return "; ".join(remarks)
+
+
+def _doubtful(joint: Joint, unknowns: Sequence[Merged], solution: Solution) -> list[str]:
+    """Parameters of effects that read a companion, not distinct from zero: a motion that does not tell an inertia which
+    another axis changes may make it so large that in some pose the whole is negative, where no fit can start."""
+    std = np.sqrt(np.diag(solution.covariance_robust))
+    reading = {n for place in joint.placed if place.term.companion_name for n in joint.names[place.at]}
+    doubtful = np.abs(solution.theta) < DISTINCT * std
+    return [m for u, doubt in zip(unknowns, doubtful, strict=True) if doubt for m in u.members if m in reading]
 
 
 def _share_out(joint: Joint, unknowns: Sequence[Merged], theta: Array) -> dict[str, float]:

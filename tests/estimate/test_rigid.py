@@ -14,8 +14,10 @@ from robotid.catalogue import assemble
 from robotid.errors import NumericsError
 from robotid.estimate.rigid import RigidResult, fit_rigid
 from robotid.model.array import Array
+from robotid.model.companion import CompanionKind
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
+from robotid.signals.companion import Companion
 from robotid.signals.differentiate import ParallelFilter
 from robotid.signals.record import Record
 
@@ -232,3 +234,17 @@ def test_emps_with_friction_by_direction(emps: Record) -> None:
     assert (Fv + dFv, Fv - dFv) == pytest.approx((166.7, 240.4), rel=0.01)
     assert (Fc + dFc, Fc - dFc) == pytest.approx((20.14, 20.63), rel=0.01)
     assert result.torque_error_percent["emps"] <= 3.2
+
+
+def test_what_another_axis_changes_starts_only_where_it_is_seen() -> None:
+    """Another axis that hardly moves tells no inertia, and what least squares then makes of the noise is no start."""
+    joint = assemble(Structure((*FRICTION, "motor.pose_inertia[q2]")))
+    parts = {"motor.pose_inertia[q2].A", "motor.pose_inertia[q2].B"}
+    for size in (0.2, 1.0):
+        angle = Companion.of(CompanionKind.ANGLE, 1.0 + size * np.sin(1.3 * T), H)
+        record = replace(rigid_record(3.0), companions={"q2": angle})
+        found = fit_rigid(joint.along(record), joint.parameters(), [record], ParallelFilter(10.0))
+        assert {p.name for p in found.parameters} >= parts
+        distinct = {name for name in parts if abs(found[name].value) >= 2 * found[name].std_robust}
+        assert parts & set(found.guesses) == distinct
+        assert "motor.inertia.J" in found.guesses
