@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy
-from support.two_axes import RATIOS, TRUTH, axes, chain
+from support.coupled_axes import RATIOS, TRUTH, axes, chain
 
 from robotid.catalogue import assemble
 from robotid.errors import NumericsError

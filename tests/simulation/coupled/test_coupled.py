@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from study.plant.pair_experiment import experiment
-from support.two_axes import H, axes, chain, links, plant_axes, references
+from support.coupled_axes import H, axes, chain, links, plant_axes, references
 
 from robotid.catalogue import assemble
 from robotid.model.structure import Structure
