@@ -123,3 +123,17 @@ def test_a_flexible_joint_whose_speed_is_zero(tmp_path: Path, capsys: pytest.Cap
     config.write_text(configuration("flexible", {"estimate": "log.csv"}, accept=tuple(CHECKS)))
     assert main(["run", str(config), "--out", str(tmp_path / "out"), "--quiet"]) == 4
     assert "write dphi_m: null" in capsys.readouterr().err.splitlines()[-1]
+
+
+@pytest.mark.parametrize("speed", [True, False], ids=["speed", "angle"])
+@pytest.mark.parametrize("name", ["torque_sign", "angle_sign"])
+def test_a_flexible_joint_with_a_wrong_sign_is_given_up(
+    name: str, speed: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No inertia but next to nothing moves that way: simulating it to the end would take minutes an iteration."""
+    log = BY_NAME[name].make(right_log("flexible") if speed else without_speed(right_log("flexible")))
+    write_csv(tmp_path / "log.csv", {signal: values[: 2 * SAMPLES] for signal, values in log.items()})
+    config = tmp_path / "joint.yaml"
+    config.write_text(configuration("flexible", {"estimate": "log.csv"}, accept=tuple(CHECKS)))
+    assert main(["run", str(config), "--out", str(tmp_path / "out"), "--quiet"]) == 4
+    assert "; " in capsys.readouterr().err.splitlines()[-1]
