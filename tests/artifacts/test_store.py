@@ -144,7 +144,7 @@ def test_not_ours(tmp_path: Path) -> None:
 
 
 def test_another_kind(file: Path) -> None:
-    assert complaint(file, Other) == "this holds Result, not Other; run its stage again"
+    assert complaint(file, Other) == "this holds result, not other; run its stage again"
 
 
 def test_newer(file: Path) -> None:
