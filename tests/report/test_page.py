@@ -13,9 +13,10 @@ import pytest
 from support.html_document import Document
 from support.report_findings import findings
 
+from robotid.report.evidence.results import Evidence
 from robotid.report.findings import Findings
 from robotid.report.origin import Origin, Source
-from robotid.report.page import MAX_SAMPLES, StageTables, page
+from robotid.report.page import MAX_SAMPLES, AxisPage, StageTables, page, robot_page
 from robotid.report.sections import figure_specs
 from robotid.report.stamp import Stamp, stamp_of
 from robotid.report.summary import summary
@@ -194,6 +195,18 @@ def test_a_table_of_parameters_has_precision_start_and_bounds() -> None:
     text = Document(html("extension")).text
     assert "Parameters of m parameter unit value sd sd [%] start lower bound upper bound" in text
     assert "Parameters of m extended" in text
+
+
+def test_a_page_of_several_axes() -> None:
+    part = AxisPage(replace(up_to("fits"), evidence=Evidence()), (StageTables("Fit", (TABLE,)),))
+    source = robot_page({"a1": part, "a2": part}, ORIGIN, "robot")
+    document = Document(source)
+    identifiers = document.values("id")
+    assert len(identifiers) == len(set(identifiers))
+    assert {"figure-a1-record-small", "figure-a2-record-small", "a1-parameters", "a2-tables"} <= set(identifiers)
+    assert document.values("data-record").count("small") == 2
+    assert "2025-01-01 2 records, 3 s: 1 to fit, 1 held out robotid 1.0" in document.text
+    assert document.text.count("Parameters of m parameter") == 2
 
 
 def unpacked(text: str) -> np.ndarray:

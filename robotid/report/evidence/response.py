@@ -73,14 +73,16 @@ def model_response(
 
 def simulated_response(model: FittedModel, runs: Mapping[str, Simulated], frfs: Sequence[Frf]) -> ModelResponse | None:
     """A model as it responds at the amplitudes of the records, where effects that are not linear differ from their
-    linearisation; None where it was simulated on none of the records behind the measured responses."""
+    linearisation; None where it was simulated on none of the records behind the measured responses, or reads a further
+    signal, which no frequency response is taken of."""
+    if model.joint.reads_companions:
+        return None
     frequency, speed, distances = [np.array([np.nan])], [np.array([np.nan + 0j])], list[float]()
     for frf in frfs:
         if (run := runs.get(frf.record)) is None:
             continue
         moved = replace(run.record, dphi_m=run.signal("speed"), phi_m=run.signal("position"))
-        joint = model.joint.along(moved)
-        torque = moved.tau_m - nonlinear_torque(joint, model.parameters, moved)
+        torque = moved.tau_m - nonlinear_torque(model.joint, model.parameters, moved)
         found = estimate_frf(moved, (float(frf.frequency[0]), float(frf.frequency[-1])), torque=torque)
         at = np.interp(frf.frequency, found.frequency, np.abs(found.speed_response))
         distances.append(magnitude_distance(at, frf))
