@@ -50,6 +50,8 @@ class RefitOptions:
 
 QUICK = RefitOptions()
 CAREFUL = RefitOptions(careful=True)
+AS_IT_IS = RefitOptions(careful=True, max_iterations=0)
+"""Nothing is fitted: the model as it starts."""
 
 
 def refit(
@@ -93,7 +95,7 @@ def unknowns_of(problem: OutputError) -> Unknowns:
 
 def solve_effort(samples: int, energy: float, options: RefitOptions) -> SolveOptions:
     """When a fit ends that starts at this energy: a misfit hides what finer steps would gain."""
-    most = options.max_iterations or REFIT.max_iterations
+    most = REFIT.max_iterations if options.max_iterations is None else options.max_iterations
     misfit = max(0.0, 1.0 - samples / max(energy, 1e-300))
     if options.careful and misfit < REFIT.little_misfit:
         return SolveOptions(most, REFIT.careful_tolerance)

@@ -12,13 +12,14 @@ from robotid.diagnosis.noise.noise_estimate import NoiseEstimate, estimate_noise
 from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment, whitening
 from robotid.diagnosis.nonparametric.curve_fit import free_forces
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
-from robotid.diagnosis.refit.refit import CAREFUL, refit, unknowns_of
+from robotid.diagnosis.refit.refit import AS_IT_IS, CAREFUL, refit, unknowns_of
 from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, Trajectories, Unknowns, segment_fit
 from robotid.diagnosis.scoring.catalogue_candidates import candidates
 from robotid.diagnosis.scoring.ranking import scan_candidates, with_residuals_of
 from robotid.diagnosis.scoring.scan import Scan, scan, scans
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import SearchState
+from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, Simulated, SimulatedSegment
 from robotid.estimate.residual import OutputError
 from robotid.model.array import Array
@@ -41,10 +42,10 @@ class Evidence:
 
 def first_state(evidence: Evidence, criteria: Criteria, *, torque_errors: bool = False) -> SearchState:
     """The state in which a search begins: the noise found in the residuals, the model refitted through its whitening,
-    and the columns of all candidates.
+    and the columns of all candidates. Where the refit cannot simulate all records, the model stays as it is.
 
     torque_errors : what nothing known explains counts as errors of the torque, and so as noise. Raises NumericsError
-    where the model cannot be refitted.
+    where the model cannot be simulated.
     """
     model = evidence.model
     found = [segment for run in evidence.fitted for segment in run.segments(model.output)]
@@ -64,7 +65,10 @@ def first_state(evidence: Evidence, criteria: Criteria, *, torque_errors: bool =
         torque_errors=torque_errors,
     )
     near = Trajectories(tuple(one.trajectory for one in simulated))
-    first = refit(model.joint.structure, [model.parameters], data, near, CAREFUL)
+    try:
+        first = refit(model.joint.structure, [model.parameters], data, near, CAREFUL)
+    except NumericsError:  # the whitening has led it where some record runs away
+        first = refit(model.joint.structure, [model.parameters], data, near, AS_IT_IS)
     if _is_unchanged(simulated, first):
         return SearchState(first, first, data, with_residuals_of(first, missing, seen))
     return SearchState(first, first, data, scan_candidates(first, criteria.skip))

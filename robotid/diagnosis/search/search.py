@@ -18,6 +18,7 @@ from robotid.diagnosis.search.refits import refit_hopeful
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import AcceptedCause, Log, SearchResult, SearchState, misfit_energy, share_removed
 from robotid.diagnosis.search.unexplained import better_curve, with_unexplained, without_imitations
+from robotid.errors import NumericsError
 from robotid.interrupt import OutOfTime, check, deadline
 from robotid.model.structure import RECORD_CHANGE
 
@@ -52,12 +53,15 @@ def search(evidence: Evidence, criteria: Criteria, log: Log) -> SearchResult:
             seen = largest_event(evidence, result.last, result.data, criteria, scores, least) if late else None
             if seen is None or not seen.leading or seen.energy < least:
                 return replace(result, events=tuple(events)) if events else result
-        with deadline(None):
-            event = _settled(evidence, seen.event, criteria)
-        settled = abs(event.torque) < ACCEPTANCE.amplitude_sigma * event.std
-        if not settled:
-            events.append(event)
-            evidence = without_event(evidence, event)
+        try:
+            with deadline(None):
+                event = _settled(evidence, seen.event, criteria)
+            settled = abs(event.torque) < ACCEPTANCE.amplitude_sigma * event.std
+            if not settled:
+                evidence = without_event(evidence, event)
+                events.append(event)
+        except NumericsError:  # records without it cannot be simulated: they keep it
+            settled = True
 
 
 def _settled(evidence: Evidence, event: Event, criteria: Criteria) -> Event:

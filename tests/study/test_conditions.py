@@ -1,0 +1,40 @@
+"""Under the conditions of real recordings nothing is named where nothing is hidden, nor a stranger as an effect."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+
+from study.conditional.plan import PLAIN, Spec
+from study.conditional.trial import Result, run
+from study.plant.conditions import CONDITIONS
+from study.plant.strangers import STRANGERS
+from study.trials.study import in_scratch
+
+DRAW = 200
+"""Far from the numbers that a study draws."""
+
+
+@cache
+def trial(condition: str, kind: str, name: str) -> Result:
+    return in_scratch(lambda folder: run(Spec(condition, kind, name, DRAW), folder))
+
+
+@pytest.mark.parametrize("condition", CONDITIONS)
+def test_a_machine_without_anything_hidden_is_given_no_cause(condition: str) -> None:
+    found = trial(condition, "clean", "none")
+    assert (found.error, found.causes) == ("", ())
+
+
+@pytest.mark.parametrize("name", STRANGERS)
+def test_what_no_effect_of_the_catalogue_is_does_not_bear_the_name_of_one(name: str) -> None:
+    found = trial(PLAIN, "stranger", name)
+    assert (found.error, found.causes) == ("", ())
+
+
+@pytest.mark.parametrize("condition", ["4 ms", "angle alone", "torque error AR 0.99"])
+def test_a_true_effect_is_the_first_that_is_named(condition: str) -> None:
+    found = trial(condition, "effect", "gear.soft_spring")
+    assert found.first
+    assert found.false == 0
