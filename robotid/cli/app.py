@@ -13,7 +13,7 @@ import typer
 
 from robotid import __version__
 from robotid.cli.console import print_message
-from robotid.cli.options import Accept, AsJson, AxisName, ConfigPath, Debug, Out, Quiet, Set, Size
+from robotid.cli.options import Accept, AsJson, AxisName, ConfigPath, Debug, Jobs, Out, Quiet, Set, Size
 from robotid.cli.stages import add_stages
 from robotid.cli.streams import standard_streams
 from robotid.errors import INTERRUPTED, InputError, RobotidError
@@ -216,6 +216,35 @@ def compare(
     from robotid.cli.compare import compare as compare_runs
 
     compare_runs(runs, Compared(model, axis or "", page, extended), as_json=as_json)
+
+
+@app.command()
+def watch(
+    config: ConfigPath,
+    logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="New logs, of the same columns as the records.")],
+    like: Annotated[
+        str | None,
+        typer.Option("--like", metavar="RECORD", help="Whose columns the logs have; by default the first with a file."),
+    ] = None,
+    level: Annotated[
+        float, typer.Option("--level", metavar="P", help="Chance of an alarm where nothing has changed.")
+    ] = 0.01,
+    model: Annotated[
+        str | None, typer.Option("--model", metavar="NAME", help="A fitted model; by default the extended or best one.")
+    ] = None,
+    out: Out = None,
+    overrides: Set = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+    jobs: Jobs = None,
+    debug: Debug = False,
+) -> None:
+    """Whether an accepted model is still right on new logs; exit 5 where it is not, and what has changed."""
+    from robotid.cli.perform import open_run
+    from robotid.cli.watch import WatchRequest, watch_logs
+
+    request = WatchRequest(like, level, model, jobs, as_json, quiet)
+    watch_logs(open_run(config, out, overrides or []), logs, request)
 
 
 @app.command()

@@ -67,6 +67,29 @@ def find_record_changes(
     return tuple(found.values())
 
 
+@dataclass(frozen=True, slots=True)
+class SegmentChange:
+    """A parameter, by name, as a whole segment asks for it: its difference, and the energy that is left with it."""
+
+    parameter: str
+    value: float
+    energy: float
+
+
+def changes_of(model: RefittedModel, segment: Segment) -> tuple[float, tuple[SegmentChange, ...]]:
+    """The energy that a model leaves of a segment, and the change of each of its parameters by itself, those with
+    which it diverges left out. Infinite energy where the model itself diverges."""
+    before = _simulated(model, segment)
+    found = []
+    for candidate in record_changes(model.joint, model.columns, [segment.record.name]):
+        end = _run(model, segment, candidate, None)
+        if end is not None:
+            after = segment_fit(segment, end.trajectories[0], model.output)
+            name = model.joint.names[candidate.column]
+            found.append(SegmentChange(name, float(end.unknowns[0]), after.energy))
+    return np.inf if before is None else before.energy, tuple(found)
+
+
 def asks_for_a_reason(before: SegmentFit, usual: float) -> bool:
     """Whether a segment is simulated clearly worse than usual. usual : energy a sample on the fitted segments."""
     return before.energy > CHANGES.loud_energy * usual * len(before.residual)

@@ -1,0 +1,51 @@
+"""A rigid axis on two days: records of one, a model fitted to them, and a log of the other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from robotid.catalogue import assemble
+from robotid.estimate.fitted_model import FittedModel, fitted_model
+from robotid.estimate.grey_box import FitOptions, fit_model
+from robotid.model.structure import Structure
+from robotid.signals.record import Record, Role
+from robotid.simulation.simulate import simulate
+
+STRUCTURE = Structure(("motor.inertia", "motor.viscous", "motor.coulomb"))
+TRUTH = {"motor.inertia.J": 0.012, "motor.viscous.Fv": 0.02, "motor.coulomb.Fc": 0.3}
+STEP, DURATION = 2e-3, 4.0  # [s]
+SPEED_NOISE, TORQUE_NOISE = 0.02, 0.02  # [rad/s, Nm], the second with a memory of ten samples
+
+
+def axis_record(
+    name: str, seed: int, truth: Mapping[str, float], role: Role = "estimate", terms: Structure = STRUCTURE
+) -> Record:
+    """A record of the axis with noise of its own, driven by another motion for every seed."""
+    generator = np.random.default_rng([seed, sum(map(ord, name))])
+    t = np.arange(0.0, DURATION, STEP)
+    phases = 2 * np.pi * generator.random(6)
+    torque = sum(
+        0.35 * np.sin(2 * np.pi * f * t + p) for f, p in zip((0.5, 0.9, 1.7, 3.1, 5.9, 11.3), phases, strict=True)
+    )
+    joint = assemble(terms)
+    theta = joint.parameters().with_values({k: v for k, v in truth.items() if k in joint.names}).values
+    slow = np.zeros_like(t)
+    draw = generator.standard_normal(len(t))
+    for k in range(1, len(t)):
+        slow[k] = 0.9 * slow[k - 1] + draw[k]
+    slow *= TORQUE_NOISE / np.sqrt(1.0 / (1.0 - 0.81))
+    quiet = Record(name, role, "both", STEP, torque + slow, np.zeros_like(t), np.zeros_like(t))
+    made = simulate(joint, theta, quiet, np.zeros(joint.nx))
+    speed = made.dphi_m + SPEED_NOISE * generator.standard_normal(len(t))
+    return Record(name, role, "both", STEP, np.asarray(torque), made.phi_m, speed)
+
+
+def watched(seed: int, change: Mapping[str, float] | None = None) -> tuple[FittedModel, tuple[Record, ...], Record]:
+    """A fitted model, the records of its fit, and a log on which some parameters are others."""
+    fitted = tuple(axis_record(name, seed, TRUTH) for name in ("one", "two"))
+    log = axis_record("log", seed, {**TRUTH, **(change or {})}, "validate")
+    joint = assemble(STRUCTURE)
+    result = fit_model("m", joint, joint.parameters().with_values(TRUTH), fitted, FitOptions(output="speed"))
+    return fitted_model(result), fitted, log
