@@ -234,6 +234,7 @@ def watch(
     ] = None,
     out: Out = None,
     overrides: Set = None,
+    axis: AxisName = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
     jobs: Jobs = None,
@@ -244,7 +245,7 @@ def watch(
     from robotid.cli.watch import WatchRequest, watch_logs
 
     request = WatchRequest(like, level, model, jobs, as_json, quiet)
-    watch_logs(open_run(config, out, overrides or []), logs, request)
+    watch_logs(open_run(config, out, overrides or [], axis), logs, request)
 
 
 @app.command()

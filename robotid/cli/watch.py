@@ -19,7 +19,7 @@ from robotid.estimate.result import FitResult, Fits
 from robotid.extension.results import Extension
 from robotid.monitoring import WatchOptions, watch
 from robotid.parallel import working
-from robotid.pipeline.run import Run
+from robotid.pipeline.run import Run, Runs
 from robotid.pipeline.table import COLLECT, EXTEND, FIT
 from robotid.progress import Progress
 from robotid.report.tables import watch as view
@@ -43,15 +43,18 @@ class WatchRequest:
     quiet: bool = False
 
 
-def watch_logs(run: Run, logs: Sequence[Path], request: WatchRequest) -> None:
+def watch_logs(run: Runs, logs: Sequence[Path], request: WatchRequest) -> None:
     """Print whether the accepted model of a run is still right on new logs.
 
     Raises ThresholdError where it is not, InputError where the run has no model or a log cannot be read, ConfigError
     for a record or a model that does not exist.
     """
+    if not isinstance(run, Run):
+        what = f"the robot has {len(run.axes)} axes"
+        raise ConfigError(what, where="watch", hint=f"name one by --axis: {', '.join(run.axes)}")
     if not 0.0 < request.level < 1.0:
         raise ConfigError(f"the level is {request.level:g}", where="--level", hint="give a number between 0 and 1")
-    recordings = load(run.file(COLLECT), Recordings).content
+    recordings = load(run.file(COLLECT), Recordings, run.loaded.axis).content
     fit = _accepted(run, request.model)
     new = tuple(_read(run, logs, request.like, [r.name for r in recordings.records]))
     used = [r for r in recordings.records if r.name in fit.records]
@@ -74,8 +77,9 @@ def watch_logs(run: Run, logs: Sequence[Path], request: WatchRequest) -> None:
 def _accepted(run: Run, name: str | None) -> FitResult:
     """The model with its causes where the run has extended it, else the best one. Raises InputError where the run's
     model was not fitted to its records."""
-    made = load(run.file(FIT), Fits)
-    if made.provenance.inputs.get(COLLECT.name) != read_header(run.file(COLLECT)).digest:
+    axis = run.loaded.axis
+    made = load(run.file(FIT), Fits, axis)
+    if made.provenance.inputs.get(COLLECT.name) != read_header(run.file(COLLECT), axis).digest:
         what = f"it was not fitted to the records in {COLLECT.output}"
         raise InputError(what, where=str(run.file(FIT)), hint=f"run `{run.command('fit')}`")
     fits = made.content
@@ -84,7 +88,7 @@ def _accepted(run: Run, name: str | None) -> FitResult:
             raise ConfigError(f'there is no model "{name}"', where="--model", hint=suggest(name, fits.models))
         return fits.models[name]
     if run.file(EXTEND).is_file():
-        extension = load(run.file(EXTEND), Extension)
+        extension = load(run.file(EXTEND), Extension, axis)
         if extension.provenance.inputs.get(FIT.name) == made.header.digest and extension.content.added:
             return extension.content.fit
     return fits.models[fits.best]
