@@ -23,7 +23,7 @@ from robotid.report.drawing.layout import time_figure
 from robotid.report.drawing.time import Series, TimePlot
 from robotid.report.findings import Findings
 from robotid.report.origin import Origin
-from robotid.report.sections import SECTIONS, FigureSpec
+from robotid.report.sections import SECTIONS, FigureSpec, Section
 from robotid.report.style.axes import envelope
 from robotid.report.style.svg import COLOURS, identifier, inline
 from robotid.report.summary import robot_summary, summary
@@ -33,6 +33,7 @@ from robotid.report.tables.table import Table
 MAX_SAMPLES = 100_000  # of all signals that can be zoomed, together
 MIN_SAMPLES = 2000  # of one of them
 MAX_UNFOLDED = 30  # characters of a cell that may be folded
+AXIS_FIGURES = 4  # of a section where there are several axes: a page of six of them stays below 5 MB
 STATIC_POINTS = 1200  # points of a curve where the page cannot draw: without JavaScript
 MINUS = re.compile(r"-(?=\d)")
 NUMBERS = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?(%|\*| / [-+]?[\d.]+)?")
@@ -84,10 +85,13 @@ def page(findings: Findings, stages: Sequence[StageTables], origin: Origin, titl
 
 
 def robot_page(axes: Mapping[str, AxisPage], origin: Origin, title: str) -> str:
-    """The HTML for a robot of several axes: an overview, and the sections of each axis. axes : by name."""
+    """The HTML for a robot of several axes: an overview, and the sections of each axis, of which the first figures are
+    shown where there are several axes. axes : by name."""
     findings = {axis: one.findings for axis, one in axes.items()}
+    most = AXIS_FIGURES if len(axes) > 1 else None
     parts = [
-        _Part(axis, summary(one.findings), _sections(one.findings, axis), one.stages) for axis, one in axes.items()
+        _Part(axis, summary(one.findings), _sections(one.findings, axis, most), one.stages)
+        for axis, one in axes.items()
     ]
     head = Head(title, robot_summary(findings), facts=_facts(next(iter(findings.values())), origin))
     return _rendered(head, parts, origin, overview(findings))
@@ -98,18 +102,18 @@ def rendered(head: Head, sections: Sequence[PageSection], stages: Sequence[Stage
     return _rendered(head, [_Part("", "", sections, stages)], origin)
 
 
-def _sections(findings: Findings, axis: str = "") -> list[PageSection]:
-    """All sections; the names of figures begin with that of the axis."""
+def _sections(findings: Findings, axis: str = "", most: int | None = None) -> list[PageSection]:
+    """All sections; the names of figures begin with that of the axis. most : figures of a section that are shown."""
+    return [_section(one, findings, axis, most) for one in SECTIONS]
+
+
+def _section(section: Section, findings: Findings, axis: str, most: int | None) -> PageSection:
     prefix = f"{axis}-" if axis else ""
-    return [
-        PageSection(
-            one.title,
-            one.note(findings),
-            tuple(replace(spec, name=f"{prefix}{spec.name}") for spec in one.figures(findings)),
-            tuple(one.tables(findings)),
-        )
-        for one in SECTIONS
-    ]
+    specs = tuple(replace(spec, name=f"{prefix}{spec.name}") for spec in section.figures(findings))
+    left, note = len(specs[:most]) - len(specs), section.note(findings)
+    if left:
+        note = f"{note} {-left} more figures are on the page that `robotid report --axis {axis}` writes.".lstrip()
+    return PageSection(section.title, note, specs[:most], tuple(section.tables(findings)))
 
 
 @dataclass(frozen=True, slots=True)

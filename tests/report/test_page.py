@@ -16,7 +16,7 @@ from support.report_findings import findings
 from robotid.report.evidence.results import Evidence
 from robotid.report.findings import Findings
 from robotid.report.origin import Origin, Source
-from robotid.report.page import MAX_SAMPLES, AxisPage, StageTables, page, robot_page
+from robotid.report.page import AXIS_FIGURES, MAX_SAMPLES, AxisPage, StageTables, page, robot_page
 from robotid.report.sections import figure_specs
 from robotid.report.stamp import Stamp, stamp_of
 from robotid.report.summary import summary
@@ -207,6 +207,17 @@ def test_a_page_of_several_axes() -> None:
     assert document.values("data-record").count("small") == 2
     assert "2025-01-01 2 records, 3 s: 1 to fit, 1 held out robotid 1.0" in document.text
     assert document.text.count("Parameters of m parameter") == 2
+
+
+def test_a_page_of_several_axes_shows_the_first_figures_of_a_section() -> None:
+    part = AxisPage(findings(), ())
+    alone, both = (Document(robot_page(axes, ORIGIN, "robot")) for axes in ({"a1": part}, {"a1": part, "a2": part}))
+    drawn = [[i for i in page.values("id") if i.startswith("figure-a1-misfit")] for page in (alone, both)]
+    assert len(drawn[0]) > AXIS_FIGURES
+    assert drawn[1] == drawn[0][:AXIS_FIGURES]
+    left = re.findall(r"(\d+) more figures are on the page that `robotid report --axis a2` writes\.", both.text)
+    assert len(drawn[0]) - AXIS_FIGURES <= max(map(int, left))
+    assert "more figures are on the page" not in alone.text
 
 
 def unpacked(text: str) -> np.ndarray:
