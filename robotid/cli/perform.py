@@ -77,6 +77,8 @@ def _perform(stage: str | None, run: Runs, options: StageOptions) -> None:
             for outcome in _outcomes(stage, run, options, log, checked.append):
                 done.append(outcome)
                 print_message(_line(outcome), quiet=options.quiet or options.dry_run)
+                for axis, error in outcome.failures.items():
+                    print_message(f"{outcome.stage}: axis {axis} goes no further: {error}", quiet=options.quiet)
         except ThresholdError as error:
             failure = error
             done.append(_kept(stage or VALIDATE.name, run))
