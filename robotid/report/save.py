@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -49,13 +50,18 @@ def parse_size(text: str | None) -> Size | None:
 
 
 def save_figure(figure: Figure, path: Path, size: Size | None = None) -> None:
-    """Write a figure in the format that the file's ending names. size : absent, as it was drawn. Raises InputError
-    where that fails."""
+    """Write a figure in the format that the file's ending names. size : absent, as it was drawn. Raises ConfigError
+    where it does not fit, InputError where the file cannot be written."""
     from matplotlib import rc_context
 
     if size is not None:
         figure.set_size_inches(size.width / INCH, size.height / INCH)
     image = BytesIO()
-    with rc_context(AS_TEXT):
-        figure.savefig(image, format=path.suffix.removeprefix("."), dpi=DENSITY)
+    with rc_context(AS_TEXT), warnings.catch_warnings():
+        warnings.filterwarnings("error", message="constrained_layout not applied")
+        try:
+            figure.savefig(image, format=path.suffix.removeprefix("."), dpi=DENSITY)
+        except UserWarning as error:
+            what = f"the figure for {path.name} has no room in that size"
+            raise ConfigError(what, where="--size", hint="make it larger, or leave --size out") from error
     atomic_write(path, image.getvalue())

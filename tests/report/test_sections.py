@@ -16,8 +16,9 @@ from support.report_findings import findings
 from robotid.errors import ConfigError
 from robotid.report.evidence.gather import with_evidence
 from robotid.report.findings import Findings
-from robotid.report.save import FORMATS, check_format, save_figure
+from robotid.report.save import FORMATS, Size, check_format, save_figure
 from robotid.report.sections import FigureSpec, figure_specs
+from robotid.report.style.axes import new_figure
 from robotid.validation.results import Perturbation
 
 NAMES = [
@@ -87,6 +88,16 @@ def test_written_whole_in_every_format(form: str, tmp_path: Path) -> None:
 def test_a_format_that_cannot_be_drawn_is_refused() -> None:
     with pytest.raises(ConfigError, match='"doc"; use png, svg, pdf'):
         check_format("doc", "--format")
+
+
+def test_a_size_without_room_for_a_figure_is_refused(tmp_path: Path) -> None:
+    figure = new_figure(4, 3)
+    for axes in figure.subplots(6, 6).ravel():
+        axes.set_xlabel("a label that takes room")
+        axes.set_ylabel("another")
+    with pytest.raises(ConfigError, match="no room in that size"):
+        save_figure(figure, tmp_path / "small.png", Size(20, 20))
+    assert not list(tmp_path.iterdir())
 
 
 def test_before_and_after_are_compared() -> None:
