@@ -24,7 +24,7 @@ def diagnosis() -> Diagnosis:
         pytest.skip("the measured records kuka_kr300 are third-party data and not here")
     folder = Path(mkdtemp())
     config = str(ROOT / "configs" / "kuka_axis1.yaml")
-    assert main(["run", config, "--out", str(folder), "--quiet", "--set", "diagnose.max_refits=2"]) == 0
+    assert main(["run", config, "--out", str(folder), "--quiet"]) == 0
     found = load(folder / "diagnosis.h5", Diagnosis).content
     assert isinstance(found, Diagnosis)
     return found
@@ -32,6 +32,11 @@ def diagnosis() -> Diagnosis:
 
 def test_no_gearbox_warms_up_in_a_second() -> None:
     assert not [c.effect for c in diagnosis().causes if c.effect.endswith("thermal_friction")]
+
+
+def test_the_pose_of_the_arm_is_named_and_carries_over() -> None:
+    assert diagnosis().causes[0].effect == "arm.pose_lever[q2]"
+    assert diagnosis().causes[0].heldout_gain > 14.0
 
 
 def test_shares_and_what_remains_make_one() -> None:

@@ -126,7 +126,8 @@ def _apart(one: Candidate, other: Candidate) -> bool:
 
 
 def _refits(chosen: Sequence[Score], state: SearchState, log: Log) -> RefitRound:
-    """Refits in the order of the scores; once one explains nearly all, only what scores nearly as well is tried.
+    """Refits in the order of the scores; once one explains nearly all, and carries over, only what scores nearly as
+    well is tried.
 
     Several processes refit ahead of that decision, which drops what it does not ask for.
     """
@@ -134,7 +135,8 @@ def _refits(chosen: Sequence[Score], state: SearchState, log: Log) -> RefitRound
     found, explained = list[CandidateRefit](), 0.0
     with ahead(_refit_directly, (state.model, state.data), attempts, samples=state.data.samples) as direct:
         for k, one in enumerate(chosen):
-            if found and is_complete(explained, state.misfit) and not rivals(one, chosen[0]):
+            whole = not state.data.torque_errors and is_complete(explained, state.misfit)
+            if found and whole and not rivals(one, chosen[0]):
                 continue
             log(_announced(state, one, f"{k + 1} of {len(chosen)}"))
             try:
@@ -144,8 +146,15 @@ def _refits(chosen: Sequence[Score], state: SearchState, log: Log) -> RefitRound
                 return RefitRound(tuple(found), tuple(unexamined))
             if after is not None:
                 found.append(CandidateRefit(one, after))
-                explained = max(explained, state.model.energy - after.energy)
+                if carries_over(state.model, after):
+                    explained = max(explained, state.model.energy - after.energy)
     return RefitRound(tuple(found))
+
+
+def carries_over(before: RefittedModel, after: RefittedModel) -> bool:
+    """Whether a refit leaves less on records that served for no fit, where there are any: an imitator explains all of
+    the fitted records, and more than that it does not."""
+    return not before.validation or after.validation_energy < before.validation_energy
 
 
 def _announced(state: SearchState, one: Score, count: str) -> str:
@@ -161,8 +170,8 @@ def rivals(one: Score, best: Score) -> bool:
 
 
 def is_complete(explained: float, misfit: float) -> bool:
-    """Whether a refit that removes this energy explains the whole misfit; of what errors of the torque may be in any
-    case, nothing is known to be whole."""
+    """Whether a refit that removes this energy explains the whole misfit. Of one that may be errors of the torque in
+    any case nothing is known to be whole."""
     return misfit > 0.0 and explained > CHOICE.complete_share * misfit
 
 
