@@ -35,7 +35,9 @@ def _folded(sentence: str) -> str:
 
 def _reached(done: Sequence[Outcome]) -> Iterator[str]:
     for outcome in done:
-        yield from by_axis.sentences(PRODUCTS[outcome.stage].view(), outcome.contents)
+        view = PRODUCTS[outcome.stage].view()
+        if hasattr(view, "sentence"):  # no other content is worth reading again
+            yield from by_axis.sentences(view, outcome.contents)
 
 
 def next_command(run: Runs, found: Sequence[StageStatus], stage: str | None = None) -> str:

@@ -31,7 +31,10 @@ class Linear:
     def predicts(self, k: int) -> bool:
         return True
 
-    def jacobian(self, at: Evaluation, k: int) -> Jacobian:
+    def steps(self, at: Evaluation) -> list[None]:
+        return [None]
+
+    def jacobian(self, at: Evaluation, k: int, steps: None) -> Jacobian:
         return Jacobian(np.arange(len(at.unknowns)), self.J.T)
 
 
@@ -50,10 +53,10 @@ def test_a_step_that_its_bounds_turn_uphill_is_shortened() -> None:
 class Explosive(Linear):
     """The same, but that derivatives are finite at the start alone."""
 
-    def jacobian(self, at: Evaluation, k: int) -> Jacobian:
+    def jacobian(self, at: Evaluation, k: int, steps: None) -> Jacobian:
         if at.unknowns.any():
             raise NumericsError("the derivatives are not finite")
-        return super().jacobian(at, k)
+        return super().jacobian(at, k, steps)
 
 
 def test_it_ends_before_an_iterate_without_finite_derivatives() -> None:

@@ -127,7 +127,8 @@ def whittle(power: Array, shapes: Array) -> tuple[Array, float]:
     """Levels (k,) >= 0 of shapes (k, m) that explain a periodogram (m,) best, and minus twice the log-likelihood."""
     size = shapes.mean(axis=1, keepdims=True)
     size[size <= 0.0] = 1.0  # of a joint that no torque moves
-    shapes = shapes / size
+    scale = float(power.mean()) or 1.0  # what is left of rounding errors has powers whose inverse is beyond all numbers
+    shapes, power = shapes / size, power / scale
     model, least, before = np.full(len(power), power.mean()), 1e-12 * power.mean(), np.zeros(len(shapes))
     for _ in range(NOISE.max_fisher_steps):
         weighted = shapes / model
@@ -139,4 +140,5 @@ def whittle(power: Array, shapes: Array) -> tuple[Array, float]:
         if np.abs(levels - before).max() <= NOISE.settled_change * levels.max():
             break
         before = levels
-    return levels / size[:, 0], 2 / KINSHIP * float(np.sum(np.log(model) + power / model))
+    cost = 2 / KINSHIP * float(np.sum(np.log(model) + np.log(scale) + power / model))
+    return scale * levels / size[:, 0], cost

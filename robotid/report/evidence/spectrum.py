@@ -8,6 +8,7 @@ import numpy as np
 
 from robotid.diagnosis.noise.noise_floor import noise_levels
 from robotid.diagnosis.noise.spectrum import residual_spectrum
+from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import Simulated
 from robotid.model.array import Array
 from robotid.signals.derivation import Derivation
@@ -32,8 +33,13 @@ class ResidualSpectra:
 
 
 def residual_spectra(before: Simulated, after: Simulated | None, output: Quantity) -> ResidualSpectra:
-    """The spectra of one record; the noise as it shows in what is left last."""
+    """The spectra of one record; the noise as it shows in what is left last.
+
+    Raises NumericsError where what is left is nothing but rounding, which has no spectrum.
+    """
     shown = [_density(run, output) for run in (before, *([] if after is None else [after]))]
+    if any(density.max(initial=0.0) < np.finfo(float).tiny for _, density in shown):
+        raise NumericsError("what is left of the record is nothing but rounding")
     frequency, noise = shown[-1][0], _noise(before if after is None else after, output)
     bins = _bins(frequency)
     centre, first, last, floor = (_mean(signal, bins) for signal in (frequency, shown[0][1], shown[-1][1], noise))

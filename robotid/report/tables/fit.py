@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from math import isfinite
+from typing import TYPE_CHECKING
 
 from robotid.estimate.result import Estimate, FitResult, Fits
 from robotid.numerals import fixed, number
-from robotid.report.evidence.profile import ProfileInterval
 from robotid.report.tables.table import Json, Table
+
+if TYPE_CHECKING:
+    from robotid.report.evidence.profile import ProfileInterval
 
 NOTE = "sd: standard deviation that allows for coloured residuals"
 PROFILE_NOTE = "profile interval: how far a doubtful parameter may go, all others refitted, as two sd would allow"
