@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
+from typing import Any
 
 import pytest
 
@@ -14,6 +16,20 @@ from study.trials.study import in_scratch
 
 DRAW = 200
 """Far from the numbers that a study draws."""
+LONG = {
+    "jitter of 10 %",
+    "five times the noise",
+    "torque error a random walk",
+    "torque ripple of 2 %",
+    "friction that drifts",
+    "shaken_base",
+    "quadratic_gear_damping",
+}
+"""Those that take longest."""
+
+
+def marked(names: Iterable[str]) -> list[Any]:
+    return [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in names]
 
 
 @cache
@@ -21,13 +37,13 @@ def trial(condition: str, kind: str, name: str) -> Result:
     return in_scratch(lambda folder: run(Spec(condition, kind, name, DRAW), folder))
 
 
-@pytest.mark.parametrize("condition", CONDITIONS)
+@pytest.mark.parametrize("condition", marked(CONDITIONS))
 def test_a_machine_without_anything_hidden_is_given_no_cause(condition: str) -> None:
     found = trial(condition, "clean", "none")
     assert (found.error, found.causes) == ("", ())
 
 
-@pytest.mark.parametrize("name", STRANGERS)
+@pytest.mark.parametrize("name", marked(STRANGERS))
 def test_what_no_effect_of_the_catalogue_is_does_not_bear_the_name_of_one(name: str) -> None:
     found = trial(PLAIN, "stranger", name)
     assert (found.error, found.causes) == ("", ())
