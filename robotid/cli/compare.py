@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 from robotid import __version__
@@ -13,11 +12,13 @@ from robotid.artifacts.store import read_header
 from robotid.cli.console import print_json, print_message, print_tables
 from robotid.files import atomic_write
 from robotid.pipeline.compare import compare_runs
+from robotid.pipeline.report_page import source_of
 from robotid.pipeline.table import FIT
 from robotid.report import comparison
 from robotid.report.comparison import RunComparison
-from robotid.report.origin import Origin, Source
+from robotid.report.origin import Origin
 from robotid.report.tables.sliding import in_units_of_axis
+from robotid.report.tables.table import Table
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,43 +34,26 @@ class Compared:
 def compare(folders: Sequence[Path], what: Compared, *, as_json: bool = False) -> None:
     """Print how runs compare, and write a page of it where one is asked for. Raises as `compare_runs` does."""
     found, page = compare_runs(folders, what.model, what.axis, extended=what.extended), what.page
+    tables = tuple(in_units_of_axis(table, linear=found.linear) for table in comparison.tables(found))
     if page is not None:
-        atomic_write(page, _page(found, folders, what.axis))
+        atomic_write(page, _page(found, tables, folders, what.axis))
     if as_json:
         print_json(comparison.document(found))
     else:
-        linear = next(iter(found.fits.fits.values())).structure.linear
-        print_tables(tuple(map(partial(in_units_of_axis, linear=linear), comparison.tables(found))))
+        print_tables(tables)
         print_message(comparison.sentence(found))
     if page is not None:
         print_message(f"{page} written")
 
 
-def _page(found: RunComparison, folders: Sequence[Path], axis: str) -> str:
+def _page(found: RunComparison, tables: tuple[Table, ...], folders: Sequence[Path], axis: str) -> str:
     from robotid.report.page import Head, PageSection, StageTables, rendered
 
-    linear = next(iter(found.fits.fits.values())).structure.linear
-    tables = tuple(map(partial(in_units_of_axis, linear=linear), comparison.tables(found)))
-    sources = tuple(_source(name, folder, axis) for name, folder in zip(found.runs, folders, strict=True))
+    headers = (read_header(folder / FIT.output, axis) for folder in folders)
+    sources = tuple(source_of(name, FIT.output, header) for name, header in zip(found.runs, headers, strict=True))
     stamp = digest("\n".join([__version__, *(one.digest for one in sources)]).encode())
     text = comparison.sentence(found)
     title = " and ".join(found.runs) if len(found.runs) == 2 else f"{len(found.runs)} runs"
     head = Head(title, f"{text[0].upper()}{text[1:]}. " + " ".join(f"{remark}." for remark in found.remarks))
     sections = [PageSection("Parameters", "", tuple(comparison.figures(found)))]
     return rendered(head, sections, (StageTables("Comparison", tables),), Origin(stamp, "", sources, {}))
-
-
-def _source(name: str, folder: Path, axis: str) -> Source:
-    header = read_header(folder / FIT.output, axis)
-    made = header.provenance
-    return Source(
-        stage=name,
-        file=FIT.output,
-        command=made.command,
-        version=made.version,
-        created=made.created,
-        digest=header.digest,
-        inputs=made.inputs,
-        seed=made.seed,
-        environment=made.environment,
-    )

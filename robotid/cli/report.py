@@ -8,15 +8,15 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robotid.artifacts.store import ELSEWHERE, ArtifactHeader
+from robotid.artifacts.store import ELSEWHERE
 from robotid.files import atomic_write, touch
 from robotid.interrupt import check
 from robotid.pipeline.execute import FORCED, FRESH, Outcome
-from robotid.pipeline.report_page import Material, gather, page_file, page_stamp, why_made
+from robotid.pipeline.report_page import Material, gather, page_file, page_stamp, source_of, why_made
 from robotid.pipeline.run import Run, Runs
 from robotid.pipeline.table import REPORT, STAGES
 from robotid.progress import Begun, Log, Progress
-from robotid.report.origin import Origin, Source
+from robotid.report.origin import Origin
 from robotid.report.save import Size, check_format, save_figure
 from robotid.report.stamp import Report
 
@@ -72,7 +72,9 @@ def _page(material: Material) -> str:
         axis: AxisPage(found, _tables(run.axes[axis], material, axis)) for axis, found in material.findings.items()
     }
     sources = [
-        _source(stage, header, axis) for axis, headers in material.fresh.items() for stage, header in headers.items()
+        source_of(f"{stage}{axis and f', axis {axis}'}", STAGES[stage].output, header)
+        for axis, headers in material.fresh.items()
+        for stage, header in headers.items()
     ]
     origin = Origin(material.digest, material.configuration, tuple(sources), material.left_out)
     title = run.loaded.config.report.title
@@ -89,21 +91,6 @@ def _tables(run: Run, material: Material, axis: str) -> tuple[StageTables, ...]:
     return tuple(
         StageTables(STAGES[name].heading, tuple(map(in_units, STAGES[name].view().tables(content))))
         for name, content in material.contents[axis].items()
-    )
-
-
-def _source(stage: str, header: ArtifactHeader, axis: str) -> Source:
-    made = header.provenance
-    return Source(
-        stage=f"{stage}{axis and f', axis {axis}'}",
-        file=STAGES[stage].output,
-        command=made.command,
-        version=made.version,
-        created=made.created,
-        digest=header.digest,
-        inputs=made.inputs,
-        seed=made.seed,
-        environment=made.environment,
     )
 
 

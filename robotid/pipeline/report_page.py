@@ -18,6 +18,7 @@ from robotid.pipeline.execute import reader, status
 from robotid.pipeline.freshness import StageStatus, State
 from robotid.pipeline.run import Run, Runs
 from robotid.pipeline.table import REPORT, STAGES
+from robotid.report.origin import Source
 from robotid.report.stamp import Stamp, stamp_of
 
 if TYPE_CHECKING:
@@ -134,3 +135,19 @@ def page_stamp(run: Runs) -> Stamp | None:
 def is_current(run: Runs, found: Sequence[StageStatus]) -> bool:
     """Whether the page there shows what there is."""
     return not why_made(_fresh_of(run, found))
+
+
+def source_of(name: str, file: str, header: ArtifactHeader) -> Source:
+    """Where an artifact comes from, as a page states it. name : of what the artifact is there."""
+    made = header.provenance
+    return Source(
+        stage=name,
+        file=file,
+        command=made.command,
+        version=made.version,
+        created=made.created,
+        digest=header.digest,
+        inputs=made.inputs,
+        seed=made.seed,
+        environment=made.environment,
+    )

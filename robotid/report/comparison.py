@@ -13,6 +13,7 @@ from robotid.model.units import on_axis
 from robotid.numerals import fixed, listed, number
 from robotid.report.drawing.layout import intervals_figure
 from robotid.report.sections.section import FigureSpec
+from robotid.report.tables.estimates import estimates_document, relative
 from robotid.report.tables.table import Json, Table
 
 MAX_NAMED = 4  # parameters that a sentence names
@@ -38,6 +39,11 @@ class RunComparison:
     runs: Mapping[str, RunSummary]
     fits: FitComparison
     remarks: tuple[str, ...] = ()
+
+    @property
+    def linear(self) -> bool:
+        """Whether the axis slides, as the first run has it."""
+        return next(iter(self.fits.fits.values())).structure.linear
 
 
 def tables(found: RunComparison) -> tuple[Table, ...]:
@@ -78,21 +84,13 @@ def figures(found: RunComparison) -> Iterator[FigureSpec]:
     """Intervals of all runs."""
     fits = dict(found.fits.fits)
     alt = f"Values of every parameter in {listed(list(fits))}, with intervals of two robust standard deviations."
-    yield FigureSpec("parameters", "Parameters with intervals", alt, partial(intervals_figure, fits, _units(found)))
-
-
-def _units(found: RunComparison) -> partial[str]:
-    linear = next(iter(found.fits.fits.values())).structure.linear
-    return partial(_called, linear)
-
-
-def _called(linear: bool, unit: str) -> str:
-    return on_axis(linear=linear)(unit)
+    units = on_axis(linear=found.linear)
+    yield FigureSpec("parameters", "Parameters with intervals", alt, partial(intervals_figure, fits, units))
 
 
 def _in_words(compared: FitComparison, one: Difference) -> str:
-    before = compared.fits[compared.reference][one.parameter].value
-    by = f"{100 * one.value / abs(before):+.3g} %" if before else f"{one.value:+.3g}"
+    share = _relative(compared, one)
+    by = f"{share} %" if share else f"{one.value:+.3g}"
     return f"{one.parameter} of {one.run} ({by})"
 
 
@@ -142,8 +140,7 @@ def _differences(found: RunComparison) -> Table:
 
 
 def _relative(compared: FitComparison, one: Difference) -> str:
-    before = compared.fits[compared.reference][one.parameter].value
-    return f"{100 * one.value / abs(before):+.3g}" if before else ""
+    return relative(one.value, compared.fits[compared.reference][one.parameter].value)
 
 
 def _runs(found: RunComparison) -> Table:
@@ -173,9 +170,7 @@ def _run_document(run: RunSummary, fit: FitResult) -> Json:
     return {
         "robot": run.robot,
         "model": run.model,
-        "parameters": {
-            p.name: {"value": p.value, "std": p.std, "std_robust": p.std_robust, "unit": p.unit} for p in fit.parameters
-        },
+        "parameters": estimates_document(fit.parameters),
         "fit_percent": run.fit_percent,
         "verdict": run.verdict or None,
         "causes": run.causes,

@@ -11,7 +11,7 @@ from robotid.diagnosis.results import Cause, Diagnosis
 from robotid.estimate.result import End, Estimate, FitResult
 from robotid.extension.results import Extension, Score
 from robotid.model.companion import companion_of
-from robotid.model.structure import RECORD_CHANGE, changed
+from robotid.model.structure import changed, is_change
 from robotid.numerals import ROUNDING, fixed, listed, percent, significant
 from robotid.report.drawing.location import best_of_each, variable
 from robotid.report.findings import Findings
@@ -236,7 +236,7 @@ def _place(f: Findings, d: Diagnosis) -> str:
 def _cause(f: Findings, cause: Cause) -> str:
     """An effect with what it is and does: "motor.stribeck (torque missing at small speed only; explains 97 %)"."""
     name, description = cause.effect, ""
-    if cause.effect.startswith(f"{RECORD_CHANGE}."):
+    if is_change(cause.effect):
         record, name = changed(cause.effect)
         by = next((f" by {significant(p.value)} {f.units(p.unit)}" for p in cause.parameters), "")
         description = f"differs in {record}{by}; "

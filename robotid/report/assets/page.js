@@ -241,14 +241,14 @@
     hair(t) {
       const x = this.place(t);
       if (x < LEFT || x > LEFT + this.wide) return this.unpoint();
-      const told = this.strips.map((strip) => {
+      const readings = this.strips.map((strip) => {
         const values = strip.series.filter((s) => !this.hidden.has(s.name)).map((s) => {
           const i = Math.min(s.values.length - 1, index(this.times[s.time], t));
           return `${s.name ? `${s.name} ` : ""}${exact(s.values[i])}`;
         });
         return `${strip.label}: ${values.join(", ")}`;
       });
-      this.output.textContent = `${exact(t)} s · ${told.join(" · ")}`.replace(/-(?=\d)/g, "−");
+      this.output.textContent = `${exact(t)} s · ${readings.join(" · ")}`.replace(/-(?=\d)/g, "−");
       this.cursor.replaceChildren(drawn("path", { d: `M${x} ${TOP}V${this.high - BOTTOM}`, stroke: "var(--faint)", "stroke-dasharray": "3 3" }));
     }
     unpoint() {

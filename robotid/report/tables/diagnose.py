@@ -9,9 +9,9 @@ import numpy as np
 
 from robotid.diagnosis.misfit.curve import Curve
 from robotid.diagnosis.results import Cause, DetectionLimit, Diagnosis, Event, Rejected, Separation
-from robotid.estimate.result import Estimate
 from robotid.model.units import sliding
 from robotid.numerals import fixed, number, percent, rms
+from robotid.report.tables.estimates import estimates_document
 from robotid.report.tables.table import Json, Table
 
 SHOWN = 12  # bins of a shape that a table shows
@@ -110,9 +110,12 @@ def _clause(cause: Cause) -> str:
 
 def _happened(event: Event) -> str:
     """An event as part of a sentence."""
-    what = f"a {event.kind} of {'friction' if event.friction else 'torque'}"
     until = f" to {number(event.end, 4)}" if event.kind == "bump" else ""
-    return f"{what} by {number(event.torque, 2)} Nm in {event.record}, from {number(event.start, 4)}{until} s"
+    return f"a {_kind(event)} by {number(event.torque, 2)} Nm in {event.record}, from {number(event.start, 4)}{until} s"
+
+
+def _kind(event: Event) -> str:
+    return f"{event.kind} of {'friction' if event.friction else 'torque'}"
 
 
 def rejected_document(one: Rejected) -> Json:
@@ -125,18 +128,10 @@ def rejected_document(one: Rejected) -> Json:
     }
 
 
-def parameters_document(parameters: tuple[Estimate, ...], prefix: str = "") -> dict[str, Json]:
-    """Values by name, or by symbol where all begin with a prefix."""
-    return {
-        p.name.removeprefix(prefix): {"value": p.value, "std": p.std, "std_robust": p.std_robust, "unit": p.unit}
-        for p in parameters
-    }
-
-
 def _cause(cause: Cause) -> Json:
     found: dict[str, Json] = {
         "effect": cause.effect,
-        "parameters": parameters_document(cause.parameters, f"{cause.effect}."),
+        "parameters": estimates_document(cause.parameters, f"{cause.effect}."),
         "explained": cause.explained,
         "heldout_gain": cause.heldout_gain,
         "p_value": cause.p_value,
@@ -273,7 +268,7 @@ def _events(diagnosis: Diagnosis) -> tuple[Table, ...]:
     rows = tuple(
         (
             event.record,
-            f"{event.kind} of {'friction' if event.friction else 'torque'}",
+            _kind(event),
             number(event.start, 4),
             number(event.end, 4),
             number(event.torque, 3),

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 from robotid.extension.results import Extension, Score
 from robotid.numerals import fixed, number
-from robotid.report.tables.diagnose import parameters_document, rejected_document, rejected_table
+from robotid.report.tables.diagnose import rejected_document, rejected_table
+from robotid.report.tables.estimates import estimates_document
 from robotid.report.tables.table import Json, Table
 
 EXTENDED = "extended.yaml"
@@ -48,7 +49,7 @@ def document(extension: Extension) -> Json:
         "model": e.model,
         "unit": e.unit,
         "added": e.added,
-        "parameters": parameters_document(e.fit.parameters),
+        "parameters": estimates_document(e.fit.parameters),
         "dropped": [rejected_document(one) for one in e.dropped],
     }
 

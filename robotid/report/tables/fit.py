@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from robotid.estimate.result import Estimate, FitResult, Fits
 from robotid.numerals import fixed, number
+from robotid.report.tables.estimates import estimate_document
 from robotid.report.tables.table import Json, Table
 
 if TYPE_CHECKING:
@@ -83,8 +84,7 @@ def _model(fit: FitResult) -> Json:
 
 
 def _estimate(p: Estimate) -> Json:
-    shown: dict[str, Json] = {"value": p.value, "std": p.std, "std_robust": p.std_robust, "unit": p.unit}
-    return shown | ({"remark": p.remark} if p.remark else {})
+    return estimate_document(p) | ({"remark": p.remark} if p.remark else {})
 
 
 def _parameters(fits: Fits) -> Table:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from robotid.numerals import fixed, number
+from robotid.report.tables.estimates import estimates_document
 from robotid.report.tables.table import Json, Table
 
 if TYPE_CHECKING:
@@ -28,10 +29,7 @@ def tables(rigid: RigidResult) -> tuple[Table, ...]:
 def document(rigid: RigidResult) -> Json:
     """The `init-rigid --json` document of docs/command-line.md."""
     return {
-        "parameters": {
-            p.name: {"value": p.value, "std": p.std, "std_robust": p.std_robust, "unit": p.unit}
-            for p in rigid.parameters
-        },
+        "parameters": estimates_document(rigid.parameters),
         "condition_number": rigid.condition_number,
         "torque_error_percent": rigid.torque_error_percent,
         "remarks": rigid.remarks,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from robotid.monitoring import ParameterShift, WatchedLog, WatchResult
 from robotid.numerals import fixed, listed, number, plain
+from robotid.report.tables.estimates import relative
 from robotid.report.tables.table import Json, Table
 
 STATES = {"unchanged": "green", "changed": "yellow", "not explained": "red"}
@@ -43,7 +44,7 @@ def _changes(found: WatchResult) -> Table:
             one.unit,
             number(one.before),
             number(one.shift),
-            f"{100 * one.shift / abs(one.before):+.3g}" if one.before else "",
+            relative(one.shift, one.before),
             number(one.std),
             ", ".join(twin for twin in log.twins if twin != one.parameter),
         )
