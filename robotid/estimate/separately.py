@@ -13,7 +13,6 @@ import numpy as np
 
 from robotid.errors import NumericsError
 from robotid.estimate.least_squares import (
-    Course,
     Point,
     Question,
     Solution,
@@ -23,6 +22,7 @@ from robotid.estimate.least_squares import (
     solving,
 )
 from robotid.estimate.residual import Evaluation, Linearisation, OutputError
+from robotid.simulation.courses import driven
 from robotid.simulation.simulate import simulate_together
 
 Answer = Evaluation | Linearisation | NumericsError
@@ -37,25 +37,13 @@ def solve_separately(
     be simulated.
     """
     courses = [solving(one, start, options) for one, start in zip(problems, starts, strict=True)]
-    found: dict[int, Solution] = {}
-    answers: dict[int, Answer | None] = dict.fromkeys(range(len(courses)))
-    while answers:
-        asked: dict[int, Question] = {}
-        for k, given in answers.items():
-            try:
-                asked[k] = _go_on(courses[k], given)
-            except StopIteration as end:
-                found[k] = end.value
+
+    def answers(asked: Mapping[int, Question]) -> dict[int, Answer]:
         points = {k: question for k, question in asked.items() if isinstance(question, Point)}
         ends = {k: question for k, question in asked.items() if isinstance(question, Evaluation)}
-        answers = {**_evaluated(problems, points), **_linearised(problems, ends)}
-    return [found[k] for k in range(len(problems))]
+        return {**_evaluated(problems, points), **_linearised(problems, ends)}
 
-
-def _go_on(course: Course[Solution], given: Answer | None) -> Question:
-    if isinstance(given, NumericsError):
-        return course.throw(given)
-    return next(course) if given is None else course.send(given)
+    return driven(courses, answers)
 
 
 def _evaluated(problems: Sequence[OutputError], points: Mapping[int, Point]) -> dict[int, Answer]:

@@ -6,13 +6,14 @@ ask for next are made in one.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import TypeGuard
 
 import numpy as np
 
 from robotid.model.array import Array
+from robotid.simulation.courses import driven
 from robotid.simulation.friction.crossing import linearise_steps
 from robotid.simulation.friction.step import Steps, joined
 from robotid.simulation.newton.problem import Problem, WindowProblem
@@ -24,23 +25,19 @@ AT_ONCE = 32_000  # intervals: more would need more memory, and cost no less eac
 @np.errstate(all="ignore")  # an iterate may overflow before its window is shortened
 def followed_together(courses: Sequence[Course[T]]) -> list[T]:
     """The ends of courses through problems of one joint with the same parameters."""
-    found: dict[int, T] = {}
-    changes: dict[int, Array | None] = dict.fromkeys(range(len(courses)))
-    while changes:
-        asked: dict[int, Window] = {}
-        for k, change in changes.items():
-            try:
-                asked[k] = next(courses[k]) if change is None else courses[k].send(change)
-            except StopIteration as end:
-                found[k] = end.value
-        changes = {}
-        for group in _groups(asked):
-            steps = _linearised([asked[k] for k in group])
-            changes |= {k: newton_step(one) for k, one in zip(group, steps, strict=True)}
-    return [found[k] for k in range(len(courses))]
+    return driven(courses, _changes)
 
 
-def _groups(asked: dict[int, Window]) -> Iterator[list[int]]:
+def _changes(asked: Mapping[int, Window]) -> dict[int, Array]:
+    """What moves each window, by number."""
+    changes: dict[int, Array] = {}
+    for group in _groups(asked):
+        steps = _linearised([asked[k] for k in group])
+        changes |= {k: newton_step(one) for k, one in zip(group, steps, strict=True)}
+    return changes
+
+
+def _groups(asked: Mapping[int, Window]) -> Iterator[list[int]]:
     """Numbers of windows that are linearised at once."""
     group, size = list[int](), 0
     for k, window in asked.items():
