@@ -82,8 +82,8 @@ def diagnose(
         simulated = [simulate_record(model, without_events(part, found.events), options.horizon) for part in parts]
     log("measuring where the misfit sits")
     diagnosis = verdict(model, simulated, found, criteria)
-    told = (*remarks, *_repeated(records, model), *_unexamined(found, options.budget))
-    diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *told))
+    further = (*remarks, *_repeated(records, model), *_unexamined(found, options.budget))
+    diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *further))
     return (
         diagnosis
         if options.experiments is None or found.late

@@ -19,7 +19,7 @@ from robotid.estimate.fitted_model import FittedModel, fitted_model, simulate_re
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.result import FitResult
 from robotid.extension.results import Score
-from robotid.model.structure import RECORD_CHANGE, Structure, changed, rests_on
+from robotid.model.structure import Structure, changed, is_change, rests_on
 from robotid.parallel import ahead, each
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
@@ -174,7 +174,7 @@ def effects_to_add(diagnosis: Diagnosis, fit: FitResult) -> tuple[str, ...]:
 
 
 def _can_be_fitted(effect: str, records: Sequence[str]) -> bool:
-    return not effect.startswith(RECORD_CHANGE) or changed(effect)[0] in records
+    return not is_change(effect) or changed(effect)[0] in records
 
 
 def gain(after: float, before: float) -> float:

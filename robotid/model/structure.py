@@ -49,6 +49,11 @@ def change(record: str, parameter: str) -> str:
     return f"{RECORD_CHANGE}.{record}.{parameter}"
 
 
+def is_change(effect: str) -> bool:
+    """Whether an effect is a parameter that differs in a record."""
+    return effect.startswith(f"{RECORD_CHANGE}.")
+
+
 def changed(effect: str) -> tuple[str, str]:
     """Record and parameter of a change."""
     record, *parameter = effect.removeprefix(f"{RECORD_CHANGE}.").rsplit(".", 3)
@@ -62,4 +67,4 @@ def belongs(parameter: str, effect: str) -> bool:
 
 def rests_on(effect: str, other: str) -> bool:
     """Whether an effect is a change of another's parameter, and cannot be without it."""
-    return effect.startswith(f"{RECORD_CHANGE}.") and changed(effect)[1].startswith(f"{other}.")
+    return is_change(effect) and changed(effect)[1].startswith(f"{other}.")

@@ -21,7 +21,7 @@ from robotid.diagnosis.search.state import Log, SearchState
 from robotid.errors import NumericsError
 from robotid.interrupt import OutOfTime, until
 from robotid.model.parameters import Parameters
-from robotid.model.structure import RECORD_CHANGE, Structure
+from robotid.model.structure import Structure, is_change
 from robotid.parallel import ahead
 
 
@@ -82,12 +82,8 @@ def chosen_of(scores: Sequence[Score], criteria: Criteria) -> list[Score]:
     changes of records have taken the place of all but a few."""
     best, further = list(scores[: criteria.max_refits]), scores[criteria.max_refits :]
     least = min(CHOICE.least_effects, criteria.max_refits)
-    room = least - sum(not _is_change(one) for one in best)
-    return [*best, *[one for one in further if not _is_change(one)][: max(0, room)]]
-
-
-def _is_change(score: Score) -> bool:
-    return score.candidate.name.startswith(RECORD_CHANGE)
+    room = least - sum(not is_change(one.candidate.name) for one in best)
+    return [*best, *[one for one in further if not is_change(one.candidate.name)][: max(0, room)]]
 
 
 def _variants(best: Sequence[Score], points: Sequence[Score]) -> list[Score]:

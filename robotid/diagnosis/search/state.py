@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refitted_model import RefittedModel
@@ -15,6 +16,7 @@ from robotid.diagnosis.results import Confounded, Event
 from robotid.diagnosis.scoring.ranking import CandidateScan, Round, rank, scan_candidates
 from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.settings import VERDICT
+from robotid.model.array import Array
 
 Log = Callable[[str], None]
 
@@ -136,14 +138,12 @@ class SearchResult:
         last; plainly where that noise covers the misfit."""
         segments = (*self.data.fitted, *self.data.validation)
         before, after = (*self.first.fitted, *self.first.validation), (*self.last.fitted, *self.last.validation)
-        plainly = is_covered(self.first, self.data)
+        misfit = _measure(self.first, self.data)
         whole, removed = dict[str, float](), dict[str, float]()
         for segment, one, other in zip(segments, before, after, strict=True):
-            name, left, then = segment.record.name, one.residual, other.residual
-            energy = float(left @ left) if plainly else segment.energy(left)
-            beyond = energy if plainly else energy - len(left)
-            whole[name] = whole.get(name, 0.0) + beyond
-            removed[name] = removed.get(name, 0.0) + energy - (float(then @ then) if plainly else segment.energy(then))
+            name, energy = segment.record.name, misfit(segment, one.residual)
+            whole[name] = whole.get(name, 0.0) + energy
+            removed[name] = removed.get(name, 0.0) + energy - misfit(segment, other.residual)
         return {name: float(np.clip(removed[name] / max(whole[name], 1e-9), 0.0, 1.0)) for name in whole}
 
 
@@ -161,12 +161,22 @@ def is_covered(first: RefittedModel, data: EvaluationData) -> bool:
 def share_removed(first: RefittedModel, before: RefittedModel, after: RefittedModel, data: EvaluationData) -> float:
     """Share of the first model's misfit energy that a step removes from the fitted segments: by the noise as it is in
     these data, and of the plain squared error where that noise covers the misfit."""
-    if is_covered(first, data):
-        whole, left, then = map(_squared_error, (first, before, after))
-        return float(np.clip((left - then) / max(whole, 1e-300), 0.0, 1.0))
-    removed = misfit_energy(before, data) - misfit_energy(after, data)
-    return float(np.clip(removed / misfit_energy(first, data), 0.0, 1.0))
+    misfit = _measure(first, data)
+    whole, left, then = (
+        sum(misfit(segment, one.residual) for segment, one in zip(data.fitted, model.fitted, strict=True))
+        for model in (first, before, after)
+    )
+    return float(np.clip((left - then) / max(whole, 1e-300), 0.0, 1.0))
 
 
-def _squared_error(model: RefittedModel) -> float:
-    return sum(float(one.residual @ one.residual) for one in model.fitted)
+def _measure(first: RefittedModel, data: EvaluationData) -> Callable[[Segment, Array], float]:
+    """By what the misfit of a residual (n,) on a segment is measured, so that the first model has one."""
+    return _plain_misfit if is_covered(first, data) else _misfit_beyond_noise
+
+
+def _plain_misfit(segment: Segment, residual: Array) -> float:
+    return float(residual @ residual)
+
+
+def _misfit_beyond_noise(segment: Segment, residual: Array) -> float:
+    return segment.energy(residual) - len(residual)

@@ -72,7 +72,7 @@ class Step:
             return (self.before.validation_energy - self.after.validation_energy) / self.data.validation_samples
         return (self.before.energy - self.after.energy) / self.data.samples
 
-    @property
+    @cached_property
     def p_value(self) -> float:
         """Of what the step adds being absent, by noise of any colour."""
         found = (p_value(self.after, one, self.left, self.tried, lambda: self.elsewhere) for one in self.added)

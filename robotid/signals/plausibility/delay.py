@@ -39,11 +39,11 @@ def torque_delay(record: Record) -> Determined:
     Unknown where there are not two: the record is short, or the axis is not rigid there.
     """
     found = (_Lag.at(record, cutoff) for cutoff in dict.fromkeys(cutoffs(record)))
-    told = [one for one in found if one is not None and one.explained > DELAY.explained and one.std > 0.0]
-    if len(told) < 2:
+    usable = [one for one in found if one is not None and one.explained > DELAY.explained and one.std > 0.0]
+    if len(usable) < 2:
         return UNKNOWN
-    best = min(told, key=lambda one: one.std)
-    std = best.std * _disagreement(told)
+    best = min(usable, key=lambda one: one.std)
+    std = best.std * _disagreement(usable)
     return Determined(best.value * record.sampling_time, std * record.sampling_time)
 
 
