@@ -21,6 +21,7 @@ from types import FrameType
 from robotid.errors import INTERRUPTED
 
 SHOW_CURSOR = b"\x1b[?25h"  # what a live display hides
+WIND_UP = 1.5  # [s] that a person who has interrupted waits for a result to be kept
 
 
 class Interrupted(BaseException):
@@ -79,6 +80,18 @@ def deadline(at: float | None) -> Iterator[None]:
 def until() -> float | None:
     """The deadline in force, None without one."""
     return _until.get()
+
+
+@contextmanager
+def winding_up() -> Iterator[None]:
+    """What an interrupted computation does to keep what it has reached. Raises Interrupted, which then ends the program
+    without a result, at the first safe point after WIND_UP seconds."""
+    at, outer = time.monotonic() + WIND_UP, until()
+    try:
+        with deadline(at if outer is None else min(at, outer)):
+            yield
+    except OutOfTime:
+        raise Interrupted from None
 
 
 @contextmanager

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from robotid.estimate.noise.whitening import NoiseLevels
 from robotid.estimate.residual import Evaluation, OutputError, measured_output, observed
 from robotid.estimate.result import End, Estimate, FitResult
 from robotid.estimate.spans import Spans
+from robotid.interrupt import Interrupted, check, winding_up
 from robotid.model.array import Array, Index
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
@@ -27,6 +29,7 @@ from robotid.signals.derivation import Derivation
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Quantity, Record
 
+INTERRUPTS = (Interrupted, KeyboardInterrupt)
 SEED = 0  # of further starts: the same every time
 START_SPREAD = 0.5  # standard deviation of the logarithm of their parameters: most within a factor of three
 ALIKE = 0.1  # relative spread of the records' noise levels that is not worth another fit
@@ -85,7 +88,8 @@ def fit_model(
         options = replace(options, other_starts=(*options.other_starts, *_by_speed(problem, options)))
     solution = _best_of(problem, options, log)
     problem, solution = _reweigh(problem, solution, factors, options, log)
-    return _result(name, problem, solution, time.perf_counter() - begin)
+    with winding_up() if solution.end is End.INTERRUPTED else nullcontext():
+        return _result(name, problem, solution, time.perf_counter() - begin)
 
 
 def _giving_up(problem: OutputError, log: Callable[[Iteration], None] | None) -> Callable[[Iteration], None]:
@@ -122,6 +126,10 @@ def _best_of(problem: OutputError, options: FitOptions, log: Callable[[Iteration
             found = _solve(problem, other, options, log)
         except NumericsError:
             continue
+        except INTERRUPTS:
+            if not options.interruptible:
+                raise
+            return replace(best, end=End.INTERRUPTED)
         better = min(best, found, key=lambda solution: solution.evaluation.cost)
         best = replace(better, end=found.end) if found.end is End.INTERRUPTED else better
     return best
@@ -131,7 +139,8 @@ def _by_speed(problem: OutputError, options: FitOptions) -> tuple[Parameters, ..
     """Parameters that suit the speed: an angle drifts, and its cost has hollows where the speed's has none. None where
     that leads nowhere."""
     try:
-        found = _solve(replace(problem, output="speed"), replace(problem, output="speed").start(), options, None)
+        by_speed = replace(problem, output="speed")
+        found = _solve(by_speed, by_speed.start(), replace(options, interruptible=False), None)
     except NumericsError:
         return ()
     return (problem.parameters.with_values(problem.theta(found.evaluation.unknowns)),)
@@ -155,7 +164,12 @@ def _solve(
         other = solve(problem, start, rules, initial=initial, log=log)
     except NumericsError:
         return found
-    return min(found, other, key=lambda one: one.evaluation.cost)
+    except INTERRUPTS:
+        if not options.interruptible:
+            raise
+        return replace(found, end=End.INTERRUPTED)
+    better = min(found, other, key=lambda one: one.evaluation.cost)
+    return replace(better, end=other.end) if other.end is End.INTERRUPTED else better
 
 
 def _best_start(problem: OutputError, starts: Sequence[Array]) -> Evaluation | None:
@@ -277,6 +291,7 @@ class _RecordDerivatives:
         parts = {part.start: part for part in spans.sampled()}
         squared, sampled, values = np.zeros((len(unknowns), len(unknowns))), [], np.zeros((len(unknowns), 0))
         for span, values in spans.derivatives():
+            check()
             scaled = values / deviation
             squared += scaled @ scaled.T
             if span.start in parts:
@@ -315,6 +330,7 @@ def _noise_information(problem: OutputError, theta: Array, records: Sequence[_Re
     likely = [(s, _of_records(expected_levels(seen, one), records)) for s, one in likely_levels(seen, likeliest)]
     for k, (one, square) in enumerate(zip(records, problem.weights**2, strict=True)):
         for at, values in one.derivatives():
+            check()
             parts = [share * noise_information(values, responses[k], levels[k]) for share, levels in likely]
             as_noise = np.asarray(np.sum(parts, axis=0))
             if explained:

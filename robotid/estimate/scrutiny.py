@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from robotid.catalogue import assemble
 from robotid.errors import NumericsError
 from robotid.estimate.cutoff import choose_cutoff
 from robotid.estimate.first_states import first_state_limits
-from robotid.estimate.grey_box import FitOptions, fit_model
+from robotid.estimate.grey_box import INTERRUPTS, FitOptions, fit_model
 from robotid.estimate.linear_regression import relative_error
 from robotid.estimate.linear_response import total_inertia
 from robotid.estimate.regressor import regress
@@ -64,16 +65,31 @@ class ScrutinySettings:
 SETTINGS = ScrutinySettings()
 
 
-def fit_and_scrutinise(
-    name: str,
-    joint: Joint,
-    parameters: Parameters,
-    records: Sequence[Record],
-    options: FitOptions,
-    log: Callable[[Iteration], None] | None = None,
-) -> FitResult:
-    """The fit of `scrutinised_fit`, without the one with a constant torque."""
-    return scrutinised_fit(name, joint, parameters, records, options, log).fit
+@dataclass(frozen=True, slots=True, eq=False)
+class FitTask:
+    """What is fitted: the arguments of `fit_model`."""
+
+    name: str
+    joint: Joint
+    parameters: Parameters
+    records: Sequence[Record]
+    options: FitOptions
+    log: Callable[[Iteration], None] | None = None
+
+    def fit(self) -> FitResult:
+        """The fit of `fit_model`, and its errors."""
+        return fit_model(self.name, self.joint, self.parameters, self.records, self.options, self.log)
+
+    def attempt(self) -> FitResult | None:
+        """The fit, None where the records cannot be simulated."""
+        try:
+            return self.fit()
+        except NumericsError:
+            return None
+
+    def with_options(self, **changes: Any) -> FitTask:
+        """The same with other options."""
+        return replace(self, options=replace(self.options, **changes))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,34 +101,40 @@ class ScrutinisedFit:
     with_offset: FitResult | None = None
 
 
-def scrutinised_fit(
-    name: str,
-    joint: Joint,
-    parameters: Parameters,
-    records: Sequence[Record],
-    options: FitOptions,
-    log: Callable[[Iteration], None] | None = None,
-) -> ScrutinisedFit:
+def scrutinised_fit(task: FitTask) -> ScrutinisedFit:
     """The fit of `fit_model`, with `remarks` on what makes it doubtful, and on what a constant torque would change.
 
     A doubtful fit is tried again from its start with a constant torque free. Where that explains the records far
-    better, the declared model is fitted once more from there, and the better of its two fits is kept.
+    better, the declared model is fitted once more from there, and the better of its two fits is kept. Of a task that is
+    interrupted after its first fit, this fit is kept.
     """
-    if options.choose_horizon:
-        return _in_chosen_pieces(name, joint, parameters, records, options, log)
-    first = fit_model(name, joint, parameters, records, options, log)
+    if task.options.choose_horizon:
+        return _in_chosen_pieces(task)
+    first = task.fit()
+    if first.end is End.INTERRUPTED:
+        return ScrutinisedFit(first)
+    try:
+        return _scrutinised(first, task.with_options(interruptible=False))
+    except INTERRUPTS:
+        if not task.options.interruptible:
+            raise
+        return ScrutinisedFit(replace(first, end=End.INTERRUPTED))
+
+
+def _scrutinised(first: FitResult, task: FitTask) -> ScrutinisedFit:
+    joint, parameters, records = task.joint, task.parameters, task.records
     found = tuple(doubts(first, joint, parameters, records))
     if not found and min(first.fit_percent.values()) >= SETTINGS.poor_fit:
         return ScrutinisedFit(first)
-    if options.horizon is None and min(first.fit_percent.values()) < SETTINGS.poor_fit:
-        in_pieces = _in_pieces(first, joint, parameters, records, options, log)
+    if task.options.horizon is None and min(first.fit_percent.values()) < SETTINGS.poor_fit:
+        in_pieces = _in_pieces(first, task)
         if in_pieces is not None:
             return ScrutinisedFit(in_pieces)
-    offset = _with_offset(first, joint, parameters, records, options, log)
+    offset = _with_offset(first, task)
     if offset is None:
         return ScrutinisedFit(replace(first, remarks=found))
     values = {p.name: p.value for p in offset.parameters if p.name in joint.names}
-    again = _attempt(name, joint, parameters.with_values(values), records, options, log)
+    again = replace(task, parameters=parameters.with_values(values)).attempt()
     if again is not None and _misfit(again) < (1 - SETTINGS.better) * _misfit(first):
         note = "fitted once more from the parameters of a fit with a constant torque, which simulates it better"
         doubted = tuple(doubts(again, joint, parameters, records))
@@ -208,24 +230,20 @@ def _instability(joint: Joint, parameters: Parameters, records: Sequence[Record]
     return _Instability(rate, growth, horizon)
 
 
-def _in_chosen_pieces(
-    name: str,
-    joint: Joint,
-    parameters: Parameters,
-    records: Sequence[Record],
-    options: FitOptions,
-    log: Callable[[Iteration], None] | None,
-) -> ScrutinisedFit:
+def _in_chosen_pieces(task: FitTask) -> ScrutinisedFit:
     """The fit over pieces that the data choose before it, whole records where no error grows far."""
-    instability, options = _instability(joint, parameters, records), replace(options, choose_horizon=False)
+    instability, task = (
+        _instability(task.joint, task.parameters, task.records),
+        task.with_options(choose_horizon=False),
+    )
     horizon = instability.horizon if instability.growth > SETTINGS.growth else None
     if horizon is None:
-        found = scrutinised_fit(name, joint, parameters, records, options, log)
+        found = scrutinised_fit(task)
         far = instability.growth > SETTINGS.growth
         why = "errors grow too fast for any piece" if far else "no error of an open simulation grows far"
         note = f"horizon: auto fits whole records, for {why} on this motion"
         return found if found.fit.horizon else _noted(found, note)
-    found = scrutinised_fit(name, joint, parameters, records, replace(options, horizon=horizon), log)
+    found = scrutinised_fit(task.with_options(horizon=horizon))
     note = (
         f"horizon: auto fits pieces of {horizon:g} s, for an error of the open simulation grows by a factor of e in"
         f" {1 / instability.rate:.2g} s on this motion"
@@ -237,20 +255,13 @@ def _noted(found: ScrutinisedFit, note: str) -> ScrutinisedFit:
     return replace(found, fit=replace(found.fit, remarks=(*found.fit.remarks, note)))
 
 
-def _in_pieces(
-    first: FitResult,
-    joint: Joint,
-    parameters: Parameters,
-    records: Sequence[Record],
-    options: FitOptions,
-    log: Callable[[Iteration], None] | None,
-) -> FitResult | None:
+def _in_pieces(first: FitResult, task: FitTask) -> FitResult | None:
     """The fit over pieces in which an error cannot grow far, where an open simulation is unstable and they serve."""
-    instability = _instability(joint, parameters, records)
+    instability = _instability(task.joint, task.parameters, task.records)
     horizon = instability.horizon if instability.growth >= SETTINGS.unstable else None
-    if horizon is None or first.end is End.INTERRUPTED:
+    if horizon is None:
         return None
-    found = _attempt(first.name, joint, parameters, records, replace(options, horizon=horizon), log)
+    found = task.with_options(horizon=horizon).attempt()
     if found is None or min(found.fit_percent.values()) < SETTINGS.poor_fit:
         return None
     least = min(first.fit_percent.values())
@@ -258,25 +269,19 @@ def _in_pieces(
         f"an error of the open simulation grows by a factor of e in {1 / instability.rate:.2g} s on this motion, and"
         f" the fit of whole records is {least:.1f} %: fitted, validated and diagnosed in pieces of {horizon:g} s"
     )
-    remarks = (*doubts(found, joint, parameters, records), remark)
+    remarks = (*doubts(found, task.joint, task.parameters, task.records), remark)
     return replace(found, horizon=horizon, remarks=remarks)
 
 
-def _with_offset(
-    first: FitResult,
-    joint: Joint,
-    parameters: Parameters,
-    records: Sequence[Record],
-    options: FitOptions,
-    log: Callable[[Iteration], None] | None,
-) -> FitResult | None:
+def _with_offset(first: FitResult, task: FitTask) -> FitResult | None:
     """The fit with a constant torque free, where it is far better; None where it is not, or has one already."""
-    if OFFSET in joint.structure.terms or first.end is End.INTERRUPTED or not parameters.free.any():
+    joint = task.joint
+    if OFFSET in joint.structure.terms or not task.parameters.free.any():
         return None
     extended = assemble(joint.structure.extended(OFFSET), angle=joint.keeps_angle)
-    start = extended.parameters().taken_from(parameters)
-    name = first.name + OFFSET_SUFFIX
-    found = _attempt(name, extended, start, records, replace(options, other_starts=()), log)
+    start = extended.parameters().taken_from(task.parameters)
+    other = replace(task, name=first.name + OFFSET_SUFFIX, joint=extended, parameters=start)
+    found = other.with_options(other_starts=()).attempt()
     if found is None:
         return None
     gain = [(found.noise_std[n] / std) ** 2 for n, std in first.noise_std.items() if std > 0]
@@ -284,26 +289,12 @@ def _with_offset(
         return None
     torque = found[f"{OFFSET}.tau0"]
     remark = f"{first.name} with a constant torque of {torque.value:.3g} {torque.unit}, which it does not have"
-    return replace(found, horizon=options.horizon, remarks=(remark,))
+    return replace(found, horizon=task.options.horizon, remarks=(remark,))
 
 
 def _misfit(fit: FitResult) -> float:
     """Geometric mean of the records' residuals, in the unit of the output."""
     return float(np.exp(np.mean(np.log(np.maximum(list(fit.noise_std.values()), 1e-300)))))
-
-
-def _attempt(
-    name: str,
-    joint: Joint,
-    parameters: Parameters,
-    records: Sequence[Record],
-    options: FitOptions,
-    log: Callable[[Iteration], None] | None,
-) -> FitResult | None:
-    try:
-        return fit_model(name, joint, parameters, records, options, log)
-    except NumericsError:
-        return None
 
 
 def _advice(first: FitResult, offset: FitResult) -> str:

@@ -17,7 +17,7 @@ from robotid.estimate.grey_box import FitOptions
 from robotid.estimate.identify import StartOptions, initialise_flexible, initialise_rigid, starting_parameters
 from robotid.estimate.result import Estimate, FitResult
 from robotid.estimate.rigid import RigidResult
-from robotid.estimate.scrutiny import fit_and_scrutinise
+from robotid.estimate.scrutiny import FitTask, scrutinised_fit
 from robotid.estimate.sensing import default_output, joint_for
 from robotid.interface.dataset import Dataset, as_dataset
 from robotid.interface.hints import in_python_terms
@@ -182,7 +182,7 @@ def fit(
     joint = joint_for(model.structure, output, used)
     with in_python_terms(), computing():
         start = initialise(model, joint, used, options)
-        result = fit_and_scrutinise(NAME, joint, start.parameters, used.records, options.fit)
+        result = scrutinised_fit(FitTask(NAME, joint, start.parameters, used.records, options.fit)).fit
     return Fit(
         **fields_of(result, FitResult),
         model=model,

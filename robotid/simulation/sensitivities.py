@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from robotid.interrupt import check
 from robotid.model.array import Array, blocks
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
@@ -65,6 +66,7 @@ def sensitivity_blocks(
     yield slice(0, 1), start[list(rows), :, None]
     buffer = np.empty(width * (min(n - 1, BLOCK) + 1) * joint.nx)  # one for all blocks: memory afresh is slow
     for at in blocks(n - 1, BLOCK):
+        check()
         steps = trajectory.linearise(at, wanted) if known is None else known.part(at)
         assert steps.S is not None
         nodes = at.stop - at.start + 1
@@ -102,6 +104,7 @@ def force_gradient(trajectory: Trajectory, row: int, weights: Array) -> Array:
     gradient, later = np.zeros((joint.masses, n)), np.zeros(joint.nx)
     later[row] = weights[-1]
     for at in reversed(list(blocks(n - 1, BLOCK))):
+        check()
         steps = trajectory.linearise(at, wanted)
         assert steps.S is not None
         right_side = np.zeros((joint.nx, 1, at.stop - at.start + 1))

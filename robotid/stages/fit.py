@@ -11,7 +11,7 @@ from robotid.estimate.grey_box import FitOptions
 from robotid.estimate.identify import starting_parameters
 from robotid.estimate.result import End, FitResult, Fits
 from robotid.estimate.rigid import RigidResult
-from robotid.estimate.scrutiny import ScrutinisedFit, scrutinised_fit
+from robotid.estimate.scrutiny import FitTask, ScrutinisedFit, scrutinised_fit
 from robotid.estimate.sensing import default_output, joint_for
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
@@ -62,7 +62,7 @@ class _Common:
 def _fitted(shared: _Common, item: tuple[str, Sequence[Record]], log: Log | None = None) -> ScrutinisedFit:
     name, records = item
     line = None if log is None else (lambda iteration: log(Step(name, shared.names, iteration)))
-    return scrutinised_fit(name, shared.joint, shared.parameters, records, shared.options, line)
+    return scrutinised_fit(FitTask(name, shared.joint, shared.parameters, records, shared.options, line))
 
 
 def start(settings: Config, joint: Joint, rigid: RigidResult, flex: FlexResult) -> Parameters:

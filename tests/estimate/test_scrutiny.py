@@ -13,7 +13,7 @@ from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.identify import starting_parameters
 from robotid.estimate.result import FitResult
 from robotid.estimate.rigid import fit_rigid
-from robotid.estimate.scrutiny import doubts, fit_and_scrutinise, growth_rate, scrutinised_fit
+from robotid.estimate.scrutiny import FitTask, doubts, growth_rate, scrutinised_fit
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
@@ -45,7 +45,7 @@ def start(offset: float) -> Parameters:
 
 @cache
 def scrutinised(offset: float) -> FitResult:
-    return fit_and_scrutinise("m", JOINT, start(offset), [record(offset)], FitOptions())
+    return scrutinised_fit(FitTask("m", JOINT, start(offset), [record(offset)], FitOptions())).fit
 
 
 def test_a_fit_without_fault_stays_as_it_is() -> None:
@@ -71,7 +71,7 @@ def test_a_constant_torque_that_is_not_declared_is_named_with_what_it_changes(of
 @pytest.mark.parametrize("offset", [0.003, 0.012])
 def test_a_doubtful_fit_is_tried_again_with_a_constant_torque_free(offset: float) -> None:
     """What went into inertia and friction, by a factor of up to seventeen, is in the constant torque."""
-    found = scrutinised_fit("m", JOINT, start(offset), [record(offset)], FitOptions()).with_offset
+    found = scrutinised_fit(FitTask("m", JOINT, start(offset), [record(offset)], FitOptions())).with_offset
     assert found is not None
     assert found.name == "m_offset"
     for name, value in (TRUTH | {"motor.constant_torque.tau0": offset}).items():
@@ -82,7 +82,7 @@ def test_a_doubtful_fit_is_tried_again_with_a_constant_torque_free(offset: float
 
 
 def test_a_fit_without_fault_is_not_tried_again() -> None:
-    assert scrutinised_fit("m", JOINT, start(0.0), [record(0.0)], FitOptions()).with_offset is None
+    assert scrutinised_fit(FitTask("m", JOINT, start(0.0), [record(0.0)], FitOptions())).with_offset is None
 
 
 def test_a_friction_that_vanishes_is_said() -> None:
@@ -92,7 +92,9 @@ def test_a_friction_that_vanishes_is_said() -> None:
 def test_a_declared_constant_torque_is_not_tried_again() -> None:
     joint = assemble(Structure((*TERMS, "motor.constant_torque")))
     rigid = fit_rigid(joint, joint.parameters(), [record(0.012)])
-    found = fit_and_scrutinise("m", joint, starting_parameters(joint, {}, rigid.guesses), [record(0.012)], FitOptions())
+    found = scrutinised_fit(
+        FitTask("m", joint, starting_parameters(joint, {}, rigid.guesses), [record(0.012)], FitOptions())
+    ).fit
     assert found.remarks == ()
     assert found["motor.inertia.J"].value == pytest.approx(TRUTH["motor.inertia.J"], rel=0.01)
 
@@ -109,7 +111,7 @@ def test_another_inertia_than_the_start_is_said() -> None:
 def test_of_a_record_in_pieces_the_first_speed_is_that_of_the_first() -> None:
     log = record(0.0)
     pieces = (log.piece(0, 2500), log.piece(2500, 4000))
-    found = fit_and_scrutinise("m", JOINT, start(0.0), pieces, FitOptions())
+    found = scrutinised_fit(FitTask("m", JOINT, start(0.0), pieces, FitOptions())).fit
     assert pieces[1].dphi_m[0] > 10.0 + pieces[0].dphi_m[0]
     assert found.remarks == ()
 
@@ -133,7 +135,7 @@ def test_an_unstable_motion_is_fitted_in_pieces() -> None:
     joint, begin, log = pendulum()
     assert growth_rate(joint, begin.values, log) > 2.0
     assert fit_model("m", joint, begin, [log], FitOptions()).fit_percent["log"] < 90.0
-    found = fit_and_scrutinise("m", joint, begin, [log], FitOptions())
+    found = scrutinised_fit(FitTask("m", joint, begin, [log], FitOptions())).fit
     assert found.fit_percent["log"] > 98.0
     assert found["motor.inertia.J"].value == pytest.approx(0.01, rel=0.02)
     assert found["arm.gravity.G"].value == pytest.approx(1.0, rel=0.02)
@@ -143,10 +145,10 @@ def test_an_unstable_motion_is_fitted_in_pieces() -> None:
 
 def test_pieces_are_chosen_where_that_is_asked() -> None:
     joint, begin, log = pendulum()
-    found = fit_and_scrutinise("m", joint, begin, [log], FitOptions(choose_horizon=True))
+    found = scrutinised_fit(FitTask("m", joint, begin, [log], FitOptions(choose_horizon=True))).fit
     assert found.horizon == 1.0
     assert found.remarks[-1].startswith("horizon: auto fits pieces of 1 s, for an error of the open simulation grows")
-    stable = fit_and_scrutinise("m", JOINT, start(0.0), [record(0.0)], FitOptions(choose_horizon=True))
+    stable = scrutinised_fit(FitTask("m", JOINT, start(0.0), [record(0.0)], FitOptions(choose_horizon=True))).fit
     assert stable.horizon is None
     (note,) = stable.remarks
     assert note.startswith("horizon: auto fits whole records, for no error of an open simulation grows far")

@@ -9,7 +9,8 @@ where that does not help either, `least_squares.solve` goes on from the best poi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from operator import attrgetter
 
@@ -35,7 +36,7 @@ from robotid.estimate.lifted.coarse import coarse_factor, coarsened, refined
 from robotid.estimate.lifted.iterate import Iterate, advanced_nodes, iterate
 from robotid.estimate.residual import Evaluation, OutputError
 from robotid.estimate.result import End
-from robotid.interrupt import Interrupted, check
+from robotid.interrupt import Interrupted, check, winding_up
 from robotid.model.array import Array
 from robotid.progress import Iteration
 from robotid.simulation.actuator import effective_steps, effective_torque
@@ -80,7 +81,8 @@ def solve(
     if initial is None and len(start) and fits_in_memory(problem):
         try:
             ended = _solve(problem, Bounds(*problem.bounds()).clip(start), options, log)
-            at = _simulation(problem, ended.at)
+            with _keeping(ended.end):
+                at = _simulation(problem, ended.at)
             if ended.end in (End.CONVERGED, End.INTERRUPTED):
                 return Solution(at, ended.at.factor, (*ended.cost[:-1], at.cost), ended.end)
             initial, cost = at, ended.cost[:-1]
@@ -90,6 +92,20 @@ def solve(
     further = start if initial is None else initial.unknowns
     rest = least_squares.solve(problem, further, left, initial=initial, log=_continued(log, len(cost)))
     return replace(rest, cost=(*cost, *rest.cost))
+
+
+@contextmanager
+def _keeping(end: End) -> Iterator[None]:
+    """Around what makes a result of the last iterate. Of an interrupted iteration this must not take long; where it
+    does, or the iterate cannot be simulated, Interrupted ends the program."""
+    if end is not End.INTERRUPTED:
+        yield
+        return
+    try:
+        with winding_up():
+            yield
+    except NumericsError:
+        raise Interrupted from None
 
 
 def fits_in_memory(problem: OutputError) -> bool:
@@ -106,7 +122,8 @@ def _solve(problem: OutputError, start: Array, options: SolveOptions, log: Calla
             start = Bounds(*problem.bounds()).clip(found.at.unknowns)
             nodes = [refined(x, factor, len(r)) for x, r in zip(found.at.nodes, problem.records, strict=True)]
             if found.end is End.INTERRUPTED:
-                return replace(found, at=iterate(problem, start, nodes))
+                with _keeping(found.end):
+                    return replace(found, at=iterate(problem, start, nodes))
             ended = run(
                 problem, iterate(problem, start, nodes), options, _continued(log, len(found.cost) - 1), near=True
             )
@@ -146,7 +163,7 @@ def _coarse(
         ended = run(problem, iterate(problem, start, _first_nodes(problem, start)), rough, log, measure=measure)
     except NumericsError:
         return None
-    return ended if len(ended.cost) > 1 else None
+    return ended if len(ended.cost) > 1 or ended.end is End.INTERRUPTED else None
 
 
 def _first_nodes(problem: OutputError, unknowns: Array) -> list[Array]:

@@ -20,6 +20,7 @@ import numpy as np
 
 from robotid.errors import NumericsError
 from robotid.estimate.residual import OutputError, output_columns, output_rows
+from robotid.interrupt import check
 from robotid.model.array import Array, Index
 from robotid.model.derivatives import DerivativeColumns
 from robotid.signals.record import Record
@@ -143,6 +144,7 @@ def _changes(problem: OutputError, segments: Sequence[_Segment]) -> list[Array]:
     found, begin = np.empty((width, x.shape[1], joint.nx)), begins[0]
     found[:, 0] = begin.T
     for first in range(0, len(u), BLOCK):
+        check()
         last = min(len(u), first + BLOCK)
         block = slice(first, last)
         h = lengths[block] if same is None else same

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import scipy
-from scipy.integrate import solve_ivp
+from scipy.integrate import LSODA
 
 from robotid import __version__
 from robotid.errors import NumericsError
@@ -24,7 +24,7 @@ from robotid.simulation.fallback.cache import cached
 from robotid.simulation.newton.problem import Problem
 from robotid.simulation.newton.solver import MAX_STATE
 
-_solve_ivp: Any = solve_ivp  # its types take every right-hand side for complex
+_lsoda: Any = LSODA  # its types take every right-hand side for complex
 
 RTOL, ATOL = 1e-8, 1e-11
 SMOOTHING = 1e-4  # rad/s: LSODA needs a continuous friction law
@@ -52,21 +52,23 @@ def smooth_rate(joint: Joint, x: Array, u: float, t: float, theta: Array) -> Arr
 def _integrate(problem: Problem, first: int, stop: int, start: Array) -> Array:
     h, x = problem.sampling_time, [start]
     for k in range(first, stop):
-        check()
         state = x[-1]
         for begin, end, torque in _held_torques(problem, k):
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", UserWarning)  # that it failed is reported below
-                step = _solve_ivp(
+                solver = _lsoda(
                     lambda t, y, torque=torque: smooth_rate(problem.joint, y, torque, t, problem.theta),
-                    (problem.begin + (k + begin) * h, problem.begin + (k + end) * h),
+                    problem.begin + (k + begin) * h,
                     state,
-                    method="LSODA",
+                    problem.begin + (k + end) * h,
                     rtol=RTOL,
                     atol=ATOL,
                 )
-            state = step.y[:, -1]
-            if not step.success or not np.abs(state).max() < MAX_STATE:
+                while solver.status == "running":
+                    check()
+                    solver.step()
+            state = solver.y
+            if solver.status == "failed" or not np.abs(state).max() < MAX_STATE:
                 raise NumericsError(
                     f"the simulation diverges at t = {k * h:.4g} s", hint="check the parameters' guesses and bounds"
                 )

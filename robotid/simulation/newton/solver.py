@@ -102,6 +102,7 @@ def followed(course: Course[T]) -> T:
     try:
         window = next(course)
         while True:
+            check()
             steps = window.problem.linearise(window.first, window.last, window.x)
             window = course.send(newton_step(steps))
     except StopIteration as end:

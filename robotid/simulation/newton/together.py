@@ -12,6 +12,7 @@ from typing import TypeGuard
 
 import numpy as np
 
+from robotid.interrupt import check
 from robotid.model.array import Array
 from robotid.simulation.courses import driven
 from robotid.simulation.friction.crossing import linearise_steps
@@ -32,6 +33,7 @@ def _changes(asked: Mapping[int, Window]) -> dict[int, Array]:
     """What moves each window, by number."""
     changes: dict[int, Array] = {}
     for group in _groups(asked):
+        check()
         steps = _linearised([asked[k] for k in group])
         changes |= {k: newton_step(one) for k, one in zip(group, steps, strict=True)}
     return changes

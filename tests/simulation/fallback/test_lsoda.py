@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,12 +12,14 @@ from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
 
 from robotid.catalogue import assemble
 from robotid.errors import NumericsError
+from robotid.interrupt import Interrupted, interruptible
 from robotid.model.array import Array
+from robotid.model.joint import Joint
 from robotid.model.port import Port
 from robotid.signals.record import Record
 from robotid.simulation.fallback import lsoda as fallback
 from robotid.simulation.newton import solver
-from robotid.simulation.newton.problem import WindowProblem
+from robotid.simulation.newton.problem import Problem, WindowProblem
 from robotid.simulation.newton.solver import Course, NewtonResult
 from robotid.simulation.simulate import simulate
 from robotid.terms import TERMS
@@ -122,3 +125,19 @@ def test_divergence_is_reported_in_words() -> None:
     unstable = JOINT.parameters().with_values({**TRUTH, "gear.spring.k1": -1e10, "gear.cubic_spring.k3": 0.0}).values
     with pytest.raises(NumericsError, match="the simulation diverges"):
         simulate(JOINT, unstable, RECORD, START)
+
+
+def test_a_signal_is_seen_between_two_of_its_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = list[float]()
+
+    def rate(joint: Joint, x: Array, u: float, t: float, theta: Array) -> Array:
+        calls.append(t)
+        if len(calls) == 1:
+            signal.raise_signal(signal.SIGTERM)
+        return 1e6 * np.cos(1e6 * t) * np.ones_like(x)
+
+    monkeypatch.setattr(fallback, "smooth_rate", rate)
+    problem = Problem(JOINT, THETA, RECORD.tau_m[:-1], SAMPLING_TIME, np.zeros((JOINT.nx, len(T))))
+    with interruptible(), pytest.raises(Interrupted):
+        fallback.lsoda(problem, 0, 1, START)
+    assert len(calls) < 50  # of thousands
