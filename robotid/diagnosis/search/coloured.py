@@ -84,7 +84,7 @@ def p_value(
     if not sizes:
         return 0.0
     at, with_effect = list(sizes), _blocks_with(left, sizes)
-    noise = tried.candidates * _by_noise(with_effect, at, left.energy, model.samples)
+    noise = tried.candidates * by_noise(with_effect, at, left.energy, model.samples)
     again = tried.effects * with_effect.significance(at)
     if again > noise and are_too_few(with_effect.telling_blocks(at), len(at)) and (other := elsewhere()) is not None:
         again = min(again, tried.effects * confirmation(other, effect, sizes))
@@ -107,7 +107,7 @@ def confirmation(other: RefittedModel, effect: str, sizes: Mapping[int, float]) 
     if np.linalg.norm(own - before) > ACCEPTANCE.constant_spread * np.linalg.norm(before):
         return 1.0
     left = left_by(other)
-    return _by_noise(_blocks_with(left, found), list(found), left.energy, other.samples)
+    return by_noise(_blocks_with(left, found), list(found), left.energy, other.samples)
 
 
 def _blocks_with(left: Left, sizes: Mapping[int, float]) -> BlockedRegression:
@@ -125,10 +125,10 @@ def curve_p_value(model: RefittedModel, forces: Sequence[Array]) -> float:
     left = left_by(model, forces)
     first = len(model.unknowns.parameters)
     at = range(first, first + forces[0].shape[1])
-    return max(_by_noise(left.blocks, at, left.energy, model.samples), left.blocks.gain(at).p_value)
+    return max(by_noise(left.blocks, at, left.energy, model.samples), left.blocks.gain(at).p_value)
 
 
-def _by_noise(blocks: BlockedRegression, at: Sequence[int], energy: float, samples: int) -> float:
+def by_noise(blocks: BlockedRegression, at: Sequence[int], energy: float, samples: int) -> float:
     """p-value of the regressors `at` being absent, by the F-test. energy : a sample, in variances of the noise."""
     return float(fisher.sf(blocks.energy_of(at) / len(at) / max(1.0, energy), len(at), samples))
 
