@@ -21,13 +21,14 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2, help="processes")
     parser.add_argument("--json", type=Path, help="file for all results")
     asked = parser.parse_args()
-    results: list[Result] = []
+    machines = range(asked.first, asked.first + asked.machines)
+    results = list[Result]()
     with ProcessPoolExecutor(asked.jobs) as pool:
-        for of_one in pool.map(_one, range(asked.first, asked.first + asked.machines)):
+        for of_one in pool.map(_one, *zip(*((k, effect) for k in machines for effect in TRIED), strict=True)):
             results += of_one
-            print(f"{len(results)} trials", file=sys.stderr, flush=True)
-    if asked.json:
-        asked.json.write_text(json.dumps([asdict(r) for r in results], indent=1))
+            print("\n".join(f"{len(results)} {_line(r)}" for r in of_one), file=sys.stderr, flush=True)
+            if asked.json:
+                asked.json.write_text(json.dumps([asdict(r) for r in results], indent=1))
     print(table(results))
 
 
@@ -48,8 +49,13 @@ def _row(name: str, results: list[Result]) -> str:
     return f"| {name} | {' | '.join(cells)} |"
 
 
-def _one(number: int) -> list[Result]:
-    return in_scratch(lambda folder: list(run(number, folder)))
+def _one(number: int, effect: str) -> list[Result]:
+    return in_scratch(lambda folder: list(run(number, effect, folder)))
+
+
+def _line(one: Result) -> str:
+    causes = " ".join(twins[0] for twins in one.causes)
+    return f"{one.effect} of {one.times:.2g} limits: {causes or one.error or one.verdict}"
 
 
 if __name__ == "__main__":

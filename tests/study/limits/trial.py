@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from zlib import crc32
 
 import numpy as np
 
 from robotid.errors import RobotidError
 from study.plant.catalogue import EFFECTS
-from study.plant.draw import draw
+from study.plant.draw import Draw, draw
 from study.trials.case import Case, Hidden
 from study.trials.tool import diagnosed, fit
 
@@ -57,21 +59,31 @@ class Result:
         return any(self.effect in twins for twins in self.causes)
 
 
-def run(number: int, folder: Path) -> Iterator[Result]:
-    """All trials of one machine, in folders below `folder`. Raises RobotidError where its clean records cannot be
-    diagnosed."""
+def run(number: int, effect: str, folder: Path) -> Iterator[Result]:
+    """The trials of one effect in one machine, in folders below `folder`. Raises RobotidError where the machine's clean
+    records cannot be diagnosed."""
+    machine, shapes = _machine(number)
+    limit = _limits(number).get(effect, np.inf)
+    for k, times in enumerate(SIZES):
+        size = times * limit
+        if size < EFFECTS[effect].largest:
+            hidden = Hidden(effect, size, shapes[effect])
+            yield _tried(Result(effect, number, times, size), Case(machine, (hidden,)), folder / str(k))
+
+
+def _machine(number: int) -> tuple[Draw, dict[str, dict[str, float]]]:
+    """A machine, and the shape of every effect in it."""
     rng = np.random.default_rng([crc32(b"limits"), number])
     machine = draw(rng)
-    shapes = {name: EFFECTS[name].shape(rng) for name in TRIED}
-    clean = Case(machine)
-    clean.write(folder / "clean")
-    limits = {one.effect: one.size for one in diagnosed(fit(folder / "clean" / "base.yaml")).limits}
-    for effect in TRIED:
-        for k, times in enumerate(SIZES):
-            size = times * limits.get(effect, np.inf)
-            if size < EFFECTS[effect].largest:
-                hidden = Hidden(effect, size, shapes[effect])
-                yield _tried(Result(effect, number, times, size), Case(machine, (hidden,)), folder / f"{effect}-{k}")
+    return machine, {name: EFFECTS[name].shape(rng) for name in TRIED}
+
+
+@cache
+def _limits(number: int) -> dict[str, float]:
+    """Detection limits of a machine by effect, from its clean records."""
+    with TemporaryDirectory() as folder:
+        Case(_machine(number)[0]).write(Path(folder))
+        return {one.effect: one.size for one in diagnosed(fit(Path(folder) / "base.yaml")).limits}
 
 
 def _tried(result: Result, case: Case, folder: Path) -> Result:
