@@ -13,6 +13,7 @@ from robotid.diagnosis.events.shapes import FRICTION, Shape, best_shapes, signif
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.scoring.scan import Scan
 from robotid.model.array import Array
+from robotid.signals.record import Record
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +82,25 @@ def find_event(scans: Sequence[Scan], level: float, placed: PlacedEvents | None 
     beside, even = known_columns(scans, catalogue=True), placed.even
     tries, others = 2 * EVENTS.bins * len(even), binned(beside, even)
     found = [_judged(one, placed.plain, beside, others, tries) for one in placed.events]
-    return max((one for one in found if one.event.p_value < level), key=lambda one: one.energy, default=None)
+    records = [one.segment.record for one in scans]
+    certain = (one for one in found if one.event.p_value < level and not is_late_torque(one.event, records))
+    return max(certain, key=lambda one: one.energy, default=None)
+
+
+def is_late_torque(event: Event, records: Sequence[Record]) -> bool:
+    """Whether a bump is no more than a change of the recorded torque would be that acted a sampling interval earlier or
+    later: when a torque changes between two samples, no record tells.
+
+    records : or their pieces.
+    """
+    if event.kind != "bump":
+        return False
+    pieces = [one for one in records if one.name == event.record]
+    t, torque = np.concatenate([one.t for one in pieces]), np.concatenate([one.tau_m for one in pieces])
+    h = pieces[0].sampling_time
+    near = torque[(t > event.start - 2 * h) & (t < event.end + h)]
+    largest = float(np.abs(np.diff(near)).max()) if len(near) > 1 else 0.0
+    return abs(event.torque) * (event.end - event.start) <= largest * h
 
 
 def hopeful(placed: Sequence[_Placed]) -> list[_Placed]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from support.small_bench import fitted
 
 from robotid.diagnosis import Criteria, diagnose
 from robotid.diagnosis.events.applied import event_torque, without_events
+from robotid.diagnosis.events.detection import is_late_torque
 from robotid.diagnosis.refit.refitted_model import SegmentFit, Unknowns
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.scoring.candidate import EffectCandidate
@@ -67,6 +69,23 @@ def test_an_edge_between_two_samples_counts_in_part() -> None:
     h = record.sampling_time
     torque = event_torque(Event("slow", "bump", False, 10.25 * h, 12.5 * h, 1.0, 0.0, 0.0), record)
     assert torque[9:14] == pytest.approx([0.0, 0.75, 1.0, 0.5, 0.0])
+
+
+@pytest.mark.parametrize("split", [False, True], ids=["whole", "in pieces"])
+def test_a_torque_that_changed_between_two_samples_is_no_event(split: bool) -> None:
+    record = eventful(None)[0]
+    h, torque = record.sampling_time, np.zeros(len(record))
+    torque[1000:] = 2.0
+    stepped = replace(record, tau_m=torque)
+    pieces = [stepped.piece(0, 1000), stepped.piece(1000, len(stepped))] if split else [stepped]
+    t = float(stepped.t[1000])
+
+    def bump(start: float, size: float) -> Event:
+        return Event("slow", "bump", False, start, start + 4 * h, size, 0.0, 0.0)
+
+    assert is_late_torque(bump(t, 0.45), pieces)
+    assert not is_late_torque(bump(t, 0.55), pieces)
+    assert not is_late_torque(bump(t + 10 * h, 0.45), pieces)
 
 
 def test_a_push_is_reported_beside_the_verdict_and_no_cause_is_named_for_it() -> None:
