@@ -13,8 +13,8 @@ from robotid.diagnosis.misfit.summary import locate_misfit
 from robotid.diagnosis.noise.noise_floor import Noise
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.results import Cause, Diagnosis, Misfit, Rejected, Verdict
-from robotid.diagnosis.scoring.limits import detection_limits
 from robotid.diagnosis.search.coloured import energy_a_sample
+from robotid.diagnosis.search.limits import detection_limits
 from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.search.state import AcceptedCause, SearchResult
 from robotid.diagnosis.settings import VERDICT
@@ -84,7 +84,7 @@ def verdict(
         remarks=_remarks(word, found),
         remaining_share=share,
         events=found.events,
-        limits=detection_limits(found.rounds[-1], criteria or Criteria(), found.last.structure.effects),
+        limits=detection_limits(found, criteria or Criteria()),
     )
 
 

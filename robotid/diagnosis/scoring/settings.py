@@ -12,7 +12,6 @@ class ScoringSettings:
     dependent: float = 1e-5  # of a column's length left after projection: less is rounding
     negligible: float = 1e-10  # relative singular value of the saturated regression, the square of a column's share
     confounded: float = 0.7  # correlation from which an effect's answer counts as much like another's
-    limit_sigma: float = 3.0  # standard deviations of an amplitude from which an effect would have shown itself
     blocks: int = 40  # of time, into which all records are cut: enough for a deviation to a ninth of itself
     period_peaks: int = 3  # of the misfit's spectrum over an angle, the highest and the most prominent
     bins_a_period: int = 16  # of the shortest period of the grid: a wave loses a hundredth of its height

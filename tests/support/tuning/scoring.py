@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.whitening import UNIT_WHITENING
 from robotid.diagnosis.refit.refitted_model import Unknowns
 from robotid.diagnosis.scoring import periods
 from robotid.diagnosis.scoring.catalogue_candidates import term_candidate
 from robotid.diagnosis.scoring.confounding import confounded_with
-from robotid.diagnosis.scoring.limits import least_energy
 from robotid.diagnosis.scoring.periods import Wave, period_peaks
 from robotid.diagnosis.scoring.projection import project
 from robotid.diagnosis.scoring.resonances import Drive, _cross_spectrum, resonance_peaks
@@ -65,11 +63,6 @@ def check_answers_are_alike_from_a_correlation_of_seven_tenths() -> None:
 
     assert (alike(0.72), alike(0.68)) == (1, 0)
 
-
-@sees(SCORING, "limit_sigma")
-def check_an_effect_would_have_shown_itself_at_three_standard_deviations() -> None:
-    anything = Criteria(significance=0.5, min_improvement_sigma=0.0)
-    assert least_energy(1, 1.0, anything, tries=1, samples=1000) == pytest.approx(9.0)
 
 
 @sees(SCORING, "negligible")

@@ -1,0 +1,101 @@
+"""Detection limits: an effect of that size just passes the tests of a cause, and what has no column has no limit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from math import isinf
+
+import numpy as np
+import pytest
+from scipy.stats import f as fisher
+from support.small_bench import begun, records, searched
+
+from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, blocked
+from robotid.diagnosis.search.limits import detection_limits, least_energy, least_size, typical_shapes
+from robotid.diagnosis.search.search import as_result
+from robotid.diagnosis.search.state import SearchResult
+
+CRITERIA = Criteria(skip=("record_change",))
+
+
+@cache
+def clean() -> SearchResult:
+    """Of the small bench with nothing hidden."""
+    return searched(records({}), CRITERIA)
+
+
+def limits(found: SearchResult, criteria: Criteria = CRITERIA) -> dict[str, float]:
+    return {one.effect: one.size for one in detection_limits(found, criteria)}
+
+
+def regression(seed: int, drift: float) -> BlockedRegression:
+    """Of noise, alike in all blocks or growing from block to block, on two regressors."""
+    rng = np.random.default_rng(seed)
+    columns = rng.standard_normal((2, 4000))
+    noise = rng.standard_normal(4000) * (1.0 + drift * np.arange(4000) / 4000)
+    return blocked(columns, noise, 100)
+
+
+def with_last(blocks: BlockedRegression, size: float) -> BlockedRegression:
+    """The regression with its last amplitude at a size, whatever it was."""
+    change = size - blocks.estimate()[-1]
+    return replace(blocks, moment=blocks.moment + change * blocks.information[:, :, -1])
+
+
+@pytest.mark.parametrize("drift", [0.0, 3.0])
+@pytest.mark.parametrize("level", [1e-2, 1e-5])
+def test_an_amplitude_of_the_least_size_is_significant_by_just_the_level(drift: float, level: float) -> None:
+    blocks = regression(1, drift)
+    k = blocks.moment.shape[1] - 1
+    telling = blocks.telling_blocks([k])
+    size = least_size(blocks, 1, level)
+    assert with_last(blocks, size).significance([k]) == pytest.approx(level, rel=1e-6)
+    assert with_last(blocks, 1.1 * size).significance([k]) < level < with_last(blocks, 0.9 * size).significance([k])
+    assert telling > 30
+
+
+def test_an_amplitude_that_one_block_tells_of_has_no_least_size() -> None:
+    columns = np.zeros((1, 4000))
+    columns[0, :90] = 1.0
+    assert isinf(least_size(blocked(columns, np.random.default_rng(2).standard_normal(4000), 100), 1, 1e-3))
+
+
+def test_the_least_energy_is_that_of_the_level_among_all_tries() -> None:
+    energy = least_energy(2, 1.5, CRITERIA, tries=200, samples=8000)
+    assert 200 * fisher.sf(energy / 2 / 1.5, 2, 8000) == pytest.approx(CRITERIA.significance)
+
+
+def test_every_effect_of_the_catalogue_that_the_model_lacks_has_one_limit() -> None:
+    names = [one.effect for one in detection_limits(clean(), CRITERIA)]
+    seen = clean().rounds[-1]
+    assert names == sorted({one.name for one in seen.candidates})
+    lacking = [one.candidate.name for one in typical_shapes(seen, present=("motor.stribeck",))]
+    assert set(names) - set(lacking) == {"motor.stribeck"}
+
+
+def test_what_the_fitted_parameters_do_as_well_is_invisible() -> None:
+    """The gain of the torque is that of all parameters together."""
+    found = limits(clean())
+    assert isinf(found["torque.torque_gain"])
+    assert not isinf(found["motor.stribeck"])
+
+
+def test_a_larger_least_improvement_makes_the_limits_larger_in_proportion() -> None:
+    once, twice = (limits(clean(), replace(CRITERIA, min_improvement_sigma=size)) for size in (2.0, 4.0))
+    ratios = [twice[name] / once[name] for name in once if not isinf(twice[name])]
+    assert len(ratios) > 3
+    assert np.allclose(ratios, 2.0)
+
+
+def test_a_search_that_ran_out_of_time_has_limits_too() -> None:
+    state = begun(records({}), CRITERIA).scored(CRITERIA)
+    assert set(limits(as_result(state))) == set(limits(clean()))
+
+
+@pytest.mark.parametrize(("times", "named"), [(1.0 / 3.0, False), (2.0, True)])
+def test_a_third_of_a_limit_is_not_named_and_twice_a_limit_is(times: float, named: bool) -> None:
+    size = times * limits(clean())["motor.quadratic_friction"]
+    found = searched(records({"motor.quadratic_friction.Fq": size}), CRITERIA)
+    assert any("motor.quadratic_friction" in cause.twins for cause in found.causes) == named
