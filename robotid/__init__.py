@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from robotid.interface.improvement import diagnose as diagnose
     from robotid.interface.improvement import extend as extend
     from robotid.interface.model import Model as Model
+    from robotid.interface.monitoring import compare as compare
+    from robotid.interface.monitoring import watch as watch
     from robotid.interface.reading import read as read
     from robotid.model.joint import Joint as Joint
     from robotid.model.parameters import KnownParameter as KnownParameter
@@ -61,6 +63,8 @@ _HOMES = {
     "validate": "interface.evaluation",
     "diagnose": "interface.improvement",
     "extend": "interface.improvement",
+    "compare": "interface.monitoring",
+    "watch": "interface.monitoring",
     "load": "interface.files",
     "save": "interface.files",
     "explain": "interface.explanation",

@@ -3,31 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from robotid.artifacts.store import Artifact, load, read_headers
 from robotid.config.load import parse
 from robotid.config.suggest import suggest
+from robotid.diagnosis.results import Diagnosis
 from robotid.errors import ConfigError, InputError
 from robotid.estimate.comparison import compare_fits
 from robotid.estimate.result import FitResult, Fits
+from robotid.extension.results import Extension
 from robotid.pipeline.stage import Stage
 from robotid.pipeline.table import COLLECT, DIAGNOSE, EXTEND, FIT, VALIDATE
 from robotid.report.comparison import RunComparison, RunSummary
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LoadedRun:
+class ComparedRun:
     """A run's model and what is known of it. records : digest of the records that it was fitted to."""
 
-    folder: Path
     fit: FitResult
     summary: RunSummary
     records: str
-    created: str
-    version: str
 
 
 def compare_runs(
@@ -40,12 +39,16 @@ def compare_runs(
     """
     if len(folders) < 2:
         raise ConfigError("there is nothing to compare with", where="compare", hint="give two run directories or more")
-    runs = dict(zip(_names(folders), (load_run(f, model, axis, extended=extended) for f in folders), strict=True))
-    compared = compare_fits({name: run.fit for name, run in runs.items()})
-    return RunComparison({name: run.summary for name, run in runs.items()}, compared, tuple(_remarks(runs)))
+    return compared({name: load_run(folder, model, axis, extended=extended) for name, folder in named(folders).items()})
 
 
-def load_run(folder: Path, model: str | None = None, axis: str = "", *, extended: bool = False) -> LoadedRun:
+def compared(runs: Mapping[str, ComparedRun]) -> RunComparison:
+    """Compare runs with the first of them. Raises ConfigError for fewer than two."""
+    found = compare_fits({name: run.fit for name, run in runs.items()})
+    return RunComparison({name: run.summary for name, run in runs.items()}, found, tuple(_remarks(runs)))
+
+
+def load_run(folder: Path, model: str | None = None, axis: str = "", *, extended: bool = False) -> ComparedRun:
     """What a run directory holds of its model, or of that of an axis. Raises InputError where it holds none,
     ConfigError for a name."""
     if not folder.is_dir():
@@ -62,24 +65,31 @@ def load_run(folder: Path, model: str | None = None, axis: str = "", *, extended
     percent = dict(fit.fit_percent)
     if validation is not None and name in validation.models:
         percent = {record: one.fit_percent for record, one in validation.models[name].records.items()}
-    gains: dict[str, tuple[float, float]] = {}
-    if extension is not None and extension.added and extension.model == name:
-        both = [r for r in extension.after if r in extension.before and not extension.after[r].used]
-        gains = {r: (extension.before[r].fit_percent, extension.after[r].fit_percent) for r in both}
-        if extended:
-            fit, name = extension.fit, f"{name} extended"
-            percent = {r: score.fit_percent for r, score in extension.after.items()}
     own = diagnosis is not None and diagnosis.model == fits.best
-    summary = RunSummary(
-        robot=config.robot.name,
-        model=name,
-        fit_percent=percent,
-        verdict=diagnosis.verdict if own else "",
-        causes=tuple(cause.effect for cause in diagnosis.causes) if own else (),
-        gains=gains,
-    )
-    digest = made.provenance.inputs.get(COLLECT.name, "")
-    return LoadedRun(folder, fit, summary, digest, made.provenance.created, made.provenance.version)
+    summary = RunSummary(config.robot.name, name, percent)
+    run = ComparedRun(fit, summary, made.provenance.inputs.get(COLLECT.name, ""))
+    run = with_verdict(run, diagnosis) if own else run
+    return run if extension is None or extension.model != name else with_gains(run, extension, extended=extended)
+
+
+def with_verdict(run: ComparedRun, diagnosis: Diagnosis) -> ComparedRun:
+    """A run with what its diagnosis found."""
+    causes = tuple(cause.effect for cause in diagnosis.causes)
+    return replace(run, summary=replace(run.summary, verdict=diagnosis.verdict, causes=causes))
+
+
+def with_gains(run: ComparedRun, extension: Extension, *, extended: bool) -> ComparedRun:
+    """A run with the gains of its extension, where that added anything. extended : with the extended model, too."""
+    if not extension.added:
+        return run
+    both = [r for r in extension.after if r in extension.before and not extension.after[r].used]
+    gains = {r: (extension.before[r].fit_percent, extension.after[r].fit_percent) for r in both}
+    summary = replace(run.summary, gains=gains)
+    if not extended:
+        return replace(run, summary=summary)
+    percent = {r: score.fit_percent for r, score in extension.after.items()}
+    summary = replace(summary, model=f"{extension.model} extended", fit_percent=percent)
+    return replace(run, fit=extension.fit, summary=summary)
 
 
 def _beside(folder: Path, stage: Stage, model: Artifact[Fits], axis: str) -> Any:
@@ -91,16 +101,17 @@ def _beside(folder: Path, stage: Stage, model: Artifact[Fits], axis: str) -> Any
     return load(file, stage.type(), axis).content
 
 
-def _names(folders: Sequence[Path]) -> list[str]:
-    """Short names of the runs: those of their directories, or where these are alike the paths as given."""
+def named(folders: Sequence[Path]) -> dict[str, Path]:
+    """Runs by short names: those of their directories, or where these are alike the paths as given. Raises ConfigError
+    for one that is given twice."""
     short = [folder.resolve().name for folder in folders]
     names = short if len(set(short)) == len(short) else [str(folder) for folder in folders]
     if len(set(names)) < len(names):
         raise ConfigError("a run is given twice", where="compare", hint="give each run once")
-    return names
+    return dict(zip(names, folders, strict=True))
 
 
-def _remarks(runs: Mapping[str, LoadedRun]) -> Iterator[str]:
+def _remarks(runs: Mapping[str, ComparedRun]) -> Iterator[str]:
     """What makes a comparison doubtful, in sentences."""
     (first, reference), *others = runs.items()
     for name, run in others:

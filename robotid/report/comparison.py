@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from math import isfinite
 
+from robotid.display import Displayed
 from robotid.estimate.comparison import Difference, FitComparison, WholeDifference, uncertainty
 from robotid.estimate.result import FitResult
 from robotid.model.units import on_axis
@@ -32,8 +33,8 @@ class RunSummary:
     gains: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RunComparison:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class RunComparison(Displayed):
     """Runs by name, and how their parameters compare. remarks : what makes the comparison doubtful."""
 
     runs: Mapping[str, RunSummary]

@@ -22,6 +22,9 @@ from robotid.extension.results import Extension
 from robotid.model.array import Array
 from robotid.model.units import on_axis, sliding
 from robotid.numerals import fixed, number
+from robotid.report import comparison
+from robotid.report.comparison import RunComparison
+from robotid.report.drawing.layout import intervals_figure
 from robotid.report.figures import draw
 from robotid.report.tables import check, diagnose, extend, fit, init_flex, init_rigid, validate
 from robotid.report.tables.sliding import in_units_of_axis
@@ -326,3 +329,28 @@ class ExtensionView(View[Extension]):
             "rmse_before": [e.before[n].rmse for n in names],
             "rmse_after": [e.after[n].rmse for n in names],
         }
+
+
+@shows(RunComparison)
+class ComparisonView(View[RunComparison]):
+    """Fits side by side."""
+
+    index = 2
+
+    @property
+    def linear(self) -> bool:
+        return self.content.linear
+
+    def line(self) -> str:
+        return comparison.sentence(self.content)
+
+    def tables(self) -> Sequence[Table]:
+        return comparison.tables(self.content)
+
+    def columns(self) -> Columns:
+        names = ("parameter", "run", "value", "std", "p_value", "differs")
+        found = self.content.fits.differences
+        return {"difference" if name == "value" else name: [getattr(one, name) for one in found] for name in names}
+
+    def figure(self) -> Figure:
+        return intervals_figure(self.content.fits.fits, on_axis(linear=self.linear))

@@ -3,41 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
 import pytest
-from support.watched_axis import TRUTH, axis_record
+from support.watched_axis import write_accepted_run
 
 from robotid.cli.app import main
-from robotid.signals.record import Record
-
-CONFIG = """
-robot: {name: axis, model: {motor: [inertia, viscous, coulomb]}}
-records:
-  - {name: one, file: one.csv}
-  - {name: two, file: two.csv}
-"""
-
-
-def write(folder: Path, name: str, truth: Mapping[str, float], record_name: str = "") -> None:
-    r: Record = axis_record(record_name or name, 1, truth)
-    rows = np.column_stack([r.t, r.tau_m, r.phi_m, r.dphi_m])
-    head = "t [s],torque [Nm],angle [rad],speed [rad/s]"
-    np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header=head, comments="")
 
 
 @pytest.fixture(scope="module")
 def accepted(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a fitted run, and two new logs: one of the same machine, one with more friction."""
     folder = tmp_path_factory.mktemp("watched")
-    for name in ("one", "two", "monday"):
-        write(folder, name, TRUTH)
-    write(folder, "friday", TRUTH | {"motor.coulomb.Fc": 0.34})
-    (folder / "a.yaml").write_text(CONFIG)
-    for stage in ("collect", "init-rigid", "init-flex", "fit"):
-        assert main([stage, str(folder / "a.yaml"), "--out", str(folder / "run"), "--quiet"]) == 0
+    write_accepted_run(folder)
     return folder
 
 

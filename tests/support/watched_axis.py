@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 
 from robotid.catalogue import assemble
+from robotid.cli.app import main
 from robotid.estimate.fitted_model import FittedModel, fitted_model
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.model.structure import Structure
@@ -15,6 +17,12 @@ from robotid.simulation.simulate import simulate
 
 STRUCTURE = Structure(("motor.inertia", "motor.viscous", "motor.coulomb"))
 TRUTH = {"motor.inertia.J": 0.012, "motor.viscous.Fv": 0.02, "motor.coulomb.Fc": 0.3}
+CONFIG = """
+robot: {name: axis, model: {motor: [inertia, viscous, coulomb]}}
+records:
+  - {name: one, file: one.csv}
+  - {name: two, file: two.csv}
+"""
 STEP, DURATION = 2e-3, 4.0  # [s]
 SPEED_NOISE, TORQUE_NOISE = 0.02, 0.02  # [rad/s, Nm], the second with a memory of ten samples
 
@@ -49,3 +57,19 @@ def watched(seed: int, change: Mapping[str, float] | None = None) -> tuple[Fitte
     joint = assemble(STRUCTURE)
     result = fit_model("m", joint, joint.parameters().with_values(TRUTH), fitted, FitOptions(output="speed"))
     return fitted_model(result), fitted, log
+
+
+def write_accepted_run(folder: Path) -> None:
+    """Write a.yaml with a fitted run in run/, and two new logs: monday.csv, as in the fit, and friday.csv, with more
+    friction."""
+    for name in ("one", "two", "monday"):
+        _write(folder / f"{name}.csv", axis_record(name, 1, TRUTH))
+    _write(folder / "friday.csv", axis_record("friday", 1, TRUTH | {"motor.coulomb.Fc": 0.34}))
+    (folder / "a.yaml").write_text(CONFIG)
+    for stage in ("collect", "init-rigid", "init-flex", "fit"):
+        assert main([stage, str(folder / "a.yaml"), "--out", str(folder / "run"), "--quiet"]) == 0
+
+
+def _write(file: Path, r: Record) -> None:
+    rows = np.column_stack([r.t, r.tau_m, r.phi_m, r.dphi_m])
+    np.savetxt(file, rows, delimiter=",", header="t [s],torque [Nm],angle [rad],speed [rad/s]", comments="")
