@@ -12,20 +12,19 @@ from typing import Any
 
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
+from robotid.config.excitation import ExperimentSettings
 from robotid.config.former_keys import rename_former_keys
 from robotid.config.robot import RobotSettings
 from robotid.config.schema import Config
 from robotid.config.suggest import suggest
-from robotid.config.tree import FLOAT, MAP, NULL, STR, Document, join, place, plain
+from robotid.config.tree import FLOAT, MAP, NULL, SEQ, STR, Document, join, path_to, place, plain
 from robotid.errors import ConfigError
+from robotid.model.companion import drive_of
 
 AXES = "axes"
 BODY = "body"
 BESIDE = ("name", AXES, BODY)
 """Keys of the robot that stand beside its axes."""
-
-DRIVE = "tau_"
-"""How the name of another axis' torque begins, a signal that only the body reads."""
 
 OF_THE_ROBOT = ("robot", "records", "report")
 SECTIONS = tuple(name for key, field in Config.model_fields.items() if (name := field.alias or key) not in OF_THE_ROBOT)
@@ -36,6 +35,8 @@ OWN = ("columns", "signals", "angle")
 
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_-]*")
 NEEDED = ("tau_m", "phi_m")
+PLAYED = tuple(ExperimentSettings.model_fields)
+"""How a reference is played, which all axes of a record have in common, whatever the kind of each."""
 
 
 def has_axes(root: MappingNode) -> bool:
@@ -104,18 +105,25 @@ class _Splitter:
         """The configuration of the axis."""
         pairs = [(key, self._section(key.value, value)) for key, value in self.whole.value]
         present = {key.value for key, _ in pairs}
-        pairs += [(key, value) for key, value in self.node.value if key.value in SECTIONS and key.value not in present]
+        own = [key for key, _ in self.node.value if key.value in SECTIONS and key.value not in present]
+        pairs += [(key, self._section(key.value, None)) for key in own]
         pairs = [(self._word("robot") if key.value == "robot" else key, value) for key, value in pairs]
         return Document(self._node(pairs, self.whole), self.whole, tuple(self.made))
 
-    def _section(self, name: str, common: Node) -> Node:
+    def _section(self, name: str, common: Node | None) -> Node:
         if name == "robot":
             return self._joint()
+        if name == "plant":
+            return self._plant()
         if name == "records" and isinstance(common, SequenceNode):
             records = [self._record(record) for record in common.value]
             return SequenceNode(common.tag, records, common.start_mark, common.end_mark)
         own = _get(self.node, name) if name in SECTIONS else None
-        return common if own is None else self._merged(common, own, name)
+        if own is None or common is None:
+            found = own if common is None else common
+            assert found is not None  # a section of the robot, or else of the axis
+            return found
+        return self._merged(common, own, self._within(name))
 
     def _joint(self) -> MappingNode:
         kept = [(k, v) for k, v in self.node.value if k.value not in (*OWN, *SECTIONS)]
@@ -135,22 +143,113 @@ class _Splitter:
         return self._made([*pairs, *((self._word(key), value) for key, value in added.items())], f"robot.{BODY}")
 
     def _body_axis(self, axis: str) -> MappingNode:
-        names = {} if axis == self.axis else {"angle": axis, "torque": f"{DRIVE}{axis}"}
+        names = {} if axis == self.axis else {"angle": axis, "torque": drive_of(axis)}
         pairs: list[tuple[ScalarNode, Node]] = [(self._word(key), self._word(name)) for key, name in names.items()]
         ratio = _get(self.axes[axis][1], "gear_ratio")
         return self._made([*pairs, *([(self._word("gear_ratio"), ratio)] if ratio is not None else [])], "")
 
+    def _plant(self) -> Node:
+        """The virtual robot as this axis, with the truth of the others where a body couples them."""
+        whole, body = self._machine(self.axis), self._coupling
+        plant = _get(self.whole, "plant")
+        if body is None or not isinstance(whole, MappingNode) or not isinstance(plant, MappingNode):
+            return whole
+        others = [(self._word(name), self._other(name)) for name in self.axes if name != self.axis]
+        names = SequenceNode(SEQ, [self._word(name) for name in self.axes], body.start_mark, body.end_mark)
+        added = {"axis": self._word(self.axis), "axes": names, "others": self._made(others, "")}
+        pairs = [(key, value) for key, value in body.value if key.value not in added]
+        pairs += [(self._word(key), value) for key, value in added.items()]
+        for axis in self.axes:
+            self._require_turning(axis)
+        return self._made([*whole.value, (_key(plant, BODY), self._made(pairs, f"plant.{BODY}"))], "plant")
+
+    @property
+    def _coupling(self) -> MappingNode | None:
+        """What couples the axes of the virtual robot."""
+        plant = _get(self.whole, "plant")
+        body = _get(plant, BODY) if isinstance(plant, MappingNode) else None
+        return body if isinstance(body, MappingNode) else None
+
+    def _machine(self, axis: str) -> Node:
+        """The plant of an axis, its own keys over the common ones, without the body. Raises ConfigError."""
+        common, own = _get(self.whole, "plant"), _get(self.axes[axis][1], "plant")
+        if isinstance(own, MappingNode) and (body := _get(own, BODY)) is not None:
+            where = f"{place(body.start_mark)}  {self._path(axis)}.plant.{BODY}"
+            raise ConfigError("the body couples all axes", where=where, hint="write it under plant of the robot")
+        if isinstance(common, MappingNode) and self._coupling is not None:
+            pairs = [(key, value) for key, value in common.value if key.value != BODY]
+            common = self._made(pairs, "plant")
+        return self._merged(common, own, self._within("plant", axis))
+
+    def _other(self, axis: str) -> Node:
+        """Another axis of the virtual robot: all that moves it."""
+        machine, (_, node) = self._machine(axis), self.axes[axis]
+        if not isinstance(machine, MappingNode):
+            return machine
+        more = {key: value for key in ("gear_ratio", "model") if (value := _get(node, key)) is not None}
+        pairs = [(self._word(key), value) for key, value in more.items() if _get(machine, key) is None]
+        return self._made([*machine.value, *pairs], self._within("plant", axis))
+
+    def _require_turning(self, axis: str) -> None:
+        """Raises ConfigError for an axis that is none of links that turn about their axes."""
+        key, node = self.axes[axis]
+        where = f"{place(key.start_mark)}  {self._path(axis)}"
+        sliding = _get(node, "linear")
+        if sliding is not None and plain(sliding) is True:
+            raise ConfigError(f"axis {axis} slides, and the links of plant.{BODY} turn", where=where)
+        if _is_null(_get(node, "gear_ratio")):
+            hint = "add gear_ratio: phi_a / phi_m, 1 where there is no gear"
+            raise ConfigError(f"axis {axis} has no gear_ratio, by which its link turns", where=where, hint=hint)
+
+    def _reference(self, common: Node, axis: str) -> Node:
+        """What an axis follows: its own keys over the common ones, of which one of another kind keeps those of any
+        kind. Raises ConfigError."""
+        axes = _get(common, AXES) if isinstance(common, MappingNode) else None
+        if not isinstance(common, MappingNode) or axes is None:
+            return common
+        path = path_to(self.whole, common)
+        where = f"{place(axes.start_mark)}  {path}.{AXES}"
+        if not isinstance(axes, MappingNode):
+            raise ConfigError("expected what each axis follows, by name", where=where, hint="such as a1: {peak: 10}")
+        for key, _ in axes.value:
+            if key.value not in self.axes:
+                where = f"{place(key.start_mark)}  {path}.{AXES}"
+                raise ConfigError(f'there is no axis "{key.value}"', where=where, hint=suggest(key.value, self.axes))
+        own = _get(axes, axis)
+        another = isinstance(own, MappingNode) and _get(own, "kind") is not None
+        kept = [(k, v) for k, v in common.value if k.value != AXES and (not another or k.value in PLAYED)]
+        return self._merged(self._made(kept, path), own, f"{path}.{AXES}.{axis}")
+
+    def _excited(self, record: MappingNode) -> MappingNode:
+        """A record of the virtual robot with what this axis follows, and what the others do where a body couples
+        them."""
+        common = _get(record, "excite")
+        given: dict[str, Node] = {} if common is None else {"excite": self._reference(common, self.axis)}
+        if common is not None and self._coupling is not None:
+            at = _get(common, AXES) if isinstance(common, MappingNode) else None
+            of_axis = {key.value: key for key, _ in at.value} if isinstance(at, MappingNode) else {}
+            others = [
+                (of_axis.get(name, self._word(name, common)), self._reference(common, name))
+                for name in self.axes
+                if name != self.axis
+            ]
+            given["others"] = self._made(others, path_to(self.whole, common))
+        pairs = [(key, value) for key, value in record.value if key.value not in given]
+        return self._node([*pairs, *((self._word(key, common), value) for key, value in given.items())], record)
+
     def _record(self, record: Node) -> Node:
         """A record with the columns of this axis, and the angles of the others among its signals."""
-        if not isinstance(record, MappingNode) or _get(record, "file") is None:
+        if not isinstance(record, MappingNode):
             return record
+        if _get(record, "file") is None:
+            return self._excited(record)
         columns = self._columns(record, self.axis)
         others = {name: angle for name in self.axes if name != self.axis and (angle := self._angle(record, name))}
         if _get(self.robot, BODY) is not None:
-            others |= {f"{DRIVE}{name}": self._drive(record, name) for name in self.axes if name != self.axis}
+            others |= {drive_of(name): self._drive(record, name) for name in self.axes if name != self.axis}
         angles = self._made([(self._word(name), angle) for name, angle in others.items()], "")
-        signals = self._merged(angles, self._others(_get(record, "signals")), "signals")
-        signals = self._merged(signals, _get(self.node, "signals"), "signals")
+        signals = self._merged(angles, self._others(_get(record, "signals")), self._within("signals"))
+        signals = self._merged(signals, _get(self.node, "signals"), self._within("signals"))
         given = {"columns": columns, "signals": signals}
         pairs = [(key, value) for key, value in record.value if key.value not in given]
         pairs += [(self._word(key), value) for key, value in given.items()]
@@ -167,7 +266,7 @@ class _Splitter:
         for names alone do not tell the columns of several axes apart."""
         key, node = self.axes[axis]
         own = _get(node, "columns")
-        columns = self._merged(_get(record, "columns"), own, "columns")
+        columns = self._merged(_get(record, "columns"), own, self._within("columns"))
         for signal in NEEDED:
             if _is_null(columns) or (isinstance(columns, MappingNode) and _is_null(_get(columns, signal))):
                 at = own if isinstance(own, MappingNode) else key
@@ -205,15 +304,16 @@ class _Splitter:
             pairs += [(self._word(key), self._number(factor * number)) for key, number in known.items()]
         return self._made([*pairs, (self._word("kind"), self._word(kind))], "")
 
-    def _merged(self, common: Node | None, own: Node | None, name: str) -> Node:
-        """A mapping whose own keys stand for the common ones; what is no mapping is left to the schema."""
+    def _merged(self, common: Node | None, own: Node | None, origin: str) -> Node:
+        """A mapping whose own keys stand for the common ones; what is no mapping is left to the schema. origin : path
+        in the text that errors name."""
         if own is None or _is_null(own):
             return self._made([], self._path()) if common is None else common
         if not isinstance(common, MappingNode) or not isinstance(own, MappingNode):
             return own
         replaced = {key.value for key, _ in own.value}
         pairs = [(key, value) for key, value in common.value if key.value not in replaced]
-        return self._made([*pairs, *own.value], join(self._path(), name))
+        return self._made([*pairs, *own.value], origin)
 
     def _made(self, pairs: Sequence[tuple[ScalarNode, Node]], origin: str) -> MappingNode:
         made = MappingNode(MAP, list(pairs), self.key.start_mark, self.key.end_mark)
@@ -226,8 +326,12 @@ class _Splitter:
     def _path(self, axis: str | None = None) -> str:
         return f"robot.{AXES}.{axis or self.axis}"
 
-    def _word(self, text: str) -> ScalarNode:
-        return ScalarNode(STR, text, self.key.start_mark, self.key.end_mark)
+    def _within(self, name: str, axis: str | None = None) -> str:
+        return join(self._path(axis), name)
+
+    def _word(self, text: str, at: Node | None = None) -> ScalarNode:
+        place = at or self.key
+        return ScalarNode(STR, text, place.start_mark, place.end_mark)
 
     def _number(self, value: float) -> ScalarNode:
         return ScalarNode(FLOAT, repr(value), self.key.start_mark, self.key.end_mark)
@@ -235,6 +339,11 @@ class _Splitter:
 
 def _get(mapping: MappingNode, key: str) -> Node | None:
     return next((value for name, value in mapping.value if name.value == key), None)
+
+
+def _key(mapping: MappingNode, key: str) -> ScalarNode:
+    found: ScalarNode = next(name for name, _ in mapping.value if name.value == key)
+    return found
 
 
 def _is_null(node: Node | None) -> bool:

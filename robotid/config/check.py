@@ -9,7 +9,8 @@ from math import inf
 from robotid.body.results import INERTIA, TORQUE
 from robotid.catalogue import EFFECTS
 from robotid.channels import CHANNELS
-from robotid.config.robot import Effects
+from robotid.config.excitation import ExperimentSettings
+from robotid.config.robot import Effects, structure_of
 from robotid.config.schema import Config
 from robotid.config.suggest import suggest
 from robotid.config.tree import Step
@@ -41,13 +42,14 @@ def problems(config: Config) -> Iterator[Problem]:
     robot, plant = config.robot, config.plant
     yield from _effects(robot.model, robot.gear_ratio, ("robot", "model"))
     yield from _companions(config)
+    yield from _coupled(config)
     yield from _body(config)
     yield from _changes(config)
     yield from _parameters(config)
     if plant is not None:
         if plant.model is not None:
             yield from _effects(plant.model, robot.gear_ratio, ("plant", "model"))
-        yield from _truth(plant.parameters, config.plant_structure())
+        yield from _truth(plant.parameters, config.plant_structure(), ("plant", "parameters"))
     yield from _records(config)
     yield from _accepted(config)
     yield from _fit(config)
@@ -105,10 +107,83 @@ def _companions(config: Config) -> Iterator[Problem]:
     for place, effects in config.robot.model.items():
         for i, effect in enumerate(effects):
             yield from _companion(config, effect, ("robot", "model", place, i))
-    for place, effects in (config.plant.model or {}).items() if config.plant else ():
+    plant = config.plant
+    for place, effects in (plant.model or {}).items() if plant else ():
         for i, effect in enumerate(effects):
-            if (kind := EFFECTS.get(companion_of(effect)[0])) and kind.companion:
+            if _reads_companion(effect):
                 yield Problem(("plant", "model", place, i), f"{effect} reads a companion, which no excitation moves")
+    if plant is not None and plant.model is None and plant.body is not None:
+        for place, effects in config.robot.model.items():
+            for i, effect in enumerate(effects):
+                if _reads_companion(effect):
+                    what = f"the virtual robot cannot have {effect}: plant.body is what couples its axes"
+                    yield Problem(("robot", "model", place, i), what, "list its own effects under plant.model")
+
+
+def _reads_companion(effect: str) -> bool:
+    kind = EFFECTS.get(companion_of(effect)[0])
+    return kind is not None and kind.companion is not None
+
+
+def _coupled(config: Config) -> Iterator[Problem]:
+    """Whether all axes of a virtual robot move together, in every record."""
+    body = config.plant.body if config.plant else None
+    if body is not None:
+        for name, one in body.others.items():
+            loc = ("plant", "body", "others", name)
+            yield from _effects(one.model, one.gear_ratio, (*loc, "model"))
+            yield from _truth(one.parameters, structure_of(one.model, one.gear_ratio, False), (*loc, "parameters"))
+    for k, record in enumerate(config.records):
+        if record.excite is None:
+            continue
+        at, axes = ("records", k), () if body is None else body.axes
+        if body is None and (record.pose or record.others):
+            what = "nothing couples this joint with other axes"
+            yield Problem((*at, "pose" if record.pose else "others"), what, "add plant.body to a robot with robot.axes")
+        if body is not None and set(record.others) != set(body.others):
+            yield Problem((*at, "others"), f"others must be {', '.join(body.others)}, the other axes of plant.body")
+        for name in record.pose if body is not None else ():
+            if name not in axes:
+                yield Problem((*at, "pose", name), f'there is no axis "{name}"', suggest(name, axes))
+        yield from _together(record.excite, record.others, at)
+
+
+def _together(
+    own: ExperimentSettings, others: Mapping[str, ExperimentSettings], at: tuple[Step, ...]
+) -> Iterator[Problem]:
+    """Whether the axes of a record move as long, at the same samples, as often."""
+    for name, other in others.items():
+        loc, hint = (*at, "others", name), "give all axes of a record the same"
+        if other.sampling_time != own.sampling_time:
+            what = f"sampling times of {other.sampling_time:g} and {own.sampling_time:g} s in one record"
+            yield Problem((*loc, "sampling_time"), what, hint)
+        elif other.samples != own.samples:
+            length, mine = (one.samples * one.sampling_time for one in (other, own))
+            yield Problem(
+                loc, f"axis {name} moves for {length:g} s where another does for {mine:g} s", f"{hint} duration"
+            )
+        elif other.realisations != own.realisations:
+            yield Problem((*loc, "realisations"), "axes of one record with other numbers of realisations", hint)
+    if any(block.orthogonal for block in (own, *others.values())):
+        yield from _orthogonal(own, others, at)
+
+
+def _orthogonal(
+    own: ExperimentSettings, others: Mapping[str, ExperimentSettings], at: tuple[Step, ...]
+) -> Iterator[Problem]:
+    """Whether the multisines of all axes of a record can be orthogonal."""
+    axes, here = len(others) + 1, (*at, "excite")
+    if not others:
+        yield Problem((*here, "orthogonal"), "one axis by itself is orthogonal to none", "leave orthogonal out")
+    elif own.realisations % axes:
+        hint = f"give realisations: {axes}, or a multiple"
+        yield Problem(here, f"orthogonal multisines of {axes} axes take as many experiments", hint)
+    for name, other in others.items():
+        if not other.orthogonal or other.excited_lines != own.excited_lines:
+            what = f"axis {name} is not excited at the same frequencies"
+            yield Problem(
+                (*at, "others", name), what, "give orthogonal multisines of all axes the same period and band"
+            )
 
 
 def _body(config: Config) -> Iterator[Problem]:
@@ -119,17 +194,18 @@ def _body(config: Config) -> Iterator[Problem]:
     wanted = {one.angle: "angle" for one in body.axes.values() if one.angle}
     wanted |= {one.torque: "drive" for one in body.axes.values() if one.torque}
     for k, record in enumerate(config.records):
-        if record.excite is not None:
+        kinds = record.kinds
+        if record.excite is not None and not record.others:
             yield Problem(("records", k), f"{record.name} is of one axis alone", "a body needs records of all axes")
             return
         for name in BODY_SIGNALS:
             if name in record.signals:
                 yield Problem(("records", k, "signals", name), f"{name} is what robot.body adds", "rename the signal")
         for name, kind in wanted.items():
-            if name not in record.signals:
+            if name not in kinds:
                 yield Problem(("records", k), f"{record.name} has no signal {name}", f"add {name} of kind {kind}")
-            elif record.signals[name].kind != kind:
-                what = f"{name} is of kind {record.signals[name].kind}, not {kind}"
+            elif kinds[name] != kind:
+                what = f"{name} is of kind {kinds[name]}, not {kind}"
                 yield Problem(("records", k, "signals", name), what, f"write kind: {kind}")
 
 
@@ -145,7 +221,7 @@ def _companion(config: Config, effect: str, loc: tuple[Step, ...]) -> Iterator[P
         return
     if config.robot.body is not None and BODY_SIGNALS.get(companion) == kind.companion:
         return
-    known = list(dict.fromkeys(key for r in config.records for key, s in r.signals.items() if s.kind == kind.companion))
+    known = list(dict.fromkeys(key for r in config.records for key, one in r.kinds.items() if one == kind.companion))
     known += [key for key, one in BODY_SIGNALS.items() if config.robot.body is not None and one == kind.companion]
     hint = f"write {name}[{known[0]}]" if known else f"add one of kind {kind.companion} to signals of the records"
     if not companion:
@@ -153,7 +229,7 @@ def _companion(config: Config, effect: str, loc: tuple[Step, ...]) -> Iterator[P
     elif companion not in known:
         yield Problem(loc, f'no record has a signal "{companion}" of kind {kind.companion}', hint)
     else:
-        lacking = [r.name for r in config.records if companion not in r.signals]
+        lacking = [r.name for r in config.records if companion not in r.kinds]
         if lacking:
             yield Problem(loc, f"{', '.join(lacking)} has no signal {companion}", f"add {companion} to its signals")
 
@@ -226,18 +302,16 @@ def _parameters(config: Config) -> Iterator[Problem]:
             yield Problem(("fit", "fix", i), f'the model has no parameter "{name}"', suggest(name, known))
 
 
-def _truth(parameters: Mapping[str, float], structure: Structure) -> Iterator[Problem]:
+def _truth(parameters: Mapping[str, float], structure: Structure, at: tuple[Step, ...]) -> Iterator[Problem]:
     known = declared(structure)
     for name, value in parameters.items():
-        loc = ("plant", "parameters", name)
+        loc = (*at, name)
         if name not in known:
             yield Problem(loc, f'the virtual robot has no parameter "{name}"', suggest(name, known))
         else:
             yield from _within(value, known[name].bounds, known[name].unit, loc, "the truth")
     for name in (name for name in known if name not in parameters):
-        yield Problem(
-            ("plant", "parameters"), f'"{name}" is missing', "the virtual robot needs every parameter of its model"
-        )
+        yield Problem(at, f'"{name}" is missing', "the virtual robot needs every parameter of its model")
 
 
 def _within(

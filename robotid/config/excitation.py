@@ -122,7 +122,8 @@ class ExperimentSettings(Section):
     """How a reference is played. sampling_time [s]; duration [s] or a number of periods, by default one period.
 
     quantity : what it prescribes, speed [rad/s] or position [rad]. realisations : of a multisine's phases, one
-    reference each. limits : what the joint may do.
+    reference each. orthogonal : the multisines of all axes are, over as many realisations as there are axes, which then
+    tell the axes apart at every frequency. limits : what the joint may do.
     """
 
     sampling_time: Positive
@@ -130,6 +131,7 @@ class ExperimentSettings(Section):
     periods: Count | None = None
     quantity: Literal["speed", "position"] = "speed"
     realisations: Count = 1
+    orthogonal: bool = False
     limits: LimitsSettings = LimitsSettings()
 
     @model_validator(mode="after")
@@ -170,6 +172,12 @@ class ExperimentSettings(Section):
     def parts(self) -> tuple[TrianglePart | SquarePart | MultisinePart, ...]:
         """What is superposed."""
         return (self,) if isinstance(self, TrianglePart | SquarePart | MultisinePart) else ()
+
+    @property
+    def excited_lines(self) -> frozenset[float]:
+        """Frequencies [Hz] of all multisines."""
+        sines = [part for part in self.parts if isinstance(part, MultisinePart)]
+        return frozenset(round(line / part.period, 9) for part in sines for line in part.lines)
 
     def in_samples(self, time: float) -> int:
         """A time [s] as a number of samples."""

@@ -37,6 +37,9 @@ def _robot_text(loaded: Loaded, extensions: Mapping[str, Extension], folder: Pat
         joint, structure = whole["robot"][AXES][axis], extension.fit.structure
         known = dict(joint.get("parameters") or {})
         known |= {name: {**(known.get(name) or {}), "guess": guess} for name, guess in _guesses(extension).items()}
+        plant, own = whole.get("plant") or {}, joint.get("plant") or {}
+        if (plant or own) and "model" not in plant | own:  # the virtual robot stays what it is
+            joint["plant"] = own | {"model": joint["model"]}
         joint |= {"model": _as_lists(effects_of(structure)), "changes": _as_lists(changes_of(structure))}
         joint |= {"parameters": known}
     body = whole["robot"].get(BODY) or {}

@@ -1,4 +1,4 @@
-"""The virtual robot: true parameters, controller, encoder and noise."""
+"""The virtual robot: true parameters, controller, encoder and noise, and the body that couples several axes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from robotid.config.robot import Effects
-from robotid.config.section import Finite, NonNegative, Positive, Section
+from robotid.config.section import Finite, Name, NonNegative, Positive, Section
 
 
 class ControllerSettings(Section):
@@ -67,12 +67,63 @@ class NoiseSettings(Section):
     speed: NonNegative = 0.0
 
 
-class PlantSettings(Section):
-    """The virtual robot. model : its effects, by default robot.model. parameters : the truth, by dotted name, in SI."""
+class MachineSettings(Section):
+    """One joint of the virtual robot. parameters : the truth, by dotted name, in SI."""
 
-    model: Effects | None = None
     parameters: dict[str, Finite]
     controller: ControllerSettings
     encoder: EncoderSettings = EncoderSettings()
     noise: NoiseSettings = NoiseSettings()
     seed: Annotated[int, Field(ge=0)] = 0
+
+
+class OtherAxisSettings(MachineSettings):
+    """Another axis of the virtual robot, of which nothing is identified. gear_ratio : phi_a / phi_m. model : its
+    effects. parameters : the truth, by dotted name, in SI."""
+
+    gear_ratio: Finite
+    model: Effects
+
+
+class LinkSettings(Section):
+    """One link of the virtual robot. mass [kg]; length [m] : to the next axis; centre [m] : of mass, from its own axis
+    along the line to the next one; inertia [kg m2] : about the centre of mass."""
+
+    mass: Positive
+    length: NonNegative = 0.0
+    centre: Finite
+    inertia: NonNegative
+
+
+class PlantBodySettings(Section):
+    """What couples the axes of the virtual robot: links in a plane, one behind the other, whose axes are parallel.
+
+    links : one for each axis, from the base on. gravity [m/s2] : against the direction to which an angle of +90 degrees
+    points, where an angle of zero of the first axis is level; zero where the plane itself is level. axis, axes,
+    others : which axis this joint is, the names of all of them from the base on, and the truth of the others; a robot
+    with several axes fills them in.
+    """
+
+    links: Annotated[tuple[LinkSettings, ...], Field(min_length=1)]
+    gravity: Finite = 0.0
+    axis: Name
+    axes: tuple[Name, ...]
+    others: dict[Name, OtherAxisSettings]
+
+    @model_validator(mode="after")
+    def _whole(self) -> Self:
+        if len(self.links) != len(self.axes):
+            raise ValueError(f"{len(self.links)} links for {len(self.axes)} axes; give one each, from the base on")
+        if set(self.axes) != {self.axis, *self.others} or self.axis in self.others:
+            raise ValueError(
+                f"axes are {', '.join(self.axes)}, but axis and others {', '.join((self.axis, *self.others))}"
+            )
+        return self
+
+
+class PlantSettings(MachineSettings):
+    """The virtual robot. model : its effects, by default robot.model. parameters : the truth, by dotted name, in SI.
+    body : what couples it with other axes; absent: nothing."""
+
+    model: Effects | None = None
+    body: PlantBodySettings | None = None

@@ -8,7 +8,8 @@ from pydantic import Field, field_serializer, model_validator
 
 from robotid.config.columns import ColumnsSettings, CompanionSettings, RepairSettings
 from robotid.config.excitation import ExcitationSettings
-from robotid.config.section import Name, NonNegative, Positive, Section
+from robotid.config.section import Finite, Name, NonNegative, Positive, Section
+from robotid.model.companion import drive_of
 
 
 class RecordSettings(Section):
@@ -18,7 +19,9 @@ class RecordSettings(Section):
     columns : which column of the file is what, absent: found by name. signals : companions by name, further columns
     that effects may read. sampling_time [s] : instead of a time column.
     start, stop [s] : the part of the file that is used, counted from its first sample. speed_delay [samples] : by which
-    the recorded speed is late. torque_delay [s] : by which the recorded torque is late against the motion.
+    the recorded speed is late. torque_delay [s] : by which the recorded torque is late against the motion. pose [rad] :
+    where the arms of a virtual robot of several axes are at the start, by axis, absent: at zero. others : what its
+    other axes follow, by axis; a robot with several axes fills them in.
     """
 
     name: Name
@@ -34,6 +37,14 @@ class RecordSettings(Section):
     stop: Positive | None = None
     speed_delay: int = 0
     torque_delay: float = 0.0
+    pose: dict[Name, Finite] = {}
+    others: dict[Name, ExcitationSettings] = {}
+
+    @property
+    def kinds(self) -> dict[str, str]:
+        """The kind of each companion: of a file's signals, or of what a virtual robot shows of its other axes."""
+        shown = dict.fromkeys(self.others, "angle") | {drive_of(name): "drive" for name in self.others}
+        return shown | {name: one.kind for name, one in self.signals.items()}
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -58,6 +69,9 @@ class RecordSettings(Section):
         for key in ("columns", "signals", "sampling_time", "repair", "start", "stop", "speed_delay", "torque_delay"):
             if self.excite is not None and getattr(self, key):
                 raise ValueError(f"{key} belongs to a record with a file")
+        for key in ("pose", "others"):
+            if self.file is not None and getattr(self, key):
+                raise ValueError(f"{key} belongs to a record that excites")
         for name in self.signals:
             if name in ColumnsSettings.model_fields:
                 raise ValueError(f"{name} is the name of a column of the joint itself; give the companion another one")

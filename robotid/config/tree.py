@@ -30,7 +30,7 @@ _SCALARS = {
 }
 
 _KINDS = {kind: _TAG + kind for kind in ("str", "seq", "map")}
-FLOAT, MAP, NULL, STR = (_TAG + kind for kind in ("float", "map", "null", "str"))
+FLOAT, MAP, NULL, SEQ, STR = (_TAG + kind for kind in ("float", "map", "null", "seq", "str"))
 
 MAX_NODES = 50_000  # of a configuration, aliases counted as often as they stand
 MAX_DEPTH = 40  # of sections in each other; the deepest of ours is at 9

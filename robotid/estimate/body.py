@@ -46,15 +46,21 @@ class BodySetup:
     cutoff: float | None = None
 
 
-def with_body(recordings: Recordings, setup: BodySetup) -> Recordings:
-    """Records with the companions that the body of the robot adds, and the body itself.
+def identify_body(recordings: Recordings, setup: BodySetup) -> Identified:
+    """The body from the records of any of its axes.
 
     Raises ConfigError where a signal is missing, NumericsError where the records do not determine a body.
     """
     require_agreement(setup.structure.chain)
     cutoffs = {record.name: setup.cutoff or choose_cutoff(record, setup) for record in recordings.records}
     motions = [_regressed(record, setup, cutoffs[record.name]) for record in recordings.records]
-    found = identify(setup.structure, motions, setup.known, cutoffs)
+    return identify(setup.structure, motions, setup.known, cutoffs)
+
+
+def with_body(recordings: Recordings, setup: BodySetup, found: Identified) -> Recordings:
+    """Records with the companions that the body of the robot adds, and the body itself. Raises ConfigError where a
+    signal is missing."""
+    cutoffs = found.result.cutoff
     axis = list(setup.axes).index(setup.axis)
     inertias, rests = {}, {}
     for record in recordings.records:

@@ -76,6 +76,11 @@ def companion_of(effect: str) -> tuple[str, str]:
     return plain, rest.removesuffix("]") if bracket else ""
 
 
+def drive_of(axis: str) -> str:
+    """The name of the torque of another axis among the companions, a signal that no effect reads."""
+    return f"tau_{axis}"
+
+
 def with_companion(effect: str, companion: str) -> str:
     """The name of an effect that reads a companion."""
     return f"{effect}[{companion}]"

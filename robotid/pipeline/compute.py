@@ -37,12 +37,16 @@ def compute(work: Work, log: Log | None) -> Iterator[tuple[str, Any]]:
     """Axis and content, one after the other; of several axes an error that a person can correct instead of the content.
 
     Axes are worked on in parallel where there are enough of them to keep the processes busy, otherwise each of them has
-    all processes for itself. Raises what the stage raises.
+    all processes for itself; one after the other where they share what the stage computes. Raises what the stage
+    raises.
     """
     axes = list(work.jobs)
     if "" in work.jobs:
         yield "", _content(work, "", log)
-    elif len(axes) > 1 and _is_worth_processes(work) and 2 * len(axes) > workers():
+    elif work.stage.shared:
+        shared = find(work.stage.shared)()
+        yield from ((axis, _content_or_error(work, axis, log, shared=shared)) for axis in axes)
+    elif len(axes) > 1 and 2 * len(axes) > workers():
         samples = sum(map(_samples, work.jobs.values())) // len(axes)
         with ahead(_content_or_error, work, axes, samples=samples, log=log, hands_on_interrupts=True) as found:
             yield from zip(axes, found, strict=True)
@@ -50,21 +54,16 @@ def compute(work: Work, log: Log | None) -> Iterator[tuple[str, Any]]:
         yield from ((axis, _content_or_error(work, axis, log)) for axis in axes)
 
 
-def _is_worth_processes(work: Work) -> bool:
-    """Whether the work takes longer than reading the measured files again, which processes do not share."""
-    has_body = any(job.config.robot.body is not None for job in work.jobs.values())
-    return not work.stage.reads_files or has_body
-
-
-def _content_or_error(work: Work, axis: str, log: Log | None = None) -> Any:
+def _content_or_error(work: Work, axis: str, log: Log | None = None, **options: Any) -> Any:
     try:
-        return _content(work, axis, None if log is None else _labelled(axis, log))
+        return _content(work, axis, None if log is None else _labelled(axis, log), **options)
     except RobotidError as error:
         return error
 
 
-def _content(work: Work, axis: str, log: Log | None) -> Any:
-    job, options = work.jobs[axis], {"log": _stopping(log)} if work.stage.logs else {}
+def _content(work: Work, axis: str, log: Log | None, **options: Any) -> Any:
+    job = work.jobs[axis]
+    options |= {"log": _stopping(log)} if work.stage.logs else {}
     with _arithmetic(work), one_thread():
         return work.stage(job.config, *job.contents, **options)
 

@@ -41,10 +41,12 @@ class Product:
 class Stage(Product):
     """A product that is an artifact, made by a pure function of the configuration and of earlier artifacts.
 
-    function, content : the function and the class of what it returns; inputs : stages whose content the function takes,
-    after the configuration; for_virtual : those of them that only a record that excites needs, None where there is
-    none; sections : of the configuration that it reads; reads_files : it takes the tables of the
-    measured files too; logs : it takes a `progress.Log`. finding : field of `report.findings.Findings` for the content.
+    function, content : the function and the class of what it returns; shared : the class of what it computes once for
+    all axes of a robot, an instance of which it takes as `shared`, empty where there is nothing such; inputs : stages
+    whose content the function takes, after the configuration; for_virtual : those of them that only a record that
+    excites needs, None where there is none; sections : of the configuration that it reads; reads_files : it takes the
+    tables of the measured files too; logs : it takes a `progress.Log`. finding : field of `report.findings.Findings`
+    for the content.
     export : function of `pipeline.exports` that offers the content to other programs, empty where there is none.
     after_run : whether a whole run prints the content: never, always, or as the latest of those marked so.
     """
@@ -52,6 +54,7 @@ class Stage(Product):
     function: str
     content: str
     finding: str
+    shared: str = ""
     inputs: tuple[str, ...] = ()
     for_virtual: tuple[str, ...] = ()
     sections: tuple[str, ...] = ()

@@ -12,6 +12,7 @@ EXCITE = Stage(
     function="robotid.stages.excite:excite",
     content="robotid.signals.reference:Excitation",
     finding="excitation",
+    shared="robotid.stages.excite:References",
     tables="robotid.report.tables.excite",
     sections=("robot", "records", "plant"),
 )
@@ -24,6 +25,7 @@ COLLECT = Stage(
     function="robotid.stages.collect:collect",
     content="robotid.signals.quality:Recordings",
     finding="recordings",
+    shared="robotid.stages.collect:Common",
     tables="robotid.report.tables.collect",
     inputs=("excite",),
     for_virtual=("excite",),

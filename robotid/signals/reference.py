@@ -46,9 +46,11 @@ class Reference:
 
 @dataclass(frozen=True, slots=True)
 class Excitation:
-    """All references, in the order of the configuration's records."""
+    """All references, in the order of the configuration's records. others : those of the other axes of a robot whose
+    axes move together, by axis, in the same order."""
 
     references: tuple[Reference, ...]
+    others: dict[str, tuple[Reference, ...]] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Reference:
         return next(reference for reference in self.references if reference.name == name)

@@ -9,6 +9,7 @@ import numpy as np
 
 from robotid.catalogue import assemble
 from robotid.config.excitation import ExperimentSettings, MultisinePart, SquarePart, TrianglePart
+from robotid.config.records import RecordSettings
 from robotid.config.schema import Config
 from robotid.errors import ConfigError
 from robotid.estimate.regressor import moving
@@ -18,6 +19,7 @@ from robotid.model.term import Motion
 from robotid.signals.differentiate import Kinematics
 from robotid.signals.limits import Limits, Torque, check_limits
 from robotid.signals.multisine import judged_crest_factor, low_crest_phases, multisine, random_phases
+from robotid.signals.orthogonal import advanced
 from robotid.signals.reference import Excitation, Reference
 from robotid.signals.waves import square, triangle
 
@@ -33,28 +35,57 @@ class Wave:
     crest_factors: tuple[float, ...] = ()
 
 
-def excite(settings: Config) -> Excitation:
-    """Every record's references. A block of several realisations gives set2, set2_r2, set2_r3.
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Which axis a reference is for, counted from 0 from the base on, of those that move together."""
+
+    number: int = 0
+    axes: int = 1
+
+
+class References:
+    """References by record and axis, each made once for all axes of a robot."""
+
+    def __init__(self) -> None:
+        self._made: dict[tuple[str, str], tuple[Reference, ...]] = {}
+
+    def of(self, record: RecordSettings, axis: str, block: ExperimentSettings, place: Place) -> tuple[Reference, ...]:
+        """What an axis follows in a record."""
+        if (record.name, axis) not in self._made:
+            self._made[record.name, axis] = realise(record.names, block, place)
+        return self._made[record.name, axis]
+
+
+def excite(settings: Config, shared: References | None = None) -> Excitation:
+    """Every record's references. A block of several realisations gives set2, set2_r2, set2_r3. shared : by the axes of
+    a robot.
 
     Raises ConfigError where a limit or a crest factor cannot be kept, or the controller cannot follow.
     """
+    known, body = shared or References(), settings.plant.body if settings.plant else None
+    places = {name: Place(k, len(body.axes)) for k, name in enumerate(body.axes)} if body is not None else {}
+    own = body.axis if body is not None else ""
     references: list[Reference] = []
+    others: dict[str, list[Reference]] = {name: [] for name in places if name != own}
     for record in settings.records:
         if record.excite is not None:
             _require_controller(settings, record.name, record.excite.quantity)
-            made = realise(record.names, record.excite)
+            made = known.of(record, own, record.excite, places.get(own, Place()))
             torque = None if record.excite.limits.torque is None else _torque(settings, record.name)
             for reference in made:
                 limits = Limits(**record.excite.limits.model_dump())
                 check_limits(reference, limits, torque, sliding=settings.robot.linear)
             references += made
+            for name, block in record.others.items():
+                others[name] += known.of(record, name, block, places[name])
     _distinct([record.name for record in settings.records], references)
-    return Excitation(tuple(references))
+    return Excitation(tuple(references), {name: tuple(found) for name, found in others.items()})
 
 
-def realise(names: Sequence[str], block: ExperimentSettings) -> tuple[Reference, ...]:
-    """The references of one excite block. names : one a realisation, the first that of the block."""
-    waves = [_wave(names[0], part, block) for part in block.parts]
+def realise(names: Sequence[str], block: ExperimentSettings, place: Place | None = None) -> tuple[Reference, ...]:
+    """The references of one excite block. names : one a realisation, the first that of the block; place : of the axis,
+    by default the only one."""
+    waves = [_wave(names[0], part, block, place or Place()) for part in block.parts]
     lines = np.unique(np.concatenate([wave.lines for wave in waves]))
     period = block.common_period
     return tuple(
@@ -74,10 +105,10 @@ def realise(names: Sequence[str], block: ExperimentSettings) -> tuple[Reference,
     )
 
 
-def _wave(name: str, part: TrianglePart | SquarePart | MultisinePart, block: ExperimentSettings) -> Wave:
+def _wave(name: str, part: TrianglePart | SquarePart | MultisinePart, block: ExperimentSettings, place: Place) -> Wave:
     period, n = block.in_samples(part.period), block.samples
     if isinstance(part, MultisinePart):
-        return _multisine(name, part, block)
+        return _multisine(name, part, block, place)
     if isinstance(part, SquarePart):
         once = square(part.amplitude, period, n, part.rise / block.sampling_time)
     else:
@@ -85,25 +116,30 @@ def _wave(name: str, part: TrianglePart | SquarePart | MultisinePart, block: Exp
     return Wave(np.broadcast_to(once, (block.realisations, n)), np.zeros(0))
 
 
-def _multisine(name: str, part: MultisinePart, block: ExperimentSettings) -> Wave:
-    """All realisations have the same amplitudes, so that their responses may be averaged."""
+def _multisine(name: str, part: MultisinePart, block: ExperimentSettings, place: Place) -> Wave:
+    """All realisations have the same amplitudes, so that their responses may be averaged. The phases of every axis are
+    its own; orthogonal ones are drawn anew after as many realisations as there are axes, and advance in between."""
     samples = block.in_samples(part.period)
     lines = np.array(part.lines)
     amplitudes = np.interp(lines / part.period, *np.array(part.table).T)
     lines, amplitudes = lines[amplitudes > 0], amplitudes[amplitudes > 0]
     if not len(lines):
         raise ConfigError("the spectrum is zero on every line", where=name, hint="lengthen the period")
-    rows, crests = [], []
+    rows, crests, phases = [], [], np.zeros(0)
+    experiments = place.axes if block.orthogonal else 1
     for r in range(block.realisations):
-        rng = np.random.default_rng([part.seed, r])
-        if part.crest_factor is None:
-            phases = random_phases(len(lines), rng)
-        else:
-            phases = low_crest_phases(lines, amplitudes, samples, part.crest_factor, rng)
-        crests.append(judged_crest_factor(lines, amplitudes, phases, samples))
-        rows.append(multisine(lines, amplitudes, phases, samples))
+        drawn, experiment = divmod(r, experiments)
+        if not experiment:
+            rng = np.random.default_rng([part.seed, drawn, place.number])
+            if part.crest_factor is None:
+                phases = random_phases(len(lines), rng)
+            else:
+                phases = low_crest_phases(lines, amplitudes, samples, part.crest_factor, rng)
+        played = advanced(phases, place.number, place.axes, experiment)
+        crests.append(judged_crest_factor(lines, amplitudes, played, samples))
+        rows.append(multisine(lines, amplitudes, played, samples))
     if part.crest_factor is not None:
-        _require_crest(name, max(crests), part.crest_factor)
+        _require_crest(name, max(crests[::experiments]), part.crest_factor)
     periods = np.array(rows)
     if part.peak is not None:
         periods *= part.peak / np.abs(periods).max()

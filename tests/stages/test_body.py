@@ -10,7 +10,7 @@ from support import planar_arm
 
 from robotid.config.load import load, load_robot
 from robotid.errors import ConfigError
-from robotid.estimate.body import with_body
+from robotid.estimate.body import identify_body
 from robotid.model.companion import CompanionKind
 from robotid.signals.quality import Recordings
 from robotid.signals.readers import read
@@ -156,4 +156,4 @@ def test_a_record_without_a_signal_is_refused(arm: Path) -> None:
     bare = Recordings(tuple(r.piece(0, len(r)) for r in records.records), records.reports)
     bare.records[0].companions.pop("t2")
     with pytest.raises(ConfigError, match="one has no signal t2"):
-        with_body(bare, body_setup(config.robot))
+        identify_body(bare, body_setup(config.robot))

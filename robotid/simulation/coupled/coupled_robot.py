@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robotid.model.companion import CompanionKind
+from robotid.model.companion import CompanionKind, drive_of
 from robotid.signals.companion import Companion
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
@@ -21,7 +21,7 @@ class CoupledRobot:
     """axes : from the base to the tip, each with its truth, controller, noise and seed; body : what couples them.
 
     The record of an axis has the angles of all others behind their gears as companions of their names, as far as their
-    encoders show them.
+    encoders show them, and their torques as drives.
     """
 
     axes: Mapping[str, VirtualRobot]
@@ -49,7 +49,12 @@ class CoupledRobot:
             name: Companion.of(CompanionKind.ANGLE, robot.joint.ratio * records[name].phi_m, h)
             for name, robot in self.axes.items()
         }
+        drives = {name: Companion.of(CompanionKind.DRIVE, record.tau_m, h) for name, record in records.items()}
         return {
-            name: replace(record, companions={other: angle for other, angle in angles.items() if other != name})
+            name: replace(
+                record,
+                companions={other: angle for other, angle in angles.items() if other != name}
+                | {drive_of(other): drive for other, drive in drives.items() if other != name},
+            )
             for name, record in records.items()
         }

@@ -136,7 +136,8 @@ def test_a_record_has_the_angles_of_the_others_as_companions() -> None:
     robot = CoupledRobot({"a1": one, "a2": two}, chain())
     ref = dict(zip(("a1", "a2"), references(200), strict=True))
     records, again, other = robot.record(ref, 0), robot.record(ref, 0), robot.record(ref, 1, {"a2": 0.5})
-    assert list(records["a1"].companions) == ["a2"]
+    assert list(records["a1"].companions) == ["a2", "tau_a2"]
+    assert records["a1"].companions["tau_a2"].values == pytest.approx(records["a2"].tau_m)
     assert records["a1"].companions["a2"].values == pytest.approx(two.joint.ratio * records["a2"].phi_m)
     assert np.array_equal(records["a2"].tau_m, again["a2"].tau_m)
     assert not np.array_equal(records["a2"].dphi_m, other["a2"].dphi_m)
