@@ -84,7 +84,8 @@ class Signal:
 def _last_part(name: str) -> str:
     """What of a dotted name says what it is: logsout.torque.data -> torque."""
     for container in CONTAINERS:
-        name = name.removesuffix(container)
+        if name.lower().endswith(container):
+            name = name[: -len(container)]
     return name.rsplit(".", 1)[-1]
 
 

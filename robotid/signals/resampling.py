@@ -28,6 +28,7 @@ NOTHING = 1e-6  # of the largest distance of a corner from a smooth curve, that 
 REVERSAL_PASSES = 3  # of the instants of reversals
 SIGNIFICANT = 25.0  # F of one more regressor, from which the steps of the torque are seen in a motion
 MIN_TO_COMPARE = 20  # samples from which the smoothness of a signal is measured
+UNEVEN = 1.5  # ratio of the intervals around a sample, from which it tells stamps from numbers
 SMOOTHER = 0.7  # of the roughness over the stamps, below which the regular grid is what was sampled on
 MARGIN = 4.0  # cut-off over the band, so that the filter takes noise and not motion
 ACCELERATION_SHARE = 0.99  # of the energy of a speed that its acceleration is measured from
@@ -193,13 +194,13 @@ def _apart(at: Array) -> NDArray[np.intp]:
 
 def sampled_regularly(at: Array, numbers: Array, angle: Array) -> bool:
     """Whether an angle is smoother over the numbers of its samples than over their time stamps: then the stamps jitter,
-    as those of a logger that writes when it finds the time, and not the sampling. at, numbers, angle : (n,)."""
-    return _roughness(numbers, angle) < SMOOTHER * _roughness(at, angle)
-
-
-def _roughness(x: Array, y: Array) -> float:
-    """Median distance of a sample from the cubic through its four neighbours. x, y : (n,)."""
-    return float(np.median(np.abs(_off_cubic(x, y))))
+    as those of a logger that writes when it finds the time, and not the sampling. Smoothness is the median distance of
+    a sample from the cubic through its four neighbours. at, numbers, angle : (n,)."""
+    steps = np.lib.stride_tricks.sliding_window_view(np.diff(at), 4)  # evenly spaced samples look alike on both
+    uneven = steps.max(axis=1) > UNEVEN * steps.min(axis=1)
+    where = uneven if int(uneven.sum()) >= MIN_TO_COMPARE else np.ones(len(steps), dtype=bool)
+    rough = [float(np.median(np.abs(_off_cubic(x, angle)[where]))) for x in (numbers, at)]
+    return rough[0] < SMOOTHER * rough[1]
 
 
 def _off_cubic(x: Array, y: Array) -> Array:

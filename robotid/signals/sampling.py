@@ -26,6 +26,11 @@ IRREGULAR = 0.2  # of the sampling time, root mean square, from which steps are 
 MAX_MISSING = 0.5  # share of all samples that may be missing between the others
 ROUNDED = 0.6  # of the resolution of time stamps, up to which a regular clock is only written with few digits
 COARSE = 0.1  # share of repeated times from which the time is written with too few digits
+ALIKE = 0.25  # of an interval, within which another counts as the same
+MAX_LOST = 0.45  # share of a clock's samples that are missing, up to which it is a clock that has lost samples
+WHOLE = 0.1  # of the shortest interval, within which others are multiples of it
+LONGEST_PATTERN = 64  # intervals after which they repeat
+MOSTLY = 0.9  # share of the intervals that a clock, or a pattern of intervals, explains
 MOST_DIGITS = 9  # of a time stamp [s] behind the point that are looked for
 HELD = ("tau_m", "disturbance")  # signals that last from their sample to the next
 
@@ -162,13 +167,22 @@ def regular(found: Findings, t: Array, declared: float | None) -> Grid:
     """The grid that samples at increasing times (n,) stand on. Raises InputError for gaps that cannot be bridged."""
     h = _period(found, t, declared)
     steps = np.diff(t) / h
+    pattern = repeats_after(np.diff(t))
     counts = np.maximum(1, np.rint(steps)).astype(int)
+    if pattern:  # samples come in groups, and none is missing
+        counts = np.ones(len(steps), dtype=int)
     off = steps - counts
     numbers = np.concatenate([[0], np.cumsum(counts)]).astype(np.float64)
     late = _late(t, numbers)
     resolution = stamp_resolution(t)
     jitter, jitter_rms = float(np.abs(off).max()), float(np.sqrt(np.mean(off**2)))
-    resampled = float(np.std(late)) > NOTABLE_JITTER * h and float(np.abs(late).max()) > ROUNDED * resolution
+    rounded = float(np.abs(late).max()) <= ROUNDED * resolution
+    if pattern:  # of a clock that is written with few digits, two intervals differ by one of these
+        rounded = h * float(np.ptp(steps)) < 1.5 * resolution
+        if not rounded:
+            what = f"the sampling intervals repeat after {pattern}, from {1e3 * h * steps.min():.3g} to"
+            found.remarks.append(f"{what} {1e3 * h * steps.max():.3g} ms: their mean is the sampling time")
+    resampled = float(np.std(late)) > NOTABLE_JITTER * h and not rounded
     missing = int(numbers[-1]) + 1 - len(t)
     if resampled:  # long steps may make up for short ones
         missing = max(0, min(missing, round((t[-1] - t[0]) / (usual_step(t))) + 1 - len(t)))
@@ -206,16 +220,46 @@ def uninterrupted(found: Findings, t: Array) -> tuple[tuple[int, int], ...]:
     steps = np.diff(t[known])
     if found.policy.gaps is not None or len(known) < 3 or (steps < 0).any() or not (steps > 0).any():
         return ((0, len(t)),)
-    cuts = known[1:][steps > (MAX_RUN + 1.5) * usual_step(t[known][np.concatenate([[True], steps > 0])])]
+    moving = steps[steps > 0]
+    longest = (MAX_RUN + 1.5) * usual_step(np.concatenate([[0.0], np.cumsum(moving)]))
+    pattern = repeats_after(moving)
+    if pattern:
+        longest = max(longest, 2.0 * float(np.median(np.sort(moving)[-(len(moving) // pattern) :])))
+    cuts = known[1:][steps > longest]
     edges = [0, *cuts.tolist(), len(t)]
     return tuple(pairwise(edges))
 
 
+def repeats_after(steps: Array) -> int:
+    """After how many intervals (n,) they repeat, where they come in a pattern such as short and long ones in turn, or
+    bursts of samples; 0 for a clock, and for intervals that follow no pattern."""
+    usual = float(np.median(steps))
+    other = np.flatnonzero(np.abs(steps - usual) > ALIKE * usual)
+    if not len(other) or float(steps[other].sum()) < (1.0 - MOSTLY) * float(steps.sum()):
+        return 0
+    shortest = float(np.quantile(steps, 1.0 - MOSTLY))
+    if shortest <= 0.0:
+        return 0
+    multiples = steps / shortest
+    whole = float(np.mean(np.abs(multiples - np.rint(multiples)) <= WHOLE)) >= MOSTLY
+    if whole and len(steps) > (1.0 - MAX_LOST) * float(multiples.sum()):
+        return 0  # a clock that has lost samples, in a pattern or not
+    for period in range(2, min(LONGEST_PATTERN, len(steps) // 4) + 1):
+        first = other[other < len(steps) - period]
+        near = ALIKE * np.maximum(steps[first], usual)
+        if len(first) and float(np.mean(np.abs(steps[first + period] - steps[first]) <= near)) >= MOSTLY:
+            return period
+    return 0
+
+
 def usual_step(t: Array) -> float:
-    """Sampling time [s] of increasing times (n,), gaps left out; a round number where one is as good."""
+    """Sampling time [s] of increasing times (n,), gaps left out; a round number where one is as good. Of intervals that
+    repeat in a pattern, the mean of this."""
     steps = np.diff(t)
     usual = float(np.median(steps))
-    h = float(np.mean(steps[np.abs(steps - usual) <= 0.5 * usual]))
+    pattern = repeats_after(steps)
+    whole = steps[: len(steps) // pattern * pattern] if pattern else steps[np.abs(steps - usual) <= 0.5 * usual]
+    h = float(np.mean(whole))
     round_numbers = (float(f"{h:.{digits}g}") for digits in range(1, 7))
     return next((r for r in round_numbers if abs(r - h) * len(steps) < 0.5 * h), h)
 

@@ -76,3 +76,25 @@ def test_dry_friction_reverses_where_it_did_between_the_stamps(share: float, spe
     assert fit.noise_std["a"] < (1.2 if share < 0.2 else 1.5) * noise
     assert by_means.noise_std["a"] > 2.5 * fit.noise_std["a"]
     assert fit["motor.coulomb.Fc"].value == pytest.approx(axis.Fc, rel=3e-4)
+
+
+@pytest.mark.parametrize(("pattern", "most"), [((0.5, 1.5), 1.4), ((0.2, 0.2, 0.2, 0.2, 4.2), 10.0)])
+def test_samples_in_groups_give_the_parameters(pattern: tuple[float, ...], most: float) -> None:
+    """Intervals of 1 and 3 ms in turn leave little more than the noise. In the pauses between bursts the motion is
+    interpolated, which costs accuracy and no truth."""
+    h, noise, n, axis = 2e-3, 0.002, 2000, DryAxis()
+    stamps = np.concatenate([[0.0], np.cumsum(h * np.tile(pattern, n // len(pattern)))])[:n]
+    torque = switched_torque(stamps)
+    true, angle = axis.motion(stamps, torque, stamps)
+    speed = true + noise * np.random.default_rng(2).standard_normal(n)
+    table = Table("a.csv", {"t": stamps, "tau_m": torque, "phi_m": angle, "dphi_m": speed})
+    ((record, report),) = measured_records(Selection("a"), table)
+    assert record.sampling_time == pytest.approx(h, rel=1e-9)
+    assert any(f"the sampling intervals repeat after {len(pattern)}" in remark for remark in report.remarks)
+    joint = assemble(Structure(("motor.inertia", "motor.viscous", "motor.coulomb")))
+    start = {"motor.inertia.J": 0.02, "motor.viscous.Fv": axis.Fv, "motor.coulomb.Fc": axis.Fc}
+    fit = fit_model("m", joint, joint.parameters().with_values(start), [record], FitOptions())
+    assert fit.noise_std["a"] < most * noise
+    for p, value in zip(fit.parameters, (axis.J, axis.Fv, axis.Fc), strict=True):
+        assert abs(p.value - value) < 4 * p.std_robust
+        assert p.value == pytest.approx(value, rel=2e-3)

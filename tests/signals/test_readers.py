@@ -10,6 +10,7 @@ import pytest
 from scipy.io import savemat
 
 from robotid.errors import ConfigError, InputError
+from robotid.signals.columns import find
 from robotid.signals.readers import Table, delimited, formats, read
 
 T = np.arange(5) * 0.01
@@ -130,6 +131,16 @@ def test_a_log_of_simulink_has_its_time_stamps_beside_each_signal(tmp_path: Path
     found = read(tmp_path / "log.mat")
     assert found.clock("logsout.torque.data") == "logsout.torque.time"
     assert found.clock("logsout.angle.signals.values") == "logsout.angle.time"
+
+
+def test_the_time_and_data_of_a_timeseries_may_be_written_large(tmp_path: Path) -> None:
+    t, fine = np.arange(60) * 0.01, np.arange(120) * 0.005
+    log = {"torque": {"Time": fine, "Data": np.sin(fine)}, "angle": {"Time": t, "Data": np.cos(t)}}
+    savemat(tmp_path / "log.mat", {"logsout": log})
+    found = read(tmp_path / "log.mat")
+    assert found.clock("logsout.torque.Data") == "logsout.torque.Time"
+    columns = [find(found, signal) for signal in ("tau_m", "phi_m")]
+    assert [column and column.name for column in columns] == ["logsout.torque.Data", "logsout.angle.Data"]
 
 
 def test_a_matrix_is_offered_by_its_columns(tmp_path: Path) -> None:

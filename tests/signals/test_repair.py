@@ -9,7 +9,7 @@ from robotid.errors import InputError
 from robotid.model.array import Array
 from robotid.signals.readers.table import Table
 from robotid.signals.repair import RepairedSignals, repair
-from robotid.signals.sampling import Findings, Policy, usual_step
+from robotid.signals.sampling import Findings, Policy, repeats_after, uninterrupted, usual_step
 
 H = 0.01
 N = 400
@@ -208,11 +208,57 @@ def test_intervals_that_are_no_multiples_of_one_miss_no_samples() -> None:
         run({"phi_m": np.sin(3 * t)}, t, Policy(gaps="refuse"))
 
 
+@pytest.mark.parametrize(
+    ("intervals", "repeat"),
+    [
+        ((0.5, 1.5), 2),
+        ((0.7, 1.3), 2),
+        ((0.2, 0.2, 0.2, 0.2, 4.2), 5),
+        ((0.1,) * 19 + (18.1,), 20),
+        ((1.0, 1.0), 0),
+        ((1.0, 2.0), 0),  # two of three samples of a clock
+        ((1.0,) * 9 + (2.0,), 0),  # nine of ten
+    ],
+)
+def test_intervals_that_come_in_a_pattern(intervals: tuple[float, ...], repeat: int) -> None:
+    """A clock that loses every third sample is none, whatever the pattern: the torque of these samples is not known."""
+    steps = H * np.tile(intervals, N // len(intervals))
+    jittered = steps * (1.0 + 0.02 * np.random.default_rng(3).uniform(-1, 1, len(steps)))
+    assert repeats_after(steps) == repeats_after(jittered) == repeat
+    if repeat:
+        assert usual_step(np.concatenate([[0.0], np.cumsum(steps)])) == pytest.approx(H * np.mean(intervals), rel=1e-9)
+
+
+@pytest.mark.parametrize("intervals", [(0.5, 1.5), (0.2, 0.2, 0.2, 0.2, 4.2), (0.1,) * 9 + (9.1,)])
+def test_groups_of_samples_miss_none(intervals: tuple[float, ...]) -> None:
+    """Where they were taken so, the signals are those of their stamps; where only the stamps come so, they stay."""
+    t = np.concatenate([[0.0], np.cumsum(H * np.tile(intervals, N // len(intervals)))])[:N]
+    taken = run({"tau_m": np.cos(3 * t), "phi_m": np.sin(3 * t)}, t)
+    assert taken.grid.resampled
+    assert taken.grid.missing == 0
+    assert taken.grid.sampling_time == pytest.approx(H)
+    assert any("the sampling intervals repeat" in remark for remark in taken.remarks)
+    regular = np.arange(len(taken.signals["phi_m"])) * H + np.arcsin(taken.signals["phi_m"][0]) / 3
+    np.testing.assert_allclose(taken.signals["phi_m"], np.sin(3 * regular), atol=2e-5)
+    stamped = run(signals(), t)
+    assert not stamped.grid.resampled
+    np.testing.assert_array_equal(stamped.signals["phi_m"], np.sin(3 * T))
+
+
+def test_a_gap_between_bursts_cuts_and_the_pauses_do_not() -> None:
+    t = np.cumsum(H * np.tile((0.1,) * 9 + (9.1,), 40))
+    table = Table("a.csv", {})
+    whole = Findings(table, Policy(), np.arange(len(t)))
+    assert uninterrupted(whole, t) == ((0, 400),)
+    t[200:] += 30 * H
+    assert uninterrupted(whole, t) == ((0, 200), (200, 400))
+
+
 def test_a_regular_clock_has_no_steps_within_its_intervals() -> None:
     assert run(signals(), T).torque_steps is None
 
 
 def test_most_samples_missing() -> None:
-    kept = np.flatnonzero(np.arange(N) % 9 < 3)
-    with pytest.raises(InputError, match="264 of 399 samples are missing between the others"):
+    kept = np.cumsum(np.random.default_rng(4).permutation([1] * 80 + [7] * 40))
+    with pytest.raises(InputError, match="240 of 360 samples are missing between the others"):
         run({name: values[kept] for name, values in signals().items()}, T[kept], Policy(gaps="interpolate"))

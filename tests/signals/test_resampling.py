@@ -110,6 +110,14 @@ def test_stamps_that_jitter_are_told_from_sampling_that_jitters() -> None:
     assert not sampled_regularly(at, numbers, np.random.default_rng(5).normal(size=N)), "noise cannot tell: the stamps"
 
 
+def test_bursts_of_stamps_are_told_from_bursts_of_samples() -> None:
+    """Within a burst stamps and numbers show the same; what tells them apart is its ends."""
+    numbers = np.arange(N, dtype=np.float64)
+    at = np.cumsum(np.tile([9.1] + [0.1] * 9, N // 10 + 1))[:N]
+    assert sampled_regularly(at, numbers, np.sin(0.3 * numbers))
+    assert not sampled_regularly(at, numbers, np.sin(0.02 * at))
+
+
 def test_what_ignored_jitter_costs() -> None:
     h = 2e-3
     at = jittered(0.1)

@@ -48,10 +48,12 @@ def read(path: Path) -> Table:
 
 
 def _clocks(columns: Columns) -> dict[str, str]:
-    """The time stamps of what Simulink logs: a struct of time and data, or of time and signals.values."""
-    ends = {name: next((end for end in CONTAINERS if name.endswith(end)), "") for name in columns}
-    times = {name: f"{name.removesuffix(end)}.time" for name, end in ends.items() if end}
-    found = {name: time for name, time in times.items() if time in columns and columns.shape(time)[-1] > 1}
+    """The time stamps of what Simulink logs: a struct of time and data, as of a timeseries, or of time and
+    signals.values."""
+    ends = {name: next((end for end in CONTAINERS if name.lower().endswith(end)), "") for name in columns}
+    stored = {name.lower(): name for name in columns}
+    times = {name: stored.get(f"{name[: -len(end)]}.time".lower(), "") for name, end in ends.items() if end}
+    found = {name: time for name, time in times.items() if time and columns.shape(time)[-1] > 1}
     return found if len(set(found.values())) > 1 else {}
 
 
