@@ -28,7 +28,7 @@ def refit_from_pieces(
 ) -> RefittedModel:
     """The refit by way of short pieces. Raises NumericsError as `refit` does."""
     pieces = replace(data, fitted=_cut(data.fitted), validation=_cut(data.validation))
-    short = refit(structure, starts, pieces, options=replace(options, reject_above=np.inf))
+    short = refit(structure, starts, pieces, options=replace(options, start_below=0.0, reject_above=np.inf))
     near = Trajectories(_joined(short.fitted, data.fitted), _joined(short.validation, data.validation))
     return refit(structure, [short.parameters], data, near, replace(options, start_below=0.0))
 

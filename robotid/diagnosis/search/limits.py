@@ -51,7 +51,7 @@ def detection_limits(found: SearchResult, criteria: Criteria) -> tuple[Detection
     tried, usual = Tried.of(seen), max(1.0, projected.energy / model.samples)
     improvement = criteria.min_improvement_sigma * np.sqrt(found.data.samples)
     limits, first = [], 0
-    for one, length in zip(shapes, lengths, strict=True):
+    for one, length in zip(shapes, lengths.tolist(), strict=True):
         k = len(one.candidate.scored)
         own, first = slice(first, first + k), first + k
         size = inf
@@ -60,7 +60,7 @@ def detection_limits(found: SearchResult, criteria: Criteria) -> tuple[Detection
             spread = least_size(projected.beside_fitted(own), k, criteria.significance / tried.effects)
             if spread == inf and coloured.validation:  # records that were held out tell of it instead
                 spread = 0.0
-            size = max(improvement / one.length, float(np.sqrt(energy)) / length, spread)
+            size = max(float(improvement) / one.length, float(np.sqrt(energy)) / length, spread)
         limits.append(_limit(one.candidate, size))
     return tuple(limits)
 

@@ -64,7 +64,6 @@ def check_answers_are_alike_from_a_correlation_of_seven_tenths() -> None:
     assert (alike(0.72), alike(0.68)) == (1, 0)
 
 
-
 @sees(SCORING, "negligible")
 def check_what_differs_by_a_hundred_thousandth_explains_nothing_of_its_own() -> None:
     def left(apart: float) -> float:
