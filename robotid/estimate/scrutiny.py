@@ -29,6 +29,7 @@ from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.term import Role
 from robotid.model.units import unit_of
+from robotid.numerals import plain
 from robotid.progress import Iteration
 from robotid.signals.differentiate import ParallelFilter
 from robotid.signals.record import SHORTEST_PIECE, Record
@@ -161,8 +162,8 @@ def _worse_torque(joint: Joint, start: Parameters, values: Array, records: Seque
         before, after = (_torque_error(joint, start.with_values(v), record, parallel) for v in (start.values, values))
         if after > SETTINGS.torque_factor * before and after > before + SETTINGS.torque_percent:
             yield (
-                f"the torque of {record.name} is met to {after:.3g} % by the fit and to {before:.3g} % by its start:"
-                " an error of the model went into the parameters"
+                f"the torque of {record.name} is met to {plain(after)} % by the fit and to {plain(before)} % by its"
+                " start: an error of the model went into the parameters"
             )
 
 
@@ -186,7 +187,7 @@ def _other_branch(fit: FitResult, joint: Joint, start: Parameters) -> Iterator[s
     before = total_inertia(joint, {name: start[name] for name in masses})
     after = total_inertia(joint, {name: fit[name].value for name in masses})
     if before > 0 and not 1 / SETTINGS.inertia_factor < after / before < SETTINGS.inertia_factor:
-        yield f"the inertia of the fit is {after / before:.3g} times that of its start, on the motor side"
+        yield f"the inertia of the fit is {plain(after / before)} times that of its start, on the motor side"
 
 
 def _first_speed(fit: FitResult, joint: Joint, record: Record) -> Iterator[str]:
@@ -197,8 +198,8 @@ def _first_speed(fit: FitResult, joint: Joint, record: Record) -> Iterator[str]:
     if most - least > 0.0 and not least + margin < speed < most - margin:
         unit = unit_of("speed", linear=joint.structure.linear)
         yield (
-            f"the first speed of {record.name} would go elsewhere, if the measured one, {measured:.3g} {unit}, did not"
-            f" keep it at {speed:.3g}"
+            f"the first speed of {record.name} would go elsewhere, if the measured one, {plain(measured)} {unit}, did"
+            f" not keep it at {plain(speed)}"
         )
 
 

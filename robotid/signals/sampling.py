@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from robotid.errors import InputError
 from robotid.model.array import Array, Mask
+from robotid.numerals import plain
 from robotid.signals.readers.table import Table
 from robotid.signals.resampling import MIN_TO_COMPARE, grid_positions, resample, sampled_regularly
 from robotid.signals.torque_steps import TorqueSteps, torque_steps
@@ -180,8 +181,8 @@ def regular(found: Findings, t: Array, declared: float | None) -> Grid:
     if pattern:  # of a clock that is written with few digits, two intervals differ by one of these
         rounded = h * float(np.ptp(steps)) < 1.5 * resolution
         if not rounded:
-            what = f"the sampling intervals repeat after {pattern}, from {1e3 * h * steps.min():.3g} to"
-            found.remarks.append(f"{what} {1e3 * h * steps.max():.3g} ms: their mean is the sampling time")
+            what = f"the sampling intervals repeat after {pattern}, from {plain(1e3 * h * steps.min())} to"
+            found.remarks.append(f"{what} {plain(1e3 * h * steps.max())} ms: their mean is the sampling time")
     resampled = float(np.std(late)) > NOTABLE_JITTER * h and not rounded
     missing = int(numbers[-1]) + 1 - len(t)
     if resampled:  # long steps may make up for short ones

@@ -180,7 +180,7 @@ def torque_sign(evidence: Evidence) -> Iterator[Remark]:
         )
     elif inertia > CHECK.sure and power < -CHECK.sure:
         late = found.delay
-        much = f"; the angle is {1e3 * late.value:.2g} ms late against it" if late.ratio > CHECK.sure else ""
+        much = f"; the angle is {plain(1e3 * late.value, 2)} ms late against it" if late.ratio > CHECK.sure else ""
         yield Remark(
             "warning",
             f"friction supplies {plain(-found.friction_power.value)} W{_sure(power)}, while the inertia is"

@@ -205,6 +205,6 @@ def gear_ratio(evidence: Evidence) -> Iterator[Remark]:
         yield Remark(
             "warning",
             f"the arm moves by {found:.4g} of the motor's angle, and gear_ratio is {declared:.4g}",
-            f"arm inertia and stiffness are wrong by up to {200 * abs(found / declared - 1):.2g} %",
+            f"arm inertia and stiffness are wrong by up to {plain(200 * abs(found / declared - 1), 2)} %",
             "correct gear_ratio, or the scale of phi_a",
         )
