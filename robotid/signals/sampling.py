@@ -168,7 +168,7 @@ def regular(found: Findings, t: Array, declared: float | None) -> Grid:
     """The grid that samples at increasing times (n,) stand on. Raises InputError for gaps that cannot be bridged."""
     h = _period(found, t, declared)
     steps = np.diff(t) / h
-    pattern = repeats_after(np.diff(t))
+    pattern = repeats_after(np.diff(t)) if found.policy.gaps is None else 0
     counts = np.maximum(1, np.rint(steps)).astype(int)
     if pattern:  # samples come in groups, and none is missing
         counts = np.ones(len(steps), dtype=int)
@@ -186,7 +186,7 @@ def regular(found: Findings, t: Array, declared: float | None) -> Grid:
     resampled = float(np.std(late)) > NOTABLE_JITTER * h and not rounded
     missing = int(numbers[-1]) + 1 - len(t)
     if resampled:  # long steps may make up for short ones
-        missing = max(0, min(missing, round((t[-1] - t[0]) / (usual_step(t))) + 1 - len(t)))
+        missing = max(0, min(missing, round((t[-1] - t[0]) / usual_step(t, grouped=False)) + 1 - len(t)))
     if resampled and found.policy.gaps is None and jitter_rms > IRREGULAR and counts.max() <= MAX_RUN + 2:
         missing = 0
     if missing:
@@ -253,12 +253,12 @@ def repeats_after(steps: Array) -> int:
     return 0
 
 
-def usual_step(t: Array) -> float:
-    """Sampling time [s] of increasing times (n,), gaps left out; a round number where one is as good. Of intervals that
-    repeat in a pattern, the mean of this."""
+def usual_step(t: Array, *, grouped: bool = True) -> float:
+    """Sampling time [s] of increasing times (n,), gaps left out; a round number where one is as good. grouped : samples
+    may come in groups, and of intervals that repeat in a pattern, it is the mean of this."""
     steps = np.diff(t)
     usual = float(np.median(steps))
-    pattern = repeats_after(steps)
+    pattern = repeats_after(steps) if grouped else 0
     whole = steps[: len(steps) // pattern * pattern] if pattern else steps[np.abs(steps - usual) <= 0.5 * usual]
     h = float(np.mean(whole))
     round_numbers = (float(f"{h:.{digits}g}") for digits in range(1, 7))
@@ -268,7 +268,7 @@ def usual_step(t: Array) -> float:
 def _period(found: Findings, t: Array, declared: float | None) -> float:
     if len(t) < 2:
         raise InputError("there is a single sample", where=found.table.path, hint="record longer")
-    h = usual_step(t)
+    h = usual_step(t, grouped=found.policy.gaps is None)
     if declared is not None and abs(h - declared) > 0.01 * declared:
         what = f"samples are {h:.6g} s apart, sampling_time says {declared:.6g} s"
         raise InputError(what, where=found.table.path, hint="give the time column's unit, or correct sampling_time")
