@@ -154,7 +154,7 @@ def solving(
                 end = End.CONVERGED
                 break
             stuck = small_steps == options.max_small_steps
-            step = None if stuck else (yield from next_iterate(problem, at, damping, bounds))
+            step = None if stuck else (yield from next_iterate(at, damping, bounds, options.tolerance * costs[-1]))
             if step is None:
                 end = End.CONVERGED if reduction < in_noise else End.STALLED
                 break
@@ -219,13 +219,20 @@ def predicted_reduction(at: Linearisation, bounds: Bounds) -> float:
 
 
 def next_iterate(
-    problem: OutputError, at: Linearisation, damping: float, bounds: Bounds
+    at: Linearisation, damping: float, bounds: Bounds, least: float
 ) -> Course[tuple[Evaluation, float] | None]:
-    """The course to the next iterate and its damping, or None where no damping finds a lower cost."""
+    """The course to the next iterate and its damping, or None where no damping finds a lower cost.
+
+    least : decrease of the cost that a step must promise to be worth a simulation; the more it is damped, the less it
+    promises.
+    """
     before, active, growth = at.evaluation, bounds.active(at), DAMPING_GROWTH
     while damping < MAX_DAMPING:
-        step = bounds.clip(before.unknowns + damped_step(at, active, damping)) - before.unknowns
-        predicted = -(at.gradient @ step) - 0.5 * float(np.sum((at.factor @ step) ** 2))
+        whole = damped_step(at, active, damping)
+        if _promised(at, whole) < least:
+            break
+        step = bounds.clip(before.unknowns + whole) - before.unknowns
+        predicted = _promised(at, step)
         if predicted > NO_REDUCTION * before.cost:  # cut off at its bounds, a step may lead uphill; a shorter one not
             try:
                 after = yield Point(before.unknowns + step, at, before.cost)
@@ -237,6 +244,11 @@ def next_iterate(
                 return after, max(MIN_DAMPING, damping / (10 if gain > GOOD else 1 if gain > FAIR else 0.25))
         damping, growth = max(growth * damping, 1e-6), 2 * growth
     return None
+
+
+def _promised(at: Linearisation, step: Array) -> float:
+    """Decrease of the cost that the linear model predicts of a step (m,)."""
+    return -float(at.gradient @ step) - 0.5 * float(np.sum((at.factor @ step) ** 2))
 
 
 def damped_step(at: Linearisation, active: Mask, damping: float) -> Array:

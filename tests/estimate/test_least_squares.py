@@ -1,4 +1,4 @@
-"""Steps of the iteration that their bounds cut off."""
+"""Steps of the iteration: cut off by their bounds, refused, and given up."""
 
 from __future__ import annotations
 
@@ -65,3 +65,24 @@ def test_it_ends_before_an_iterate_without_finite_derivatives() -> None:
     assert solution.end is End.STALLED
     assert not solution.evaluation.unknowns.any()
     assert np.abs(solution.factor) == pytest.approx(np.eye(2))
+
+
+class Kinked(Linear):
+    """The same at the start alone: every step away from it makes the cost larger, however short it is."""
+
+    tried = 0
+
+    def evaluate(self, unknowns: Array, near: Linearisation | None = None, *, max_cost: float = np.inf) -> Evaluation:
+        self.tried += 1
+        return Evaluation(unknowns, (-self.b * (1.0 + np.abs(unknowns)),), ())
+
+
+def test_no_step_is_tried_that_promises_less_than_the_tolerance() -> None:
+    def tried(tolerance: float) -> int:
+        problem = Kinked(np.eye(2), np.array([1.0, 2.0]), np.full(2, -np.inf))
+        solution = solve(problem, np.zeros(2), SolveOptions(tolerance=tolerance))  # type: ignore[arg-type]
+        assert solution.end is End.STALLED
+        assert not solution.evaluation.unknowns.any()
+        return problem.tried
+
+    assert tried(0.5) < tried(1e-2) < tried(1e-8)

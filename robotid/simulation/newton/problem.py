@@ -23,8 +23,8 @@ class WindowProblem(Protocol):
     """What `TrajectoryNewton` asks of a problem over n intervals, its first states those of `joint`.
 
     tolerance : a Newton step that is smaller, relative to the trajectory, ends the iteration. max_failed_windows : how
-    many windows may fail to settle before the simulation counts as divergent, None for any number. first_window : how
-    many samples the first window tries.
+    many windows may fail to settle, or cost as much by being slow, before the simulation counts as divergent, None for
+    any number. first_window : how many samples the first window tries.
     """
 
     @property

@@ -24,6 +24,7 @@ from robotid.simulation.newton.problem import WindowProblem
 MAX_ITERATIONS = 40  # in one window; each settles more of its nodes
 MAX_IDLE_ITERATIONS = 10  # in a row in which no further node settles
 QUICK_ITERATIONS = 5  # a window that needs no more may grow
+SLOW_ITERATIONS = 15  # beyond the quick ones, over all windows, that count as much as a window that fails
 MAX_WINDOW = 16_000  # samples whose Jacobians are in memory at once
 SHORT_WINDOW = 500  # samples; so short a window need not be as quick to grow, and is not divided
 MIN_WINDOW = 8  # samples; where even these fail, the fallback integrates them
@@ -194,7 +195,7 @@ class TrajectoryNewton(OdeSolver):
         super().__init__(fun, t0, y0, t_bound, vectorized)
         self.problem, self.fallback = problem, fallback
         self.node, self.window = 0, problem.first_window
-        self.failed_windows = 0
+        self.failed_windows = self.slow_iterations = 0
         self.scale = state_scale(problem.guess)
         self.x = self.y[:, None]
         self.first = 0
@@ -213,7 +214,7 @@ class TrajectoryNewton(OdeSolver):
             found = yield from newton(problem, self.node, self.y, guess, self.scale)
             self.nfev += 3 * found.iterations
             whole = found.settled == stop - self.node
-            self._count(failed=not whole)
+            self._count(found, failed=not whole)
             if whole or found.settled >= MIN_WINDOW:
                 self._advance(found.x[:, : found.settled + 1])
                 self.window = self._next_window(found, whole=whole)
@@ -227,10 +228,13 @@ class TrajectoryNewton(OdeSolver):
         self._advance(self.fallback(self.node, stop, self.y))
         self.window = 4 * MIN_WINDOW
 
-    def _count(self, *, failed: bool) -> None:
+    def _count(self, found: NewtonResult, *, failed: bool) -> None:
         limit = self.problem.max_failed_windows
         self.failed_windows += failed
-        if limit is not None and self.failed_windows > limit:
+        self.slow_iterations += max(0, found.iterations - QUICK_ITERATIONS)
+        if limit is None:
+            return
+        if self.failed_windows > limit or self.slow_iterations > SLOW_ITERATIONS * (limit + 1):
             raise NumericsError(
                 "the simulation settles too slowly to be of use", hint="check the parameters' guesses and bounds"
             )

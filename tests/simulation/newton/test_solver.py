@@ -51,6 +51,27 @@ def test_a_simulation_is_given_up_once_too_many_windows_fail() -> None:
         integrate(problem(far, max_failed_windows=0), np.zeros(JOINT.nx), never)
 
 
+class Slow(Problem):
+    """Every Newton step goes less than the whole way, so that no window is quick."""
+
+    def linearise(self, first: int, last: int, x: Array):  # type: ignore[no-untyped-def]
+        steps = Problem.linearise(self, first, last, x)
+        steps.c[:] *= 0.7
+        return steps
+
+
+def test_a_simulation_is_given_up_once_its_windows_are_slow_though_none_fails() -> None:
+    def simulated(limit: int | None) -> Array:
+        short = 10  # samples, so that there are several windows
+        slow = Slow(JOINT, THETA, U, SAMPLING_TIME, rest, max_failed_windows=limit, first_window=short)
+        return integrate(slow, np.zeros(JOINT.nx), never)
+
+    rest = np.zeros((JOINT.nx, N + 1))
+    with pytest.raises(NumericsError, match="too slowly"):
+        simulated(0)
+    assert np.array_equal(simulated(1), simulated(None))
+
+
 def test_the_fallback_integrates_as_few_samples_as_there_are_in_the_smallest_window() -> None:
     asked: list[tuple[int, int]] = []
 
