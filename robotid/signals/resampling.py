@@ -25,6 +25,7 @@ DEGREE = 5  # of the spline
 CLOSEST = 0.25  # intervals between samples of the spline: noise of closer ones would become a steep slope
 PASSES = 30  # of the weights that leave out what neither torque nor friction makes
 NOTHING = 1e-6  # of the largest distance of a corner from a smooth curve, that counts as rounding
+LATE = 0.3  # of a corner, by which a stamp that is late may spoil it: no sign of a disturbance
 REVERSAL_PASSES = 3  # of the instants of reversals
 SIGNIFICANT = 25.0  # F of one more regressor, from which the steps of the torque are seen in a motion
 MIN_TO_COMPARE = 20  # samples from which the smoothness of a signal is measured
@@ -164,13 +165,22 @@ def _factor(y: Array, x: Array) -> float:
     if not seen.any():
         return 0.0
     y, x = y[seen], x[seen]
-    factor, weights, left = 0.0, np.ones(len(y)), y
+    factor = _heavy_median(y / np.where(x == 0.0, 1.0, x), x**2)
     for _ in range(PASSES):  # Cauchy's weights: what sticks or is disturbed, tells of neither torque nor friction
-        factor = float((weights * x) @ y) / max(float((weights * x) @ x), 1e-300)
         left = y - factor * x
-        weights = 1.0 / (1.0 + np.square(left / max(2.0 * float(np.median(np.abs(left))), 1e-300)))
+        usual = 2.0 * float(np.median(np.abs(left))) + LATE * np.abs(factor * x)
+        weights = 1.0 / (1.0 + np.square(left / np.maximum(usual, 1e-300)))
+        factor = float((weights * x) @ y) / max(float((weights * x) @ x), 1e-300)
+    left = y - factor * x
     gain = 1.0 - float(weights @ left**2) / max(float(weights @ y**2), 1e-300)
     return factor if gain * len(y) > SIGNIFICANT else 0.0
+
+
+def _heavy_median(values: Array, weights: Array) -> float:
+    """The value (n,) below which half of the weight (n,) lies."""
+    order = np.argsort(values)
+    below = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(below, 0.5 * below[-1])])
 
 
 def mean_over_intervals(at: Array, signal: Array, grid: Array) -> Array:

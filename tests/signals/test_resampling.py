@@ -75,6 +75,19 @@ def test_a_speed_that_a_held_torque_drives_keeps_its_corners() -> None:
     assert rms(interpolate(at, speed, grid) - true) > 1e-2
 
 
+def test_a_torque_that_answers_the_noise_of_the_speed_hides_no_large_step_of_it() -> None:
+    """Thousands of small steps have the sign of the noise that they answer, and the only large one comes late."""
+    rng, n, gain = np.random.default_rng(3), 3000, 0.08
+    late = np.append(0.0, rng.uniform(0.0, 0.2, n - 1))
+    at, noise = np.arange(n) + late, 0.02 * rng.standard_normal(n)
+    torque = np.where(np.arange(n) < n // 2, 1.0, -12.0) - noise
+    speed = gain * np.concatenate([[0.0], np.cumsum(torque[:-1])])
+    signals = {"tau_m": torque, "dphi_m": speed + gain * torque * late + noise}
+    error = resample(at, signals, ("tau_m",))["dphi_m"] - np.interp(grid_positions(at), np.arange(n), speed)
+    assert np.abs(error[n // 2 - 10 : n // 2 + 10]).max() < 0.1
+    assert rms(error[100 : n // 2 - 100]) < 0.02
+
+
 def test_a_speed_keeps_the_corners_of_friction_at_its_reversals() -> None:
     """The torque's corners alone would leave three times as much, and none five times."""
     h, axis = 0.01, DryAxis()
