@@ -245,7 +245,7 @@ class _Splitter:
             return self._excited(record)
         columns = self._columns(record, self.axis)
         others = {name: angle for name in self.axes if name != self.axis and (angle := self._angle(record, name))}
-        if _get(self.robot, BODY) is not None:
+        if _get(self.robot, BODY) is not None or self._tells_axes_apart:
             others |= {drive_of(name): self._drive(record, name) for name in self.axes if name != self.axis}
         angles = self._made([(self._word(name), angle) for name, angle in others.items()], "")
         signals = self._merged(angles, self._others(_get(record, "signals")), self._within("signals"))
@@ -254,6 +254,12 @@ class _Splitter:
         pairs = [(key, value) for key, value in record.value if key.value not in given]
         pairs += [(self._word(key), value) for key, value in given.items()]
         return self._node(pairs, record)
+
+    @property
+    def _tells_axes_apart(self) -> bool:
+        """Whether experiments are given, which take the torques of all axes."""
+        sections = [_get(of, "init_flex") for of in (self.whole, self.node)]
+        return any(isinstance(one, MappingNode) and _get(one, "experiments") is not None for one in sections)
 
     def _others(self, signals: Node | None) -> Node | None:
         """The signals of a record without one of the name of this axis, which is for the other axes."""

@@ -14,7 +14,7 @@ from robotid.config.robot import Effects, structure_of
 from robotid.config.schema import Config
 from robotid.config.suggest import suggest
 from robotid.config.tree import Step
-from robotid.model.companion import CompanionKind, companion_of
+from robotid.model.companion import CompanionKind, companion_of, drive_of
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port, Signal
 from robotid.model.structure import RECORD_CHANGE, Structure, changed
@@ -52,6 +52,7 @@ def problems(config: Config) -> Iterator[Problem]:
         yield from _truth(plant.parameters, config.plant_structure(), ("plant", "parameters"))
     yield from _records(config)
     yield from _accepted(config)
+    yield from _experiments(config)
     yield from _fit(config)
     yield from _thresholds(config)
     yield from _diagnosis(config)
@@ -333,6 +334,25 @@ def _records(config: Config) -> Iterator[Problem]:
             )
     if not any(r.role == "estimate" for r in config.records):
         yield Problem(("records",), "no record has the role estimate", "at least one is needed to fit a model to")
+
+
+def _experiments(config: Config) -> Iterator[Problem]:
+    """Whether the experiments that are to tell axes apart are there, and hold all axes."""
+    records = {name: record for record in config.records for name in record.names}
+    for i, group in enumerate(config.init_flex.experiments or ()):
+        loc = ("init_flex", "experiments", i)
+        for k, name in enumerate(group):
+            if name not in records:
+                yield Problem((*loc, k), f'there is no record "{name}"', suggest(name, records))
+                return
+            if records[name].role != "estimate" or records[name].use == "rigid":
+                yield Problem((*loc, k), f"{name} serves no initialisation of what flexes", "give it use: flex")
+        kinds = [records[name].kinds for name in group]
+        shown = [{n for n, kind in one.items() if kind == "angle" and one.get(drive_of(n)) == "drive"} for one in kinds]
+        if any(len(group) != len(names) + 1 for names in shown):
+            others = ", ".join(sorted(set().union(*shown))) or "no other axis"
+            what = f"{len(group)} experiments, whose records show angle and torque of {others}"
+            yield Problem(loc, what, "give as many experiments as axes, all with the signals of all axes")
 
 
 def _fit(config: Config) -> Iterator[Problem]:

@@ -55,10 +55,12 @@ class InitRigidSettings(Section):
 
 class InitFlexSettings(Section):
     """Frequency responses and eq. (12)-(14). band [Hz] : where the responses are read, absent: the excitation's own;
-    window [s] : length of a segment, absent: the excitation's period."""
+    window [s] : length of a segment, absent: the excitation's period. experiments : names of the records that tell
+    several axes apart, in groups of as many records as there are axes, absent: the virtual robot's orthogonal ones."""
 
     band: tuple[Positive, Positive] | None = None
     window: Positive | None = None
+    experiments: tuple[tuple[str, ...], ...] | None = None
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -180,8 +182,22 @@ class Config(Section):
         return self.controller or (self.plant.controller if self.plant else None)
 
     def completed(self) -> Self:
-        """With the defaults that depend on other sections filled in: fit.models, fit.best, plant.model."""
+        """With the defaults that depend on other sections filled in: fit.models, fit.best, plant.model and
+        init_flex.experiments."""
         models = self.fit.models or {"m1": self.names("estimate")}
         fit = self.fit.model_copy(update={"models": models, "best": self.fit.best or list(models)[-1]})
         plant = self.plant and self.plant.model_copy(update={"model": self.plant.model or self.robot.model})
-        return self.model_copy(update={"fit": fit, "plant": plant})
+        flex = self.init_flex.model_copy(update={"experiments": self._experiments()})
+        return self.model_copy(update={"fit": fit, "plant": plant, "init_flex": flex})
+
+    def _experiments(self) -> tuple[tuple[str, ...], ...]:
+        """Groups of records that tell several axes apart: those given, or the orthogonal ones of the virtual robot."""
+        if self.init_flex.experiments is not None:
+            return self.init_flex.experiments
+        return tuple(
+            record.names[k : k + len(record.others) + 1]
+            for record in self.records
+            if record.excite is not None and record.excite.orthogonal
+            if record.role == "estimate" and record.use != "rigid"
+            for k in range(0, len(record.names), len(record.others) + 1)
+        )

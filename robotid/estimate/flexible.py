@@ -8,11 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robotid.display import Displayed
+from robotid.estimate.among_axes import response_among_axes
 from robotid.estimate.average_stiffness import SpringLaw, equivalent_law, published_law, simulate_twist
 from robotid.estimate.flexible_start import rigid_inertia, starts
 from robotid.estimate.linear_response import FLOOR, ResponseFit, fit_response, linear_part
 from robotid.estimate.notch import Reading, read_off
-from robotid.estimate.responses import Response, responses
+from robotid.estimate.responses import Response, ResponseOptions, responses
 from robotid.estimate.result import Estimate
 from robotid.estimate.rigid import RigidResult
 from robotid.model.array import Array
@@ -24,6 +25,7 @@ from robotid.signals.frf import Frf
 from robotid.signals.record import Record
 
 LARGEST_DOUBT = 0.2  # relative standard deviation at which a response does not tell a parameter
+PLAIN = ResponseOptions()
 HOPELESS = 3.0  # relative standard deviation at which the declared guess is no worse
 
 
@@ -114,12 +116,11 @@ def fit_flexible(
     parameters: Parameters,
     rigid: RigidResult,
     records: Sequence[Record],
-    band: tuple[float, float] | None = None,
-    window: float | None = None,
+    options: ResponseOptions = PLAIN,
 ) -> FlexResult:
     """Initial values of inertias, springs and dampers.
 
-    parameters : step 1's values in them; those that are not free keep theirs. band [Hz], window [s] : of the responses.
+    parameters : step 1's values in them; those that are not free keep theirs. options : of the responses.
     A joint that cannot flex, or records that do not show it, give an empty result with a remark.
     Raises NumericsError where step 1 found no inertia or a record is not excited.
     """
@@ -137,11 +138,21 @@ def fit_flexible(
     rubs = {name for place in linear.placed if place.term.friction for name in linear.names[place.at]}
     fixed = {name: values[name] for name in linear.names if name not in free or name in rubs}
     total = rigid_inertia(linear, {name: values[name] for name in linear.names}, rigid)
-    fitted = [
-        _fit(linear, parts, values, fixed, total, response)
-        for response in responses(joint, parameters, records, band, window)
-    ]
+    found = _responses(joint, parameters, records, options)
+    fitted = [_fit(linear, parts, values, fixed, total, response) for response in found]
     return _result(linear, joint, parameters, total[0], fitted)
+
+
+def _responses(
+    joint: Joint, parameters: Parameters, records: Sequence[Record], options: ResponseOptions
+) -> tuple[Response, ...]:
+    """Those of all records, experiments with several axes together as one."""
+    named = {record.name: record for record in records}
+    groups = [[named[name] for name in group if name in named] for group in options.experiments]
+    together = {record.name for group in groups for record in group}
+    apart = [record for record in records if record.name not in together]
+    found = responses(joint, parameters, apart, options.band, options.window)
+    return (response_among_axes(joint, parameters, groups, options.band), *found) if groups else found
 
 
 def _fit(

@@ -9,6 +9,7 @@ import numpy as np
 
 from robotid.catalogue import assemble
 from robotid.estimate.flexible import FlexResult, fit_flexible
+from robotid.estimate.responses import ResponseOptions
 from robotid.estimate.rigid import RigidResult, fit_rigid
 from robotid.model.joint import Joint
 from robotid.model.parameters import KnownParameter, Parameters
@@ -26,7 +27,8 @@ class StartOptions:
 
     cutoff [Hz] and order of the zero-phase low-pass filter of step 1, cutoff None : chosen from the excitation; samples
     slower than min_speed [rad/s] are left out of step 1. band [Hz] : where frequency responses are read, None : the
-    excitation's own. window [s] : length of a segment, None : the excitation's period.
+    excitation's own. window [s] : length of a segment, None : the excitation's period. experiments : records that tell
+    several axes apart, in groups of as many as axes.
     """
 
     cutoff: float | None = None
@@ -34,6 +36,7 @@ class StartOptions:
     min_speed: float = 0.0
     band: tuple[float, float] | None = None
     window: float | None = None
+    experiments: tuple[tuple[str, ...], ...] = ()
 
 
 def initialise_rigid(
@@ -57,7 +60,8 @@ def initialise_flexible(
     """
     joint = assemble(structure)
     parameters = joint.parameters().with_known(known).with_values(rigid.guesses)
-    return fit_flexible(joint, parameters, rigid, _serving(records, "flex"), options.band, options.window)
+    reading = ResponseOptions(options.band, options.window, options.experiments)
+    return fit_flexible(joint, parameters, rigid, _serving(records, "flex"), reading)
 
 
 def starting_parameters(

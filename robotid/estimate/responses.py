@@ -18,6 +18,17 @@ from robotid.signals.record import Record
 ALIKE = 0.01  # relative difference of reference RMS at which two records are realisations of one excitation
 
 
+@dataclass(frozen=True, slots=True)
+class ResponseOptions:
+    """How responses are read. band [Hz] : where, None : the excitation's own. window [s] : length of a segment, None :
+    the excitation's period. experiments : names of the records that tell several axes apart, in groups of as many as
+    axes."""
+
+    band: tuple[float, float] | None = None
+    window: float | None = None
+    experiments: tuple[tuple[str, ...], ...] = ()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Response:
     """A frequency response and the records, one or several realisations, behind it."""

@@ -156,6 +156,10 @@ class Record(Displayed):
         edges = np.linspace(0, len(self), count + 1).round().astype(int).tolist()
         return tuple(self.piece(a, b) for a, b in pairwise(edges))
 
+    def divided(self, count: int) -> tuple[Record, ...]:
+        """So many consecutive pieces, fewer where these would have too few samples, as those of a piece would."""
+        return self.pieces(max(self.duration / count, SHORTEST_PIECE * self.sampling_time))
+
 
 def usable_horizon(horizon: float | None, records: Iterable[Record]) -> float | None:
     """A length of pieces [s] that was chosen on some records, so that all of these can be cut by it, too."""

@@ -14,5 +14,6 @@ def init_flex(settings: Config, recordings: Recordings, rigid: RigidResult) -> F
 
     Raises NumericsError where step 1 found no inertia or a record is not excited in the band.
     """
-    options = StartOptions(band=settings.init_flex.band, window=settings.init_flex.window)
+    section = settings.init_flex
+    options = StartOptions(band=section.band, window=section.window, experiments=section.experiments or ())
     return initialise_flexible(settings.structure(), settings.robot.known(), recordings.records, rigid, options)

@@ -15,7 +15,7 @@ from robotid.estimate.average_stiffness import equivalent_law, published_law, si
 from robotid.estimate.flexible import FlexResult, fit_flexible
 from robotid.estimate.linear_response import fit_response, linear_part, linear_response, total_inertia
 from robotid.estimate.notch import read_off
-from robotid.estimate.responses import responses
+from robotid.estimate.responses import ResponseOptions, responses
 from robotid.estimate.rigid import RigidResult, fit_rigid
 from robotid.model.array import Array
 from robotid.model.structure import Structure
@@ -198,7 +198,8 @@ def test_slow_motion_tells_no_stiffness() -> None:
     set1, *_ = true_records()
     joint = assemble(STRUCTURE)
     rigid = fit_rigid(joint, joint.parameters(), [set1])
-    flex = fit_flexible(joint, joint.parameters().with_values(rigid.guesses), rigid, [set1], band=(0.2, 2.0))
+    options = ResponseOptions((0.2, 2.0))
+    flex = fit_flexible(joint, joint.parameters().with_values(rigid.guesses), rigid, [set1], options)
     assert flex.guesses == {}
     assert any("declared guesses stand" in remark for remark in flex.remarks)
 

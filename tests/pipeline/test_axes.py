@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -30,13 +29,7 @@ records:
 FIRST, BOTH = {"a1": Sum(0.0), "a2": Sum(1.0)}, ("a1", "a2")
 
 
-@pytest.fixture(autouse=True)
-def table(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    monkeypatch.setattr(walking, "STAGES", fake_stages.STAGES)
-    CALLS.clear()
-    FAILURES.clear()
-    yield
-    FAILURES.clear()
+pytestmark = pytest.mark.usefixtures("table")
 
 
 @pytest.fixture

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
 from dataclasses import make_dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,6 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from support import fake_stages
 from support.fake_stages import CALLS, FAILURES, Sum
 
 from robotid.artifacts.store import load as load_artifact
@@ -34,13 +32,7 @@ records:
 NAMES = ["first", "second", "third"]
 
 
-@pytest.fixture(autouse=True)
-def table(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    monkeypatch.setattr(walking, "STAGES", fake_stages.STAGES)
-    CALLS.clear()
-    FAILURES.clear()
-    yield
-    FAILURES.clear()
+pytestmark = pytest.mark.usefixtures("table")
 
 
 @pytest.fixture

@@ -34,3 +34,10 @@ def test_pieces_that_were_chosen_on_some_records_can_be_cut_of_others() -> None:
     assert usable_horizon(0.0625, [fast]) == 0.0625
     assert usable_horizon(0.0625, [slow, fast]) == 2.0
     assert len(slow.pieces(usable_horizon(0.0625, [slow, fast]))) == 4
+
+
+def test_a_record_is_divided_into_no_pieces_that_are_too_short() -> None:
+    record = Record("a", "estimate", "both", 0.004, np.zeros(62), np.zeros(62), np.zeros(62))
+    assert [len(piece) for piece in record.divided(12)] == [21, 20, 21]
+    assert [len(piece) for piece in record.divided(2)] == [31, 31]
+    assert [len(piece) for piece in record.piece(0, 10).divided(12)] == [10]

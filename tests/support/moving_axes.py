@@ -79,3 +79,35 @@ plant:
     links: [{{mass: 5, length: 0.4, centre: 0.2, inertia: 0.1}}, {{mass: 3, length: 0.3, centre: 0.1, inertia: 0.05}},
             {{mass: 1, centre: 0.1, inertia: 0.01}}]
 """
+
+EXPERIMENTS = (
+    TWO[: TWO.index("records:")]
+    + """\
+records:
+  - name: turning
+    use: rigid
+    pose: {a2: 0.8}
+    excite:
+      {kind: triangle, period: 1, sampling_time: 0.002, axes: {a1: {amplitude: 30}, a2: {amplitude: 40}}}
+  - name: wide
+    use: flex
+    pose: {a1: 0.3, a2: 1.0}
+    excite:
+      kind: sum
+      periods: 3
+      sampling_time: 0.002
+      realisations: 2
+      orthogonal: true
+      axes:
+        a1:
+          of:
+            - &sines {kind: multisine, band: [3, 40], period: 2, peak: 8, crest_factor: null}
+            - &turn {kind: square, amplitude: 15, period: 1}
+        a2: {of: [*sines, *turn]}
+plant:
+  body: {links: [{mass: 20, length: 0.5, centre: 0.25, inertia: 0.5}, {mass: 10, centre: 0.2, inertia: 0.2}]}
+  noise: {torque: 0.0004, speed: 0.002}
+  seed: 3
+"""
+)
+"""The two axes, once turning far, and in two orthogonal experiments about a pose."""

@@ -29,9 +29,7 @@ def simulated_pieces(model: FittedModel, refitted: RefittedModel, segments: Sequ
     NumericsError where a piece cannot be simulated."""
     current = replace(model, joint=refitted.joint, parameters=refitted.parameters, first_states={})
     pieces = [
-        Segment(piece, segment.whitening)
-        for segment in segments
-        for piece in segment.record.pieces(segment.record.duration / EVENTS.pieces)
+        Segment(piece, segment.whitening) for segment in segments for piece in segment.record.divided(EVENTS.pieces)
     ]
     trajectories = simulate_pieces(current, [piece.record for piece in pieces])
     return [segment_fit(piece, t, model.output) for piece, t in zip(pieces, trajectories, strict=True)]

@@ -19,7 +19,6 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, Tr
 from robotid.diagnosis.refit.settings import REFIT
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
-from robotid.signals.record import SHORTEST_PIECE, Record
 from robotid.simulation.trajectory import Trajectory
 
 
@@ -36,15 +35,8 @@ def refit_from_pieces(
 def _cut(segments: Iterable[Segment]) -> tuple[Segment, ...]:
     """Short pieces of segments, each with its segment's whitening."""
     return tuple(
-        replace(segment, record=piece)
-        for segment in segments
-        for piece in segment.record.pieces(_short(segment.record))
+        replace(segment, record=piece) for segment in segments for piece in segment.record.divided(REFIT.pieces)
     )
-
-
-def _short(record: Record) -> float:
-    """Length of the pieces of a record [s], of as many samples as a piece needs."""
-    return max(record.duration / REFIT.pieces, SHORTEST_PIECE * record.sampling_time)
 
 
 def _joined(pieces: Sequence[SegmentFit], segments: Sequence[Segment]) -> tuple[Trajectory, ...]:
