@@ -224,9 +224,11 @@ def next_iterate(
     """The course to the next iterate and its damping, or None where no damping finds a lower cost.
 
     least : decrease of the cost that a step must promise to be worth a simulation; the more it is damped, the less it
-    promises.
+    promises. Where the damping of the step before leaves no such promise, the first step is damped less.
     """
     before, active, growth = at.evaluation, bounds.active(at), DAMPING_GROWTH
+    while damping > MIN_DAMPING and _promised(at, damped_step(at, active, damping)) < least:
+        damping = max(MIN_DAMPING, damping / 10)
     while damping < MAX_DAMPING:
         whole = damped_step(at, active, damping)
         if _promised(at, whole) < least:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from robotid.errors import NumericsError
-from robotid.estimate.least_squares import SolveOptions, solve
+from robotid.estimate.least_squares import Bounds, Point, SolveOptions, linearise, next_iterate, solve
 from robotid.estimate.residual import Evaluation, Jacobian, Linearisation
 from robotid.estimate.result import End
 from robotid.model.array import Array
@@ -86,3 +86,13 @@ def test_no_step_is_tried_that_promises_less_than_the_tolerance() -> None:
         return problem.tried
 
     assert tried(0.5) < tried(1e-2) < tried(1e-8)
+
+
+def test_a_damping_that_leaves_no_promise_is_lowered_first() -> None:
+    problem = Linear(np.eye(2), np.array([1.0, 2.0]), np.full(2, -np.inf))
+    start = problem.evaluate(np.zeros(2))
+    at = linearise(problem, start)  # type: ignore[arg-type]
+    least = 0.5 * start.cost
+    tried = next(next_iterate(at, 1e6, Bounds(*problem.bounds()), least))
+    assert isinstance(tried, Point)
+    assert start.cost - problem.evaluate(tried.unknowns).cost >= least  # a linear problem keeps what it promises
