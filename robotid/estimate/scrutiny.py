@@ -23,6 +23,7 @@ from robotid.estimate.linear_regression import relative_error
 from robotid.estimate.linear_response import total_inertia
 from robotid.estimate.regressor import regress
 from robotid.estimate.result import End, FitResult
+from robotid.estimate.rigid import fit_rigid
 from robotid.model.array import Array
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
@@ -35,6 +36,7 @@ from robotid.signals.differentiate import ParallelFilter
 from robotid.signals.record import SHORTEST_PIECE, Record
 from robotid.simulation.first_guess import measured_guess
 
+FAR_START = "fitted once more from the regression of the torque on the motion, far from the start that was given"
 OFFSET, OFFSET_SUFFIX = "motor.constant_torque", "_offset"
 
 
@@ -43,7 +45,8 @@ class ScrutinySettings:
     """From when on a fit is doubted.
 
     torque_factor, torque_percent : its torque error exceeds the start's by this factor, and by so much [%].
-    inertia_factor : its inertia and the start's differ by this factor. at_limit : share of what its measurement allows
+    inertia_factor : its inertia and the start's differ by this factor. start_factor : a start value that differs by it
+    from the regression's is far from there. at_limit : share of what its measurement allows
     by which a first speed is nearer to the limit. poor_fit [%] : a fit below it is
     tried with a constant torque in any case. offset_gain : factor by which a constant torque must
     lower the variance of every residual. better : share by which a second fit must lower the residuals to be kept.
@@ -54,6 +57,7 @@ class ScrutinySettings:
     torque_factor: float = 1.5
     torque_percent: float = 5.0
     inertia_factor: float = 2.0
+    start_factor: float = 2.0
     at_limit: float = 1e-3
     poor_fit: float = 90.0
     offset_gain: float = 0.5
@@ -124,6 +128,11 @@ def scrutinised_fit(task: FitTask) -> ScrutinisedFit:
 
 def _scrutinised(first: FitResult, task: FitTask) -> ScrutinisedFit:
     joint, parameters, records = task.joint, task.parameters, task.records
+    if joint.masses == 1 and min(first.fit_percent.values()) < SETTINGS.poor_fit:
+        regressed = _from_regression(first, task)
+        if regressed is not None:
+            nearer, better = regressed
+            return _noted(_scrutinised(better, nearer), FAR_START)
     found = tuple(doubts(first, joint, parameters, records))
     if not found and min(first.fit_percent.values()) >= SETTINGS.poor_fit:
         return ScrutinisedFit(first)
@@ -229,6 +238,26 @@ def _instability(joint: Joint, parameters: Parameters, records: Sequence[Record]
     if horizon is not None and any(horizon < 2 * SHORTEST_PIECE * record.sampling_time for record in records):
         horizon = None
     return _Instability(rate, growth, horizon)
+
+
+def _from_regression(first: FitResult, task: FitTask) -> tuple[FitTask, FitResult] | None:
+    """The fit of a rigid axis from where the regression of its torque on the measured motion leads, where the given
+    start was far from there and the fit is better for it. A motor that too much friction locks, or too large an
+    inertia, tells an open simulation nothing of either."""
+    try:
+        guesses = fit_rigid(task.joint, task.parameters, task.records).guesses
+    except NumericsError:
+        return None
+    near = task.parameters.with_values(guesses)
+    before, after, free = (np.abs(task.parameters.values), np.abs(near.values), task.parameters.free)
+    far = np.maximum(before, after) > SETTINGS.start_factor * np.minimum(before, after)
+    if not (far & free).any():
+        return None
+    nearer = replace(task, parameters=near)
+    again = nearer.attempt()
+    if again is None or _misfit(again) > (1 - SETTINGS.better) * _misfit(first):
+        return None
+    return nearer, again
 
 
 def _in_chosen_pieces(task: FitTask) -> ScrutinisedFit:
