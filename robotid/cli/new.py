@@ -14,7 +14,7 @@ import yaml
 from robotid.cli.console import print_message, print_tables
 from robotid.config.load import parse
 from robotid.config.suggest import suggest
-from robotid.config.template import measured, virtual
+from robotid.config.template import measured, several, virtual
 from robotid.errors import ConfigError, InputError, NumericsError
 from robotid.files import atomic_write
 from robotid.numerals import number
@@ -65,6 +65,8 @@ def write_configuration(
     found = _plausible(path, found, sampling_time)
     atomic_write(path, _configuration(path, found, sampling_time))
     print_tables([_guessed(found)])
+    if found.axes:
+        print_message(f"the file holds {len(found.axes)} axes: at the end of {path} is what describes all of them")
     print_message(f"{path} written: check its columns, then `robotid run {path}`")
 
 
@@ -142,7 +144,9 @@ def _configuration(path: Path, found: Proposal, sampling_time: float | None) -> 
     file = Path(os.path.relpath(found.path, path.parent)).as_posix()
     record = re.sub(r"[^A-Za-z0-9_-]+", "_", found.path.stem)
     sliding = any(_quantity(column) in SLIDING for column in found.columns.values())
-    return measured(path.stem, str(path), _flow(file), record, _columns(found, sampling_time), linear=sliding)
+    text = measured(path.stem, str(path), _flow(file), record, _columns(found, sampling_time), linear=sliding)
+    axes = [_flow({signal: _shortest(column) for signal, column in one.items()}) for one in found.axes]
+    return text + several(path.stem, axes) if axes else text
 
 
 def _columns(found: Proposal, sampling_time: float | None) -> str:

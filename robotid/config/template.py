@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from string import Template
 
 _HEAD = Template("""\
@@ -150,3 +151,23 @@ def _head(name: str, file: str) -> str:
 
 def _rest(records: tuple[str, ...]) -> str:
     return _REST.substitute(fitted=", ".join(records), threshold=records[-1])
+
+
+def several(name: str, columns: Sequence[str]) -> str:
+    """What describes all axes of a file, as comments at the end of the configuration of one. columns : of each axis, as
+    YAML on one line."""
+    axes = "".join(f"#     a{k}:\n{_JOINT}#       columns: {one}\n" for k, one in enumerate(columns, 1))
+    return f"""
+# The file holds torque and angle of {len(columns)} axes. To identify all of them, each with the angles of the others,
+# put this in the place of robot above, and leave of the columns of the record only the time:
+#
+# robot:
+#   name: {name}
+#   axes:
+{axes}"""
+
+
+_JOINT = """\
+#       gear_ratio: 0.01               # phi_a / phi_m of the axis
+#       model: {motor: [inertia, viscous, coulomb]}
+"""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -54,13 +55,14 @@ SIGNAL = {
 @dataclass(frozen=True, slots=True)
 class Proposal:
     """Columns by signal and the sampling time [s], as guessed. remarks : what a person should check; left_out : signals
-    that are not to be found by name either."""
+    that are not to be found by name either; axes : columns by signal of each axis, none where the file holds one."""
 
     path: Path
     columns: dict[str, Column]
     sampling_time: float | None
     remarks: tuple[str, ...]
     left_out: tuple[str, ...] = ()
+    axes: tuple[dict[str, Column], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +108,33 @@ def propose(path: Path, chosen: Mapping[str, str] | None = None) -> Proposal:
     if "phi_m" in columns and (clock := table.clock(columns["phi_m"].name)) is not None:
         columns = {"t": Column(clock)} | columns
     h = _sampling_time(table, columns.get("t"), remarks)
-    return Proposal(path, columns, h, tuple(remarks))
+    return Proposal(path, columns, h, tuple(remarks), axes=_axes(table, columns))
+
+
+def _axes(table: Table, columns: Mapping[str, Column]) -> tuple[dict[str, Column], ...]:
+    """The columns of each axis, where a file has torque and angle of several: in matrices of one width, or under names
+    that differ in a number alone."""
+    own = {signal: column for signal, column in columns.items() if signal != "t"}
+    if not all(signal in own for signal in NEEDED):
+        return ()
+    found = {signal: _alike(table, column) for signal, column in own.items()}
+    numbers = sorted(set.intersection(*(set(found[signal]) for signal in NEEDED)))
+    if len(numbers) < 2:
+        return ()
+    return tuple({signal: each[n] for signal, each in found.items() if n in each} for n in numbers)
+
+
+def _alike(table: Table, column: Column) -> dict[int, Column]:
+    """The same signal of all axes by their numbers, as far as its column tells."""
+    if column.column is not None:
+        return {k: replace(column, column=k) for k in range(max(1, *table.shape(column.name)[1:]))}
+    name, best = column.name, dict[int, Column]()
+    for number in re.finditer(r"\d+", name):
+        pattern = re.compile(re.escape(name[: number.start()]) + r"(\d+)" + re.escape(name[number.end() :]))
+        matches = ((pattern.fullmatch(other), other) for other in table.columns)
+        found = {int(match[1]): replace(column, name=other) for match, other in matches if match}
+        best = max(best, found, key=len)
+    return best
 
 
 def _recorded(table: Table) -> list[str]:

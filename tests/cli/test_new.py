@@ -13,7 +13,7 @@ from support.mistaken_logs import right_log
 
 from robotid.cli.app import main
 from robotid.config.columns import ColumnSettings
-from robotid.config.load import load, parse
+from robotid.config.load import load, parse, parse_axes
 
 
 @pytest.fixture(autouse=True)
@@ -235,3 +235,45 @@ def test_what_cannot_be(arguments: list[str], code: int, line: str, capsys: pyte
     assert main(arguments) == code
     assert capsys.readouterr() == ("", line + "\n")
     assert not list(Path.cwd().glob("*.yaml"))
+
+
+def write_axes(path: Path, names: str) -> None:
+    """The log of two motors, one column each or in matrices, as the names say."""
+    t = np.arange(4000) * 1e-3
+    columns = [t]
+    for hertz in (1.0, 0.7):
+        speed = 10 * np.sin(2 * np.pi * hertz * t)
+        columns += [0.01 * np.gradient(speed, t) + 0.02 * speed + 0.5 * np.sign(speed), np.cumsum(speed) * 1e-3]
+    np.savetxt(path, np.column_stack(columns), delimiter=",", header=names, comments="", fmt="%.6f")
+
+
+def test_several_axes_are_suggested(capsys: pytest.CaptureFixture[str]) -> None:
+    write_axes(Path("arm.csv"), "time,joint1_torque,joint1_angle,joint2_torque,joint2_angle")
+    assert main(["new", "arm", "--from-data", "arm.csv"]) == 0
+    assert "the file holds 2 axes" in capsys.readouterr().err
+    text = Path("arm.yaml").read_text()
+    assert load("arm.yaml").config.records[0].columns.phi_m == "joint1_angle"
+    block = text[text.index("# robot:") :]
+    records = "records: [{name: arm, file: arm.csv, columns: {t: time}}]\n"
+    axes = parse_axes("\n".join(line.removeprefix("# ") for line in block.splitlines()) + "\n" + records)
+    first, second = (axis.records[0].columns for axis in axes.values())
+    assert (first.tau_m, first.phi_m) == ("joint1_torque", "joint1_angle")
+    assert (second.tau_m, second.phi_m) == ("joint2_torque", "joint2_angle")
+    assert list(axes["a2"].records[0].signals) == ["a1"]
+
+
+def test_matrices_of_one_width_are_several_axes(capsys: pytest.CaptureFixture[str]) -> None:
+    t = np.arange(4000) * 1e-3
+    speed = 10 * np.sin(2 * np.pi * np.outer(t, [1.0, 0.7, 0.3]))
+    torque = 0.01 * np.gradient(speed, 1e-3, axis=0) + 0.02 * speed + 0.5 * np.sign(speed)
+    savemat("arm.mat", {"t": t, "tau": torque, "q": np.cumsum(speed, axis=0) * 1e-3})
+    assert main(["new", "arm", "--from-data", "arm.mat"]) == 0
+    assert "the file holds 3 axes" in capsys.readouterr().err
+    assert "columns: {tau_m: {name: tau, column: 2}, phi_m: {name: q, column: 2}}" in Path("arm.yaml").read_text()
+
+
+def test_one_pair_of_columns_is_one_axis(capsys: pytest.CaptureFixture[str]) -> None:
+    write_axes(Path("arm.csv"), "time,torque_1,angle_1,torque_2,pressure")
+    assert main(["new", "arm", "--from-data", "arm.csv"]) == 0
+    assert "axes" not in capsys.readouterr().err
+    assert "axes" not in Path("arm.yaml").read_text()
