@@ -9,21 +9,25 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from support.diagnosed import CLEAN, UNKNOWN
 from support.report_findings import findings
 
 from robotid.errors import ConfigError
+from robotid.report.drawing.correlation import draw_correlation
+from robotid.report.drawing.layout import matrix_figure
+from robotid.report.drawing.parameters import interval_colours
 from robotid.report.evidence.gather import with_evidence
 from robotid.report.findings import Findings
 from robotid.report.save import FORMATS, Size, check_format, save_figure
 from robotid.report.sections import FigureSpec, figure_specs
-from robotid.report.style.axes import new_figure
+from robotid.report.style.axes import BLUE, VERMILLION, new_figure
 from robotid.validation.results import Perturbation
 
 NAMES = [
     "time-small", "time-large", "bode-speed", "bode-acceleration", "parameters", "correlation-of-m",
-    "correlation-of-m-extended", "iterations", "spectrum-small", "spectrum-large", "correlations-small",
+    "correlation-of-m-extended", "iterations", "spectrum-small", "correlations-small", "spectrum-large",
     "correlations-large", "misfit-dphi_m-by-direction", "misfit-reversal", "misfit-twist", "misfit-tau_m",
     "misfit-ddphi_m", "misfit-frequency", "misfit-phi_a-by-speed", "misfit-record", "misfit-phi_m-mod-2-pi", "misfit-t",
     "missing-small", "missing-large", "causes", "gain", "perturbation", "record-small", "record-large",
@@ -171,6 +175,43 @@ def test_parameters_have_intervals_in_handy_units() -> None:
     assert [label.get_text() for label in stribeck.get_yticklabels()] == ["m extended"]
     (caps, *_) = stribeck.collections
     assert np.ptp(caps.get_segments()[0][:, 0]) == pytest.approx(4 * 0.02)
+
+
+@pytest.mark.parametrize("extended", [None, "b"])
+def test_before_and_after_have_their_colours_in_every_figure(extended: str | None) -> None:
+    found = interval_colours(["a", "b", "b extended"], extended)
+    assert len(set(found.values())) == 3
+    assert ((found["b"], found["b extended"]) == (VERMILLION, BLUE)) == (extended is not None)
+    missing = drawn("missing-small").axes[0].get_lines()
+    assert [line.get_color() for line in missing if line.get_label().endswith("after")] == [BLUE]
+    strip = drawn("parameters").axes[0]
+    shades = [shade.get_color() for shade in strip.collections]
+    assert len(shades) == len(strip.get_yticks()) > 1
+    assert to_hex(shades[0][0]).upper() == BLUE  # the extended model is the lowest
+    assert [to_hex(shade[0]).upper() for shade in shades].count(VERMILLION) == 1
+
+
+def test_a_title_stays_within_its_figure() -> None:
+    fit = next(iter(findings().fits.models.values()))  # type: ignore[union-attr]
+    few = replace(fit, parameters=tuple(replace(p, fixed=k > 2) for k, p in enumerate(fit.parameters)))
+    figure = matrix_figure(draw_correlation, 3, "a_model_of_a_long_name extended", few)
+    figure.canvas.draw()
+    for axes in figure.axes:
+        assert axes.title.get_window_extent().x1 <= figure.bbox.x1
+        assert axes._left_title.get_window_extent().x1 <= figure.bbox.x1  # type: ignore[attr-defined]
+
+
+def test_what_follows_the_torque_in_a_clean_record_is_said_with_its_size() -> None:
+    f = findings()
+    assert f.validation is not None
+    assert f.diagnosis is not None
+    best = f.validation.models[f.validation.best]
+    for record in best.records.values():
+        object.__setattr__(record, "residual", replace(record.residual, independence_p=1e-4))
+    quiet = {name: replace(one, misfit=0.0) for name, one in f.diagnosis.records.items()}
+    for diagnosis, said in ((f.diagnosis, False), (replace(f.diagnosis, records=quiet), True)):
+        alts = [s.alt for s in figure_specs(replace(f, diagnosis=diagnosis)) if s.name.startswith("correlations-")]
+        assert ["within the noise floor of the diagnosis" in alt for alt in alts] == [said] * len(best.records)
 
 
 def test_a_sliding_axis_has_its_own_units() -> None:

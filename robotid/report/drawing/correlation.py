@@ -37,4 +37,4 @@ def draw_correlation(axes: Axes, name: str, fit: FitResult) -> None:
     ]
     shades = (1 + found) / 2
     cells = Cells(shades, tuple(map(tuple, texts)), tuple(names), tuple(names), colormaps["RdBu"], (-1.0, 1.0))
-    draw_cells(axes, cells, f"Correlation of the estimates of {name}", "correlation")
+    draw_cells(axes, cells, f"Correlation of the estimates\nof {name}", "correlation")

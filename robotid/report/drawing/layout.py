@@ -67,8 +67,8 @@ def gain_figure(extension: Extension) -> Figure:
     return figure
 
 
-def intervals_figure(fits: Mapping[str, FitResult], units: Callable[[str], str]) -> Figure:
-    """Parameters with intervals, a strip a parameter."""
+def intervals_figure(fits: Mapping[str, FitResult], units: Callable[[str], str], extended: str | None = None) -> Figure:
+    """Parameters with intervals, a strip a parameter. extended : the model whose extension is the last one, if any."""
     heights = [0.5 + 0.17 * rows for rows in interval_rows(fits)]
     columns = 2 if len(heights) > MAX_STRIPS else 1
     rows = -(-len(heights) // columns)
@@ -78,7 +78,7 @@ def intervals_figure(fits: Mapping[str, FitResult], units: Callable[[str], str])
         axes = figure.subplots(rows, columns, squeeze=False, height_ratios=tall).T.ravel()
         for one in axes[len(heights) :]:
             one.set_visible(False)
-        draw_intervals(list(axes[: len(heights)]), fits, units)
+        draw_intervals(list(axes[: len(heights)]), fits, units, extended)
     return figure
 
 
@@ -93,7 +93,7 @@ def perturbation_figure(model: ModelValidation) -> Figure:
 
 def matrix_figure(draw: Callable[..., None], size: int, *arguments: Any) -> Figure:
     """A heat map of so many rows and columns, with names on two sides."""
-    figure = new_figure(2.0 + 0.42 * size, 2.6 + 0.3 * size)
+    figure = new_figure(max(WIDTH, 2.0 + 0.42 * size), 2.6 + 0.3 * size)
     draw(figure.subplots(), *arguments)
     return figure
 

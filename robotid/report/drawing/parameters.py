@@ -12,7 +12,18 @@ from matplotlib.ticker import MaxNLocator
 
 from robotid.estimate.result import Estimate, FitResult, Fits
 from robotid.numerals import number, ten_to
-from robotid.report.style.axes import INK, Units, axis_label, colour, legend, style_axes, write_out_ticks
+from robotid.report.style.axes import (
+    BLUE,
+    INK,
+    PALETTE,
+    VERMILLION,
+    Units,
+    axis_label,
+    colour,
+    legend,
+    style_axes,
+    write_out_ticks,
+)
 
 WIDTH = 0.6  # of the room that a parameter has, shared by the models
 MARK: Final[dict[str, Any]] = {"markersize": 4.5, "capsize": 3, "linewidth": 1.4}
@@ -82,9 +93,23 @@ def shown_parameters(fits: Mapping[str, FitResult]) -> list[Estimate]:
     return list(found.values())
 
 
-def draw_intervals(pairs: Sequence[Axes], fits: Mapping[str, FitResult], units: Units = str) -> None:
-    """A strip a parameter, a row a model: value and two robust standard deviations, each on its own scale."""
-    colours = {name: colour(k) for k, name in enumerate(fits)}
+def interval_colours(names: Sequence[str], extended: str | None = None) -> dict[str, str]:
+    """A colour for each model. extended : the one that was extended, whose extension is the last: before and after have
+    the colours that they have in every figure."""
+    if extended is None:
+        return {name: colour(k) for k, name in enumerate(names)}
+    others = [name for name in names[:-1] if name != extended]
+    rest = [shade for shade in PALETTE if shade not in (BLUE, VERMILLION)]
+    found = {name: rest[k % len(rest)] for k, name in enumerate(others)}
+    return found | {extended: VERMILLION, names[-1]: BLUE}
+
+
+def draw_intervals(
+    pairs: Sequence[Axes], fits: Mapping[str, FitResult], units: Units = str, extended: str | None = None
+) -> None:
+    """A strip a parameter, a row a model: value and two robust standard deviations, each on its own scale. extended :
+    as of `interval_colours`."""
+    colours = interval_colours(list(fits), extended)
     for axes, parameter in zip(pairs, shown_parameters(fits), strict=True):
         found = {name: p for name, fit in fits.items() if (p := _estimated(fit, parameter.name)) is not None}
         scale = _scale(found.values())

@@ -23,7 +23,7 @@ OUTPUT = {"speed": "motor speed [{}]", "position": "motor position [{}]"}
 REFERENCE = {"speed": "reference speed [{}]", "position": "reference position [{}]"}
 UNIT = {"speed": "rad/s", "position": "rad"}
 COMPACT = 0.55  # of the height of a plot with little to see
-THIN, USUAL, HEAVY = 0.7, 0.9, 2.4  # lines [pt]
+THIN, USUAL, THICK, HEAVY = 0.7, 0.9, 1.6, 2.4  # lines [pt]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,12 +123,12 @@ def missing_plot(
     """The torque that the residual asks for, the law that an extension adds, where it is known, and what is still asked
     for once the causes are there, where there are any: on one scale."""
     what = axis_label("missing torque", units)
-    curves = [Series("asked for by the residual", missing.t, missing.measured, FAINT, 1.6)]
+    curves = [Series("asked for by the residual", missing.t, missing.measured, VERMILLION, THICK)]
     if law is not None:
-        curves.append(Series("law of the extension", law.t, law.torque, BLUE, USUAL))
+        curves.append(Series("law of the extension", law.t, law.torque, INK, USUAL))
     if causes and np.any(missing.simulated):
         left = missing.measured - missing.simulated
-        curves.append(Series("still asked for, after", missing.t, left, VERMILLION, USUAL))
+        curves.append(Series("still asked for, after", missing.t, left, BLUE, USUAL))
     return TimePlot(f"{what} of {name}", (Strip(f"{what} [{units('Nm')}]", tuple(curves), 2.0, zero=True),))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -27,6 +27,7 @@ from robotid.report.sections.section import Bin, FigureSpec, Section, over_time,
 from robotid.report.style.axes import axis_label
 
 MIN_SHARE = 0.05  # of the variance that a variable accounts for, from which its curve is shown at once
+SAME_SHARE = 0.01  # by which the arm's angle must tell more than the motor's, which it follows through the gear
 
 
 class Location(Section):
@@ -46,8 +47,11 @@ class Location(Section):
         clean = f.diagnosis.verdict == "clean"
         names, chosen = tuple(f.diagnosis.missing), best_of_each(f.diagnosis.curves)
         reach = reach_of(chosen)
-        for curve in sorted(chosen, key=lambda c: _tells_nothing(c)):
-            yield _along(f, Located(curve, f.units, names, reach, samples(f, curve)), folded=clean)
+        shown = {curve.along: curve.order for curve in chosen}
+        idle = {curve.along: _tells_nothing(curve) or _repeats(curve, shown) for curve in chosen}
+        for curve in sorted(chosen, key=lambda c: idle[c.along]):
+            located = Located(curve, f.units, names, reach, samples(f, curve))
+            yield _along(f, located, folded=clean or idle[curve.along])
         if f.diagnosis.shape is not None and len(f.diagnosis.shape.x):
             curve = f.diagnosis.shape
             missing = axis_label("missing torque", f.units)
@@ -58,7 +62,7 @@ class Location(Section):
             law = f.evidence.laws.get(name)
             plot = missing_plot(name, trace, f.units, law, causes=bool(f.diagnosis.causes))
             parts = ["what the residual asks for"]
-            parts += ["the law that the extension adds, along its own motion"] * (law is not None)
+            parts += ["the law that the extension adds along its own motion"] * (law is not None)
             parts += ["what is still asked for once the causes are there"] * bool(f.diagnosis.causes)
             alt = f"{axis_label('Missing torque', f.units)} of {name} over time: {listed(parts)}."
             spec = over_time(f"missing-{name}", plot, alt, name, f.samples_of(name))
@@ -72,13 +76,19 @@ def _along(f: Findings, located: Located, *, folded: bool) -> FigureSpec:
     if located.samples:
         alt += " Dots are samples, bands the spread in each bin"
         alt += ", the broken line is the law of the extension." if located.samples[0].law is not None else "."
-    name, folded = f"misfit-{slug(curve.along)}", folded or _tells_nothing(curve)
+    name = f"misfit-{slug(curve.along)}"
     draw = partial(one_figure, draw_curve, located)
     return FigureSpec(name, f"Along {what}", alt, draw, folded=folded, bins=_bins(located, what, f))
 
 
 def _tells_nothing(curve: Curve) -> bool:
     return curve.along != "frequency" and curve.order < MIN_SHARE
+
+
+def _repeats(curve: Curve, shown: Mapping[str, float]) -> bool:
+    """Whether a curve along the arm's angle is that along the motor's, which is shown as well."""
+    name, comma, how = curve.along.partition(",")
+    return name == "phi_a" and curve.order < shown.get(f"phi_m{comma}{how}", -1.0) + SAME_SHARE
 
 
 def _bins(located: Located, what: str, f: Findings) -> tuple[Bin, ...]:

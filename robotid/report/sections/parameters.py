@@ -15,8 +15,6 @@ from robotid.report.sections.section import FigureSpec, Section, slug
 from robotid.report.tables.fit import parameter_table
 from robotid.report.tables.table import Table
 
-FEW = 3  # iterations of a fit whose cost over them shows nothing
-
 
 class Parameters(Section):
     """Values with intervals, how they hang together, and the iterations of the fits."""
@@ -29,7 +27,8 @@ class Parameters(Section):
             return
         fits = fitted(f)
         alt = f"Values of every parameter in {listed(list(fits))}, with intervals of two robust standard deviations."
-        draw = partial(intervals_figure, fits, f.units)
+        extension = f.extension_that_adds
+        draw = partial(intervals_figure, fits, f.units, None if extension is None else extension.model)
         yield FigureSpec("parameters", "Parameters with intervals", alt, draw, wide=True)
         shown = {name: fit for name, fit in fits.items() if len(estimated(fit)) > 1}
         chosen = [name for name in (f.fits.best, *list(fits)[len(f.fits.models) :]) if name in shown]
@@ -40,9 +39,8 @@ class Parameters(Section):
             yield FigureSpec(f"correlation-of-{slug(name)}", f"Correlation of the estimates of {name}", alt, draw)
         ends = listed([f"{name}: {one.end.value}" for name, one in f.fits.models.items()])
         alt = f"Cost of {listed(list(f.fits.models))} over the iterations of their fit. How it ended: {ends}."
-        few = max(len(one.cost) for one in f.fits.models.values()) <= FEW + 1
         draw = partial(one_figure, draw_iterations, f.fits)
-        yield FigureSpec("iterations", "Iterations of the fits", alt, draw, folded=few and len(chosen) > 1)
+        yield FigureSpec("iterations", "Iterations of the fits", alt, draw, folded=len(chosen) > 1)
 
     def tables(self, f: Findings) -> Iterator[Table]:
         """Every parameter with its precision, its start and its bounds, of the best model and of its extension."""

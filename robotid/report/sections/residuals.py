@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
+import numpy as np
+
+from robotid.numerals import number
 from robotid.report.drawing.layout import correlation_figure, one_figure
 from robotid.report.drawing.residual import draw_spectra
 from robotid.report.findings import Findings
 from robotid.report.sections.section import FigureSpec, Section
+from robotid.validation.results import ModelValidation, ResidualTest
 
 
 class Residuals(Section):
@@ -17,17 +21,36 @@ class Residuals(Section):
     title = "What is left in the residual"
 
     def figures(self, f: Findings) -> Iterator[FigureSpec]:
-        """Of each record."""
-        for name, spectra in f.evidence.spectra.items():
-            extended = "before and after the extension, " if spectra.after is not None else ""
-            alt = f"What the model leaves of {name} over frequency, {extended}beside the noise floor."
-            draw = partial(one_figure, draw_spectra, name, spectra, f.unit_of_output)
-            yield FigureSpec(f"spectrum-{name}", f"Residual of {name} over frequency", alt, draw)
-        if f.validation is None:
-            return
-        best = f.validation.models[f.validation.best]
-        for name, record in best.records.items():
-            alt = f"Correlations of the residual of {name} in {f.validation.best} with itself and with the torque"
-            alt = f"{alt}, and the bands that all of them keep to at 99 %. Verdict: {record.residual.verdict}."
-            draw = partial(correlation_figure, name, best)
-            yield FigureSpec(f"correlations-{name}", name, alt, draw)
+        """Of each record, its spectrum beside its correlations."""
+        best = None if f.validation is None else f.validation.models[f.validation.best]
+        for name in dict.fromkeys((*f.evidence.spectra, *(best.records if best else ()))):
+            if name in f.evidence.spectra:
+                yield _spectrum(f, name)
+            if best is not None and name in best.records:
+                yield _correlations(f, best, name)
+
+
+def _spectrum(f: Findings, name: str) -> FigureSpec:
+    """What the model leaves of a record over frequency."""
+    spectra = f.evidence.spectra[name]
+    extended = "before and after the extension, " if spectra.after is not None else ""
+    alt = f"What the model leaves of {name} over frequency, {extended}beside the noise floor."
+    draw = partial(one_figure, draw_spectra, name, spectra, f.unit_of_output)
+    return FigureSpec(f"spectrum-{name}", f"Residual of {name} over frequency", alt, draw)
+
+
+def _correlations(f: Findings, model: ModelValidation, name: str) -> FigureSpec:
+    """What the residual of a record has to do with itself and with the torque."""
+    test, of = model.records[name].residual, "" if f.validation is None else f.validation.best
+    alt = f"Correlations of the residual of {name} in {of} with itself and with the torque, and the bands that all of"
+    alt = f"{alt} them keep to at 99 %. Verdict: {test.verdict}{_though_clean(f, name, test)}."
+    return FigureSpec(f"correlations-{name}", name, alt, partial(correlation_figure, name, model))
+
+
+def _though_clean(f: Findings, name: str, test: ResidualTest) -> str:
+    """How little of a clean record it is that follows the torque."""
+    if test.independent or not f.is_clean(name):
+        return ""
+    counted = test.crosscorrelation[len(test.crosscorrelation) // 2 + 1 :]
+    share = number(100 * float(np.max(counted**2)), 2)
+    return f", {share} % of the residual's energy at most, which is within the noise floor of the diagnosis"
