@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from robotid.estimate.result import FitResult as FitResult
     from robotid.extension.results import Extension as Extension
     from robotid.interface.checking import check as check
+    from robotid.interface.control_design import state_space as state_space
     from robotid.interface.dataset import Dataset as Dataset
     from robotid.interface.evaluation import Simulation as Simulation
     from robotid.interface.evaluation import simulate as simulate
@@ -65,6 +66,7 @@ _HOMES = {
     "extend": "interface.improvement",
     "compare": "interface.monitoring",
     "watch": "interface.monitoring",
+    "state_space": "interface.control_design",
     "load": "interface.files",
     "save": "interface.files",
     "explain": "interface.explanation",

@@ -23,7 +23,20 @@ modules = sorted({name.partition(".")[0] for name in sys.modules})
 print(json.dumps([modules, [name for name in sys.modules if name.startswith("robotid")], dir(robotid)]))
 """
 NAMES = [name for name in robotid.__all__ if name != "__version__"]
-FUNCTIONS = ["read", "fit", "simulate", "validate", "diagnose", "extend", "compare", "watch", "load", "save", "explain"]
+FUNCTIONS = [
+    "read",
+    "fit",
+    "simulate",
+    "validate",
+    "diagnose",
+    "extend",
+    "compare",
+    "watch",
+    "state_space",
+    "load",
+    "save",
+    "explain",
+]
 
 
 @pytest.fixture(scope="module")

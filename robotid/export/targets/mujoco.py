@@ -37,7 +37,7 @@ class Mujoco(Target):
         ports = by_port(list(elements(model).values()))
         found = ["The control is the torque of the motor; angles are the joint's, the motor's times the gear ratio."]
         if any(one.cubic for one in ports.values()):
-            found.append("A stiffness of three numbers, which a cubic spring is, needs a recent version of MuJoCo.")
+            found.append("A stiffness of three numbers, which a cubic spring is, needs MuJoCo 3.8 or later.")
         if any(one.play and one.damping for one in ports.values()):
             found.append("The damper acts within the play, too.")
         return tuple(found)
