@@ -34,7 +34,8 @@ def state_space(fit: FitResult | Extension, *, speed: float = 0.0) -> StateSpace
     >>> joint = rid.state_space(fit)
     >>> joint.input_labels, joint.output_labels
     (['tau_m'], ['phi_m', 'dphi_m', 'ddphi_m'])
-    >>> round(float(abs(joint["dphi_m", "tau_m"](100j))), 2)           # [rad/s/Nm] at 100 rad/s, about 1 / (J w)
+    >>> speed = joint["dphi_m", "tau_m"]
+    >>> round(float(abs(speed(100j))), 2)                         # [rad/s/Nm] at 100 rad/s, about 1 / (J w)
     0.83
     """
     result = fit.fit if isinstance(fit, Extension) else fit
