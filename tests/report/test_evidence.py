@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from support.accompanied import record
 from support.diagnosed import STRIBECK
 from support.judged_records import CONTROLLER, clean_records, clean_responses, model
 from support.report_findings import findings
@@ -18,6 +19,7 @@ from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.responses import nonlinear_torque
 from robotid.estimate.result import FitResult
 from robotid.model.structure import Structure
+from robotid.report.evidence.companions import companion_curves
 from robotid.report.evidence.gather import with_evidence
 from robotid.report.evidence.profile import doubtful, profile_intervals
 from robotid.report.evidence.response import coherence, simulated_response
@@ -28,8 +30,10 @@ from robotid.report.sections import figure_specs
 from robotid.report.style.svg import inline
 from robotid.report.tables.fit import parameter_table
 from robotid.signals.frf import estimate_frf
+from robotid.signals.quality import Recordings
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
+from robotid.signals.trace import Trace
 from robotid.simulation.closed_loop.virtual_robot import VirtualRobot
 
 SIGMA = 0.02  # [rad/s]
@@ -225,3 +229,40 @@ def test_an_interval_that_is_not_symmetric_is_told_in_the_table() -> None:
         assert bool(row[5]) == (interval is not None)
         assert ("not symmetric" in row[-1]) == (interval is not None and not interval.symmetric)
     assert any(not interval.symmetric for interval in found.values())
+
+
+@cache
+def pose_dependent() -> Findings:
+    """What a motor lacks whose inertia follows the sine of another axis' angle."""
+    made, f = record(), findings()
+    assert f.diagnosis is not None
+    q2 = made.companions["q2"].values
+    lacking = 0.02 * np.sin(q2) * np.gradient(made.dphi_m, made.sampling_time)
+    noise = 0.05 * np.random.default_rng(3).standard_normal(len(made))
+    missing = {made.name: Trace(made.t, lacking + noise, lacking, "Nm")}
+    causes = (replace(f.diagnosis.causes[0], effect="motor.pose_inertia[q2]"),)
+    diagnosis = replace(f.diagnosis, missing=missing, causes=causes, shape=None)
+    return replace(f, recordings=Recordings((made,)), diagnosis=diagnosis, validation=None, extension=None)
+
+
+def test_the_missing_torque_along_a_companion_is_counted_as_it_is_ordered_best() -> None:
+    first, *others = companion_curves(pose_dependent())
+    assert (first.along, first.unit) == ("companion[q2], by acceleration", "rad")
+    np.testing.assert_allclose(first.missing_torque, 0.02 * np.sin(first.x) * first.at, atol=0.05)
+    assert first.order > 0.3
+    assert all(one.order < 0.1 * first.order for one in others)  # an inertia that does not follow them is no sign of it
+    assert {one.along.partition("]")[0] for one in others} >= {"companion[q3", "companion[gear", "companion[bus"}
+
+
+def test_a_cause_that_reads_a_companion_is_drawn_along_it() -> None:
+    specs = [spec for spec in figure_specs(pose_dependent()) if "companion" in spec.name]
+    shown = next(spec for spec in specs if not spec.folded)
+    assert shown.name == "misfit-companion-q2-by-acceleration"
+    assert len(shown.bins) > 5
+    figure = shown.draw()
+    assert figure.axes[0].get_xlabel() == "q2 [rad]"
+    assert "in proportion to acceleration" in figure.axes[0].get_ylabel()
+    drawn_curves = curves(figure)
+    before, after = drawn_curves["asked for, before"], drawn_curves["still asked for, after"]
+    assert np.abs(after).max() < 0.2 * np.abs(before).max()
+    assert sum(spec.folded for spec in specs) >= 5

@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from robotid.diagnosis.misfit.curve import BY_DIRECTION, BY_SPEED, Curve
 from robotid.model.array import Array, Mask
 from robotid.numerals import percent, significant
-from robotid.report.evidence.samples import Samples, in_bins
+from robotid.report.evidence.samples import BY_ACCELERATION, Samples, in_bins
 from robotid.report.style.axes import (
     BLUE,
     FAINT,
@@ -46,6 +46,8 @@ MAX_DOTS = 400  # samples that are drawn behind a curve
 def variable(curve: Curve, units: Units = str) -> str:
     """What a curve runs along, in words."""
     name = curve.along.partition(",")[0]
+    if name.startswith("companion["):
+        return name.removeprefix("companion[").removesuffix("]")
     return axis_label(VARIABLES.get(name, name), units)
 
 
@@ -57,6 +59,8 @@ def counted(curve: Curve, units: Units = str) -> str:
         return f"{missing}, RMS"
     if how == BY_SPEED:
         return f"{missing} in proportion to speed, at {significant(curve.at, 2)} {units('rad/s')}"
+    if how == BY_ACCELERATION:
+        return f"{missing} in proportion to acceleration, at {significant(curve.at, 2)} {units('rad/s2')}"
     return f"{missing} along the motion" if how == BY_DIRECTION else missing
 
 

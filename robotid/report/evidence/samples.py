@@ -13,7 +13,10 @@ from robotid.model.array import Array, Mask
 from robotid.report.findings import Findings
 from robotid.signals.record import Record
 
-SLOW = 0.3  # of the speed that a curve is for: slower samples show nothing of a torque that is in proportion to speed
+BY_ACCELERATION = " by acceleration"
+"""How a torque may be counted along a companion, besides what the diagnosis knows: as that of an inertia."""
+
+SLOW = 0.3  # of the motion that a curve is for: slower samples show nothing of a torque that is in proportion to it
 MAX_STRETCHES = 24  # of a bin in a record, the longest ones
 MIN_GAP = 3  # samples between two stretches, less joins them
 
@@ -85,33 +88,47 @@ def _samples(f: Findings, curve: Curve) -> Iterator[Samples]:
         return
     for record in f.recordings.records:
         missing, law = f.diagnosis.missing.get(record.name), f.evidence.laws.get(record.name)
-        known = _variables(record) | (law.variables if law is not None else {})
-        if missing is None or name not in known:
+        if missing is None:
             continue
-        t = missing.t
-
-        def at(times: Array, values: Array, t: Array = t) -> Array:
-            return np.asarray(values[np.clip(np.searchsorted(times, t - 1e-9), 0, len(times) - 1)])
-
-        times = record.t if law is None else law.t
-        x, speed = at(times, known[name]), at(times, known["dphi_m"])
-        weight, kept = _weight(speed, counted, curve.at)
+        t, known = missing.t, variables_at(f, record)
+        if name not in known:
+            continue
+        weight, kept = _weight(known["dphi_m"], known["ddphi_m"], counted, curve.at)
         causes = bool(f.diagnosis.causes) and bool(np.any(missing.simulated))
         yield Samples(
             record.name,
             t[kept],
-            x[kept],
+            known[name][kept],
             (missing.measured / weight)[kept],
             ((missing.measured - missing.simulated) / weight)[kept] if causes else None,
-            None if law is None else (at(law.t, law.torque) / weight)[kept],
+            None if law is None else (_at(t, law.t, law.torque) / weight)[kept],
         )
 
 
-def _weight(speed: Array, counted: str, scale: float) -> tuple[Array, Mask]:
+def along_companion(name: str) -> str:
+    """What a curve along a companion runs along."""
+    return f"companion[{name}]"
+
+
+def variables_at(f: Findings, record: Record) -> dict[str, Array]:
+    """What a curve may run along, at the times of a record's missing torque, (n,) each: as the extended model moves, or
+    as recorded."""
+    assert f.diagnosis is not None
+    t, law = f.diagnosis.missing[record.name].t, f.evidence.laws.get(record.name)
+    found = {name: _at(t, record.t, values) for name, values in _variables(record).items()}
+    return found | ({name: _at(t, law.t, values) for name, values in law.variables.items()} if law is not None else {})
+
+
+def _at(t: Array, times: Array, values: Array) -> Array:
+    return np.asarray(values[np.clip(np.searchsorted(times, t - 1e-9), 0, len(times) - 1)])
+
+
+def _weight(speed: Array, acceleration: Array, counted: str, scale: float) -> tuple[Array, Mask]:
     """What a torque is divided by to be counted, and the samples that can be."""
-    if counted == BY_SPEED:
-        kept = np.abs(speed) > SLOW * scale
-        return np.where(kept, speed / scale, 1.0), kept
+    if counted in (BY_SPEED, BY_ACCELERATION):
+        moved = speed if counted == BY_SPEED else acceleration
+        kept = np.abs(moved) > SLOW * scale
+        return np.where(kept, moved / scale, 1.0), kept
     if counted == BY_DIRECTION:
         return np.where(speed < 0, -1.0, 1.0), speed != 0
     return np.ones(len(speed)), np.ones(len(speed), dtype=bool)
@@ -120,7 +137,7 @@ def _weight(speed: Array, counted: str, scale: float) -> tuple[Array, Mask]:
 def _variables(record: Record) -> dict[str, Array]:
     """What is known of a record without a model, (n,) each."""
     speed, h = record.dphi_m, record.sampling_time
-    return {
+    return {along_companion(name): one.values for name, one in record.companions.items()} | {
         "dphi_m": speed,
         "phi_m": record.phi_m,
         "phi_m mod 2 pi": record.phi_m % (2 * np.pi),

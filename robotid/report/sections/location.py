@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from robotid.diagnosis.misfit.curve import Curve
+from robotid.model.companion import companion_of
 from robotid.numerals import listed, percent, significant
 from robotid.report.drawing.layout import one_figure
 from robotid.report.drawing.location import (
@@ -21,6 +22,7 @@ from robotid.report.drawing.location import (
     variable,
 )
 from robotid.report.drawing.time import missing_plot
+from robotid.report.evidence.companions import companion_curves
 from robotid.report.evidence.samples import samples, stretches
 from robotid.report.findings import Findings
 from robotid.report.sections.section import Bin, FigureSpec, Section, over_time, slug
@@ -52,6 +54,10 @@ class Location(Section):
         for curve in sorted(chosen, key=lambda c: idle[c.along]):
             located = Located(curve, f.units, names, reach, samples(f, curve))
             yield _along(f, located, folded=clean or idle[curve.along])
+        read = {companion_of(cause.effect)[1] for cause in f.diagnosis.causes}
+        for curve in companion_curves(f):
+            located, is_read = Located(curve, f.units, names, None, samples(f, curve)), variable(curve) in read
+            yield _along(f, located, folded=clean or (_tells_nothing(curve) and not is_read))
         if f.diagnosis.shape is not None and len(f.diagnosis.shape.x):
             curve = f.diagnosis.shape
             missing = axis_label("missing torque", f.units)
