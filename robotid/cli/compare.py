@@ -53,7 +53,9 @@ def _page(found: RunComparison, tables: tuple[Table, ...], folders: Sequence[Pat
     sources = tuple(source_of(name, FIT.output, header) for name, header in zip(found.runs, headers, strict=True))
     stamp = digest("\n".join([__version__, *(one.digest for one in sources)]).encode())
     text = comparison.sentence(found)
+    if "." not in text.partition(" ")[0]:  # the name of a parameter stays as it is
+        text = text[0].upper() + text[1:]
     title = " and ".join(found.runs) if len(found.runs) == 2 else f"{len(found.runs)} runs"
-    head = Head(title, f"{text[0].upper()}{text[1:]}. " + " ".join(f"{remark}." for remark in found.remarks))
+    head = Head(title, f"{text}. " + " ".join(f"{remark}." for remark in found.remarks))
     sections = [PageSection("Parameters", "", tuple(comparison.figures(found)))]
     return rendered(head, sections, (StageTables("Comparison", tables),), Origin(stamp, "", sources, {}))
