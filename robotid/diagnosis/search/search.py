@@ -104,12 +104,12 @@ def find_causes(start: SearchState, criteria: Criteria, log: Log) -> SearchResul
             state = drop_worthless(state, criteria, log)
             state = renew_noise(state.with_model(state.model, criteria))
             if len(state.causes) == ACCEPTANCE.trusted_causes:
-                imitated = better_curve(state)
+                imitated = better_curve(state, criteria)
                 if imitated is not None:
                     break
         log("looking for what no effect explains")
         if state.causes and len(state.causes) != ACCEPTANCE.trusted_causes:
-            imitated = better_curve(state)
+            imitated = better_curve(state, criteria)
     except OutOfTime:
         late = True
     result = as_result(state)

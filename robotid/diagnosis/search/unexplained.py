@@ -17,8 +17,9 @@ from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import RejectedCause, SearchResult, SearchState, misfit_energy
 
 
-def better_curve(state: SearchState) -> FittedCurve | None:
-    """The free curve that explains clearly more of the first model's misfit than all causes do, or None."""
+def better_curve(state: SearchState, criteria: Criteria) -> FittedCurve | None:
+    """The free curve that explains clearly more of the first model's misfit than all causes do, where these leave a
+    curve that is no noise; or None."""
     first, last, data = state.first, state.model, state.data
     if misfit_energy(first, data) <= 0.0 or state.misfit <= 0.0:
         return None
@@ -32,7 +33,16 @@ def better_curve(state: SearchState) -> FittedCurve | None:
         return None
     curve = fit_acting(curve, again, data)
     curve_share = _least_share(again, data, curve.energy, curve.validation_energy)
-    return None if stands(explained, curve_share, data, alone=alone) else curve
+    if stands(explained, curve_share, data, alone=alone) or not _leaves_a_curve(state, criteria):
+        return None
+    return curve
+
+
+def _leaves_a_curve(state: SearchState, criteria: Criteria) -> bool:
+    """Whether a free curve explains more than noise of any colour would of what the causes leave: one with many knots
+    explains more than a law of few parameters by chance."""
+    left = next(iter(fit_curves(state.model, state.data)), None)
+    return left is not None and curve_p_value(state.model, left.basis.forces) <= criteria.significance
 
 
 def explains_enough(explained: float, data: EvaluationData) -> bool:

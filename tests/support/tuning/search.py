@@ -292,7 +292,7 @@ def check_two_causes_are_trusted_before_they_are_compared_with_a_curve() -> None
         patch.setattr(search, "add_cause", lambda one, *_: one.with_cause(cause))
         patch.setattr(search, "drop_worthless", lambda one, *_: one)
         patch.setattr(search, "renew_noise", lambda one: one)
-        patch.setattr(search, "better_curve", lambda one: asked.append(len(one.causes)))
+        patch.setattr(search, "better_curve", lambda one, _: asked.append(len(one.causes)))
         patch.setattr(search, "with_unexplained", lambda result, _: result)
         search.find_causes(state(2000.0), ANYTHING, lambda _: None)
     assert asked == [2, 4]
