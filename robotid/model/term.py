@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -103,6 +103,16 @@ class Role(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class Extreme:
+    """What an effect becomes where one of its parameters reaches a bound. parameter : its symbol; effect : name of the
+    other effect, at the same port; values : symbols of own parameters by those of the other's that they become."""
+
+    parameter: str
+    effect: str
+    values: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
 class Oscillation:
     """A motion by which the parameters of a linear term are sized: an inertia [kg m2] that swings at the term's port
     with a frequency [rad/s] and a damping ratio."""
@@ -153,6 +163,7 @@ class Term(ABC):
     edges: ClassVar[tuple[str, ...]] = ()
     reads: ClassVar[Reading | None] = None
     companion: ClassVar[CompanionKind | None] = None
+    extremes: ClassVar[tuple[Extreme, ...]] = ()
     friction: ClassVar[bool] = False
     linear: ClassVar[bool] = False
     role: ClassVar[Role] = Role.NONE

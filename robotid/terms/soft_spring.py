@@ -10,7 +10,7 @@ from robotid.model.array import Array
 from robotid.model.parameters import Parameter
 from robotid.model.physical import Physical
 from robotid.model.port import Port
-from robotid.model.term import Motion, MotionTransform, Partials
+from robotid.model.term import Extreme, Motion, MotionTransform, Partials
 
 
 class SoftSpring(MotionTransform):
@@ -38,6 +38,7 @@ class SoftSpring(MotionTransform):
     source = "ISO 9283 and makers' hysteresis curves (lost motion); Taghirad & Belanger 1998, J. Dynamic Systems 120(1)"
     signature = "a resonance that falls at small amplitude"
     edges = ("upper", "lower")
+    extremes = (Extreme("s", "backlash", {"gap": "xs"}),)
 
     def distance(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array]:
         return m.x - p[1], m.x + p[1]

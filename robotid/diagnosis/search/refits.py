@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robotid.catalogue import EFFECTS
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.multiple_shooting import refit_from_pieces
 from robotid.diagnosis.refit.refit import RefitOptions, refit
-from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
+from robotid.diagnosis.refit.refitted_model import RefittedModel, carried, extended, reduced
 from robotid.diagnosis.scoring.candidate import Candidate
 from robotid.diagnosis.scoring.ranking import best_of_each
 from robotid.diagnosis.scoring.score_test import Score
-from robotid.diagnosis.search.settings import CHOICE
+from robotid.diagnosis.search.physical_sense import deviation
+from robotid.diagnosis.search.settings import ACCEPTANCE, CHOICE
 from robotid.diagnosis.search.state import Log, SearchState
 from robotid.errors import NumericsError
 from robotid.interrupt import OutOfTime, until
@@ -63,7 +65,8 @@ def refit_hopeful(state: SearchState, criteria: Criteria, log: Log) -> RefitRoun
         chosen = [*again, *best, *_variants([*again, *best], points), *_elsewhere(best, state)]
         found = _refits(chosen, state, log)
         if found.refits:
-            return RefitRound(tuple(in_order(found.refits, state.data, criteria)), found.unexamined)
+            refits = (*found.refits, *_at_extremes(found.refits, state, log))
+            return RefitRound(tuple(in_order(refits, state.data, criteria)), found.unexamined)
         if found.unexamined:
             return found
         tried = {s.candidate for s in chosen}
@@ -145,6 +148,35 @@ def _refits(chosen: Sequence[Score], state: SearchState, log: Log) -> RefitRound
                 if carries_over(state.model, after):
                     explained = max(explained, state.model.energy - after.energy)
     return RefitRound(tuple(found))
+
+
+def _at_extremes(refits: Sequence[CandidateRefit], state: SearchState, log: Log) -> Iterator[CandidateRefit]:
+    """What effects become that end where one of their parameters is not told from its bound, fitted from there: the
+    simpler law may have scored too little to be refitted, or lost its way."""
+    scores = {one.candidate.name: one for one in reversed(state.round.scores)}
+    for one in refits:
+        port, _, name = one.effect.partition(".")
+        for extreme in getattr(EFFECTS.get(name), "extremes", ()):
+            score = scores.get(f"{port}.{extreme.effect}")
+            if score is None or not _is_at_bound(one.model, f"{one.effect}.{extreme.parameter}"):
+                continue
+            log(_announced(state, score, f"what {one.effect} becomes"))
+            own = {to: one.model.parameters[f"{one.effect}.{symbol}"] for to, symbol in extreme.values.items()}
+            structure, parameters = reduced(one.model, one.effect)
+            structure = structure.extended(score.candidate.name)
+            start = carried(parameters, structure, {f"{score.candidate.name}.{to}": v for to, v in own.items()})
+            try:
+                after = refit(structure, [start], state.data, one.model.trajectories, _options(state.model))
+            except NumericsError:
+                continue
+            yield CandidateRefit(replace(score, energy=one.score.energy), after)
+
+
+def _is_at_bound(model: RefittedModel, name: str) -> bool:
+    """Whether a parameter is not told from one of its bounds."""
+    k = model.parameters.names.index(name)
+    value, ends = model.parameters.values[k], (model.parameters.lower[k], model.parameters.upper[k])
+    return bool(min(abs(value - end) for end in ends) <= ACCEPTANCE.physical_sigma * deviation(model, name))
 
 
 def carries_over(before: RefittedModel, after: RefittedModel) -> bool:
