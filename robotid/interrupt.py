@@ -21,7 +21,7 @@ from types import FrameType
 from robotid.errors import INTERRUPTED
 
 SHOW_CURSOR = b"\x1b[?25h"  # what a live display hides
-WIND_UP = 1.5  # [s] that a person who has interrupted waits for a result to be kept
+WIND_UP = 1.5  # [s] of work, for which a person who has interrupted waits so that a result is kept
 
 
 class Interrupted(BaseException):
@@ -85,13 +85,17 @@ def until() -> float | None:
 @contextmanager
 def winding_up() -> Iterator[None]:
     """What an interrupted computation does to keep what it has reached. Raises Interrupted, which then ends the program
-    without a result, at the first safe point after WIND_UP seconds."""
-    at, outer = time.monotonic() + WIND_UP, until()
-    try:
-        with deadline(at if outer is None else min(at, outer)):
-            yield
-    except OutOfTime:
-        raise Interrupted from None
+    without a result, at the first safe point after WIND_UP seconds of work: on a busy machine a person waits longer."""
+    at, outer = time.process_time() + WIND_UP, _question.get()
+
+    def question() -> None:
+        if outer is not None:
+            outer()
+        if time.process_time() > at:
+            raise Interrupted
+
+    with asking(question):
+        yield
 
 
 @contextmanager
