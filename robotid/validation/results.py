@@ -49,8 +49,16 @@ class ResidualTest:
         return self.independence_p >= 1 - CONFIDENCE
 
     @property
+    def undecided(self) -> bool:
+        """Whether the record is too short for its residual: no correlation with the torque could be too large."""
+        return self.cross_band >= 1.0
+
+    @property
     def verdict(self) -> str:
         """In words."""
+        if self.undecided:
+            colour = "white" if self.white else "coloured"
+            return f"{colour}; whether it follows the torque, so few independent stretches cannot tell"
         if self.white and self.independent:
             return "white, and no sign of the torque: nothing is left to explain"
         if self.independent:

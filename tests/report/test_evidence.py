@@ -262,6 +262,10 @@ def test_a_cause_that_reads_a_companion_is_drawn_along_it() -> None:
     figure = shown.draw()
     assert figure.axes[0].get_xlabel() == "q2 [rad]"
     assert "in proportion to acceleration" in figure.axes[0].get_ylabel()
+    figure.canvas.draw()
+    label = figure.axes[0].yaxis.label.get_window_extent()
+    assert figure.bbox.y0 <= label.y0 < label.y1 <= figure.bbox.y1
+    assert "the q2" not in shown.alt
     drawn_curves = curves(figure)
     before, after = drawn_curves["asked for, before"], drawn_curves["still asked for, after"]
     assert np.abs(after).max() < 0.2 * np.abs(before).max()

@@ -17,8 +17,10 @@ from support.report_findings import diagnosis, excitation, extension, fits, flex
 from robotid.errors import ConfigError
 from robotid.estimate.flexible import FlexResult
 from robotid.model.units import sliding
+from robotid.report.drawing.frequency import tick_degrees
+from robotid.report.drawing.residual import draw_correlations
 from robotid.report.figures import draw
-from robotid.report.style.axes import MAX_POINTS, envelope
+from robotid.report.style.axes import MAX_POINTS, envelope, new_figure
 from robotid.signals.quality import Recordings
 
 
@@ -114,6 +116,24 @@ def test_what_cannot_be_drawn_is_said() -> None:
         draw(CLEAN)
     with pytest.raises(ConfigError, match="a rigid axis has no flexibility"):
         draw(FlexResult((), (), (), (), {}, ("a rigid axis has no flexibility",)))
+
+
+@pytest.mark.parametrize(("low", "high", "step"), [(-200, 100, 90), (-140, -20, 45), (-96, -79, 5)])
+def test_a_phase_of_any_range_has_ticks(low: float, high: float, step: float) -> None:
+    axes = new_figure(3, 2).subplots()
+    axes.set_ylim(low, high)
+    tick_degrees(axes)
+    ticks = [tick for tick in axes.get_yticks() if low <= tick <= high]
+    assert len(ticks) > 1
+    assert np.diff(ticks) == pytest.approx(step)
+
+
+def test_a_record_too_short_to_tell_is_not_called_free_of_the_torque() -> None:
+    short = replace(validation().models["m0"].records["small"].residual, cross_band=1.2)
+    axes = new_figure(3, 3).subplots(2)
+    draw_correlations(axes[0], axes[1], "short", short, 0.01)
+    assert axes[1].get_title(loc="left") == "too short a record to tell: the band is wider than 1"
+    assert short.verdict.endswith("so few independent stretches cannot tell")
 
 
 def test_the_envelope_keeps_every_peak() -> None:

@@ -37,6 +37,7 @@ MODELS = (  # one alone, two or three: the start, the best, the extended one
     ((FAINT, "--"), (VERMILLION, "-"), (BLUE, "-")),
 )
 DECIBEL_RANGE = 60.0  # from which ticks stand every 20 dB
+PHASE_STEPS = (90.0, 45.0, 15.0, 5.0)  # [degrees] between ticks of a phase, the first of which two have room
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,7 +72,7 @@ def draw_responses(
     write_out_ticks(magnitude.yaxis)
     _decibels(magnitude)
     style_axes(phase, "", "phase [°]")
-    phase.yaxis.set_major_locator(MultipleLocator(90))
+    tick_degrees(phase)
     for axes in rest:
         _coherence(axes, shown)
     for axes in strips:
@@ -79,6 +80,13 @@ def draw_responses(
         write_out_ticks(axes.xaxis)
         axes.tick_params(labelbottom=axes is strips[-1])
     strips[-1].set_xlabel("frequency [Hz]", fontsize=9)
+
+
+def tick_degrees(axes: Axes) -> None:
+    """Ticks of a phase at parts of a turn, two of them at least unless it is all but constant."""
+    low, high = axes.get_ylim()
+    fitting = [step for step in PHASE_STEPS if high - low >= 2 * step]
+    axes.yaxis.set_major_locator(MultipleLocator(fitting[0] if fitting else PHASE_STEPS[-1]))
 
 
 def _styles(count: int) -> Sequence[tuple[str, str]]:

@@ -39,7 +39,11 @@ def draw_correlations(upper: Axes, lower: Axes, name: str, test: ResidualTest, s
     lags = np.arange(-half, half + 1) * sampling_time * MILLI
     beyond = _stems(lower, lags, test.crosscorrelation, test.cross_band, lags > 0)
     verdict = f"follows the torque, {beyond} of {half} bars beyond the band"
-    style_axes(lower, "lag [ms]", "with the torque", "no sign of the torque" if test.independent else verdict)
+    if test.undecided:
+        verdict = "too short a record to tell: the band is wider than 1"
+    elif test.independent:
+        verdict = "no sign of the torque"
+    style_axes(lower, "lag [ms]", "with the torque", verdict)
     lower.axvline(0.0, color=FAINT, linewidth=0.6)
 
 

@@ -113,5 +113,6 @@ def _bins(located: Located, what: str, f: Findings) -> tuple[Bin, ...]:
 def _ordered(curve: Curve, what: str) -> str:
     if curve.along == "frequency":
         return f"the most at {significant(float(curve.x[int(np.nanargmax(curve.missing_torque))]), 2)} Hz"
-    share = f"the {what} accounts for {percent(curve.order, 0)} % of its variance"
+    the = "" if curve.along.startswith("companion[") else "the "
+    share = f"{the}{what} accounts for {percent(curve.order, 0)} % of its variance"
     return f"mean and spread in {len(curve.x)} bins; {share}"
