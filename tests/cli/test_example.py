@@ -15,7 +15,7 @@ from support.paths import ROOT
 
 from robotid.cli import example
 from robotid.cli.app import main
-from robotid.config.load import load
+from robotid.config.load import load_robot
 
 NAMES = [one.name for one in example.examples()]
 
@@ -38,7 +38,7 @@ def test_an_example_is_a_configuration_that_loads_with_all_its_data(
     said = capsys.readouterr()
     assert sorted(said.out.split()) == sorted(str(Path(name) / path) for path in written)
     assert f"robotid run {Path(name) / name}.yaml" in said.err
-    settings = load(Path(name) / f"{name}.yaml").config
+    settings = next(iter(load_robot(Path(name) / f"{name}.yaml").values())).config
     files = [record.file for record in settings.records if record.file is not None]
     assert sorted(written) == sorted([f"{name}.yaml", *files])
     assert all(written[file] == (ROOT / file).read_bytes() for file in files)

@@ -14,7 +14,7 @@ from robotid.estimate.body import identify_body
 from robotid.model.companion import CompanionKind
 from robotid.signals.quality import Recordings
 from robotid.signals.readers import read
-from robotid.stages.collect import collect
+from robotid.stages.collect import Common, collect
 from robotid.stages.fit import fit
 from robotid.stages.ingestion.body import body_setup
 from robotid.stages.init_flex import init_flex
@@ -81,6 +81,18 @@ def test_the_body_adds_inertia_and_torque_of_the_axis_to_every_record(arm: Path)
         assert np.abs(torque.values + rest)[inside].max() < 0.05 * np.abs(rest).max()
         means.append((own - inertia.values)[inside])
     assert np.ptp(np.concatenate(means)) < 0.05 * np.mean(means)  # the same mean inertia everywhere
+
+
+def test_the_body_is_identified_once_for_all_axes(arm: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    config, times = load(arm).config, []
+    files = {r.name: read(arm.parent / r.files[0]) for r in config.records}
+    monkeypatch.setattr("robotid.stages.collect.identify_body", lambda *given: times.append(1) or identify_body(*given))
+    common = Common()
+    one, other = (collect(config, None, files, shared=common) for _ in range(2))
+    assert len(times) == 1
+    assert one.body is other.body
+    apart = config.model_copy(update={"records": config.records[:1]})
+    assert collect(apart, None, files, shared=common).body is not one.body  # of other records
 
 
 def test_an_axis_is_simulated_with_the_body(arm: Path) -> None:
