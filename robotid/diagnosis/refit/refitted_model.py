@@ -21,6 +21,8 @@ from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Quantity
 from robotid.simulation.trajectory import Trajectory
 
+LEAST_LENGTH = 1e-140  # of a column: the variance of what no sample shows is huge, yet finite
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SegmentFit(SimulatedSegment):
@@ -135,7 +137,7 @@ class RefittedModel:
     @property
     def covariance(self) -> Array:
         """Covariance of the unknowns, parameters first, (m, m), the noise as large as the residual shows it."""
-        scale = np.maximum(np.linalg.norm(self.factor, axis=0), 1e-300)
+        scale = np.maximum(np.linalg.norm(self.factor, axis=0), LEAST_LENGTH)
         inverse = np.linalg.pinv(self.factor / scale, rcond=REFIT.unidentifiable) / scale[:, None]
         return np.asarray(inverse @ inverse.T * max(1.0, self.energy / self.samples))
 

@@ -16,7 +16,15 @@ from robotid.diagnosis.search.events import largest_event, placed_again, resized
 from robotid.diagnosis.search.record_changes import find_record_changes
 from robotid.diagnosis.search.refits import refit_hopeful
 from robotid.diagnosis.search.settings import ACCEPTANCE
-from robotid.diagnosis.search.state import AcceptedCause, Log, SearchResult, SearchState, misfit_energy, share_removed
+from robotid.diagnosis.search.state import (
+    AcceptedCause,
+    Log,
+    SearchResult,
+    SearchState,
+    is_plain,
+    misfit_energy,
+    share_removed,
+)
 from robotid.diagnosis.search.unexplained import better_curve, with_unexplained, without_imitations
 from robotid.errors import NumericsError
 from robotid.interrupt import OutOfTime, check, deadline
@@ -182,8 +190,8 @@ def _by_one_noise(state: SearchState) -> tuple[AcceptedCause, ...]:
     it was taken for larger, and shares by different noises do not add up. The last one is measured by the model at the
     end, so that all shares and what remains make one."""
     models = [*(cause.after for cause in state.causes[:-1]), state.model]
-    left = [1.0]
+    left, plain = [1.0], is_plain(state.first, state.data)
     for model in models[: len(state.causes)]:
-        left.append(min(left[-1], 1.0 - share_removed(state.first, state.first, model, state.data)))
+        left.append(min(left[-1], 1.0 - share_removed(state.first, state.first, model, state.data, plain=plain)))
     shares = [before - after for before, after in pairwise(left)]
     return tuple(replace(cause, explained=share) for cause, share in zip(state.causes, shares, strict=True))

@@ -135,10 +135,10 @@ class SearchResult:
 
     def explained_by_record(self) -> dict[str, float]:
         """Share of the first model's misfit energy that all causes remove, of each record, by the noise that shows at
-        last; plainly where that noise covers the misfit."""
+        last, or plainly as of `is_plain`."""
         segments = (*self.data.fitted, *self.data.validation)
         before, after = (*self.first.fitted, *self.first.validation), (*self.last.fitted, *self.last.validation)
-        misfit = _measure(self.first, self.data)
+        misfit = _measure(plain=is_plain(self.first, self.data))
         whole, removed = dict[str, float](), dict[str, float]()
         for segment, one, other in zip(segments, before, after, strict=True):
             name, energy = segment.record.name, misfit(segment, one.residual)
@@ -158,10 +158,23 @@ def is_covered(first: RefittedModel, data: EvaluationData) -> bool:
     return misfit_energy(first, data) <= VERDICT.chance * float(np.sqrt(2.0 * data.samples))
 
 
-def share_removed(first: RefittedModel, before: RefittedModel, after: RefittedModel, data: EvaluationData) -> float:
+def is_plain(first: RefittedModel, data: EvaluationData) -> bool:
+    """Whether shares are told of the plain squared error: where all that nothing known explains counts as errors of the
+    torque, what is beyond that noise may be a hundredth of what is wrong."""
+    return data.torque_errors or is_covered(first, data)
+
+
+def share_removed(
+    first: RefittedModel,
+    before: RefittedModel,
+    after: RefittedModel,
+    data: EvaluationData,
+    *,
+    plain: bool | None = None,
+) -> float:
     """Share of the first model's misfit energy that a step removes from the fitted segments: by the noise as it is in
-    these data, and of the plain squared error where that noise covers the misfit."""
-    misfit = _measure(first, data)
+    these data, or of the plain squared error; None : the latter where that noise covers the misfit."""
+    misfit = _measure(plain=is_covered(first, data) if plain is None else plain)
     whole, left, then = (
         sum(misfit(segment, one.residual) for segment, one in zip(data.fitted, model.fitted, strict=True))
         for model in (first, before, after)
@@ -169,9 +182,9 @@ def share_removed(first: RefittedModel, before: RefittedModel, after: RefittedMo
     return float(np.clip((left - then) / max(whole, 1e-300), 0.0, 1.0))
 
 
-def _measure(first: RefittedModel, data: EvaluationData) -> Callable[[Segment, Array], float]:
-    """By what the misfit of a residual (n,) on a segment is measured, so that the first model has one."""
-    return _plain_misfit if is_covered(first, data) else _misfit_beyond_noise
+def _measure(*, plain: bool) -> Callable[[Segment, Array], float]:
+    """By what the misfit of a residual (n,) on a segment is measured."""
+    return _plain_misfit if plain else _misfit_beyond_noise
 
 
 def _plain_misfit(segment: Segment, residual: Array) -> float:
