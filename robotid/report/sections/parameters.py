@@ -8,8 +8,8 @@ from functools import partial
 from robotid.estimate.result import FitResult
 from robotid.numerals import listed
 from robotid.report.drawing.correlation import draw_correlation, estimated
-from robotid.report.drawing.layout import intervals_figure, matrix_figure, one_figure
-from robotid.report.drawing.parameters import draw_iterations
+from robotid.report.drawing.layout import MAX_STRIPS, intervals_figure, matrix_figure, one_figure
+from robotid.report.drawing.parameters import draw_iterations, shown_parameters
 from robotid.report.findings import Findings
 from robotid.report.sections.section import FigureSpec, Section, slug
 from robotid.report.tables.fit import parameter_table
@@ -29,7 +29,9 @@ class Parameters(Section):
         alt = f"Values of every parameter in {listed(list(fits))}, with intervals of two robust standard deviations."
         extension = f.extension_that_adds
         draw = partial(intervals_figure, fits, f.units, None if extension is None else extension.model)
-        yield FigureSpec("parameters", "Parameters with intervals", alt, draw, wide=True)
+        yield FigureSpec(
+            "parameters", "Parameters with intervals", alt, draw, wide=len(shown_parameters(fits)) > MAX_STRIPS
+        )
         shown = {name: fit for name, fit in fits.items() if len(estimated(fit)) > 1}
         chosen = [name for name in (f.fits.best, *list(fits)[len(f.fits.models) :]) if name in shown]
         for name in chosen:
