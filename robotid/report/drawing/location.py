@@ -131,7 +131,11 @@ def draw_curve(axes: Axes, located: Located) -> None:
     if located.reach is not None and curve.along != "frequency":
         axes.set_ylim(-located.reach, located.reach)
     axes.axhline(0.0, color=INK, linewidth=0.6)
-    torque = counted(curve, units).replace(" in proportion", "\nin proportion").replace(", at ", ",\nat ")
+    torque = (
+        counted(curve, units)
+        .replace(" in proportion", "\nin proportion")
+        .replace("acceleration, at ", "acceleration,\nat ")
+    )
     style_axes(axes, f"{variable(curve, units)}{unit}", f"{torque} [{units('Nm')}]", located.title)
     legend(axes, columns=2, below=True)
 
