@@ -322,7 +322,7 @@ def _noise_information(problem: OutputError, theta: Array, records: Sequence[_Re
         own = problem.joint.in_record(theta, record.name)
         joint, derivation = problem.joint.along(record), Derivation.of(record)
         responses.append(torque_response(joint, own, record.sampling_time, problem.output, derivation))
-        floor = torque_floor(record.tau_m)
+        floor = torque_floor(record.tau_m, record.dphi_m)
         seen += [Residual(one.residual[at], responses[-1], J, most_torque=floor) for at, J in one.sampled]
     likeliest = fit_levels(seen)
     found = [np.zeros_like(one.squared) for one in records]

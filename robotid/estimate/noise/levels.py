@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.signal.windows import hann
 
@@ -34,7 +35,9 @@ class LevelSettings:
     frequency tells nothing. band : relative width of the bands over which spectra are averaged. believable :
     likelihood, relative to the largest, from which levels count in a mean over them. clip : robust standard
     deviations beyond which an innovation counts no more than there, so that bursts, as a model that reverses at the
-    wrong time leaves them, do not pass for noise; infinite, and all count."""
+    wrong time leaves them, do not pass for noise; infinite, and all count. bands, lines, slack : into how many parts
+    the highest octave of a torque is cut at most, how many frequencies each has at least, and the factor on what the
+    speed leaves there, which allows for its scatter in a short record."""
 
     sweeps: int = 8
     settled: float = 0.02
@@ -47,6 +50,9 @@ class LevelSettings:
     band: float = 0.03
     believable: float = 0.02
     clip: float = np.inf
+    bands: int = 8
+    lines: int = 8
+    slack: float = 2.0
 
 
 SETTINGS = LevelSettings()
@@ -75,10 +81,34 @@ class Residual:
         return self.signal if derivation is None else derivation.centred_angle(self.signal)
 
 
-def torque_floor(torque: Array) -> float:
-    """Variance of the white noise that a recorded torque (n,) can hold at most: the density of its highest octave."""
-    power = _periodogram(torque - torque.mean())
-    return float(np.median(power[len(power) // 2 :])) / MEDIAN_POWER
+def torque_floor(torque: Array, speed: Array | None = None, settings: LevelSettings = SETTINGS) -> float:
+    """Variance of the white noise that a recorded torque (n,) can hold at most: the density of its highest octave.
+
+    speed : (n,) as recorded. A controller makes a torque of the sensor's noise. This torque does act, and is no error
+    of the recorded one; so what follows the speed there, by a gain of each band, does not count.
+    """
+    plain = _highest_octave(torque)
+    everything = float(np.median(np.abs(plain) ** 2)) / MEDIAN_POWER
+    if speed is None:
+        return everything
+    seen, bands = _highest_octave(speed), max(1, min(settings.bands, len(plain) // settings.lines))
+    left = [
+        _unexplained(one, by) for one, by in zip(np.array_split(plain, bands), np.array_split(seen, bands), strict=True)
+    ]
+    return min(everything, settings.slack * float(np.median(np.concatenate(left))) / MEDIAN_POWER)
+
+
+def _highest_octave(signal: Array) -> NDArray[np.complex128]:
+    """The spectrum of a signal (n,) under a Hann taper, scaled so that white noise has its variance."""
+    taper = hann(len(signal) + 2)[1:-1]
+    spectrum = np.fft.rfft(taper * (signal - signal.mean()))[1:] / np.sqrt(np.sum(taper**2))
+    return np.asarray(spectrum[len(spectrum) // 2 :])
+
+
+def _unexplained(lines: NDArray[np.complex128], by: NDArray[np.complex128]) -> Array:
+    """Power that one gain of other lines (m,) leaves of lines (m,), without what the gain takes of pure noise."""
+    gain = np.vdot(by, lines) / max(float(np.vdot(by, by).real), SMALLEST)
+    return np.asarray(np.abs(lines - gain * by) ** 2 * len(lines) / max(1, len(lines) - 1))
 
 
 def fit_levels(residuals: Sequence[Residual], settings: LevelSettings = SETTINGS) -> tuple[NoiseLevels, ...]:

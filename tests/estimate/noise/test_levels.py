@@ -126,8 +126,23 @@ def test_the_torque_cannot_be_noisier_than_it_is_recorded() -> None:
     assert torque_floor(smooth) < 1e-12
     noisy = smooth + 0.03 * np.random.default_rng(1).standard_normal(SAMPLES)
     assert np.sqrt(torque_floor(noisy)) == pytest.approx(0.03, rel=0.1)
+    by_speed = torque_floor(noisy, np.random.default_rng(2).standard_normal(SAMPLES))
+    assert np.sqrt(by_speed) == pytest.approx(0.03, rel=0.1), "a speed that it does not follow takes nothing of it"
     bounded = [replace(one, most_torque=1e-6) for one in residuals("speed", 0.03)]
     assert fit_levels(bounded)[0].torque <= 1e-6
+
+
+@pytest.mark.parametrize("samples", [200, 4000])
+@pytest.mark.parametrize("error", [0.0, 0.005])
+def test_a_torque_that_a_controller_makes_of_the_sensors_noise_is_no_error_of_it(samples: int, error: float) -> None:
+    """Half of the speed's noise, a sample late, is 0.01 Nm. What bounds the error may not be below it by chance."""
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        speed = 5 * np.sin(20 * np.arange(samples) * H) + 0.02 * rng.standard_normal(samples)
+        torque = -0.5 * np.roll(speed, 1) + error * rng.standard_normal(samples)
+        found = np.sqrt(torque_floor(torque, speed))
+        assert np.sqrt(torque_floor(torque)) > 0.6 * np.hypot(error, 0.01)
+        assert 0.9 * error <= found < 2.0 * error + 0.002
 
 
 def test_what_cannot_be_told_is_taken_as_it_is_on_average() -> None:
