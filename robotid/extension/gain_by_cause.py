@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
+from robotid.diagnosis.confirmation import is_idle, without_causes
 from robotid.diagnosis.results import Diagnosis
 from robotid.estimate.result import FitResult
 from robotid.extension.task import ExtensionTask, effects_to_add, fits_with, gain, others_than, tried_with
@@ -40,7 +41,8 @@ def gains(task: ExtensionTask, effects: Sequence[str]) -> tuple[list[float], Fit
 
 def with_gains(diagnosis: Diagnosis, task: ExtensionTask) -> Diagnosis:
     """The diagnosis with the gains and parameters that its causes have in fits as the pipeline makes them, those that
-    an extension will find. Where a deadline is past, those of the search stay, and a remark tells so."""
+    an extension will find, and without those that such a fit does not confirm. Where a deadline is past, those of the
+    search stay, and a remark tells so."""
     effects = effects_to_add(diagnosis, task.before)
     try:
         found, last = gains(task, effects)
@@ -59,4 +61,6 @@ def with_gains(diagnosis: Diagnosis, task: ExtensionTask) -> Diagnosis:
         else cause
         for cause in diagnosis.causes
     )
-    return replace(diagnosis, causes=causes, refitted={p.name: p.value for p in last.parameters})
+    judged = replace(diagnosis, causes=causes, refitted={p.name: p.value for p in last.parameters})
+    idle = [cause for cause in causes if cause.effect in gained and is_idle(cause)]
+    return with_gains(without_causes(judged, idle), task) if idle else judged

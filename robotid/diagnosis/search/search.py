@@ -46,12 +46,12 @@ def search(evidence: Evidence, criteria: Criteria, log: Log) -> SearchResult:
     events, settled = list[Event](), False
     while True:
         log("measuring the noise")
-        with deadline(None):  # without the noise there is no answer at all
-            start = first_state(evidence, criteria)
         more = not settled and len(events) < EVENTS.max_events
-        if more:
-            start = _scored(start, criteria, log)
-            log("looking for events")
+        with deadline(None):  # without the noise and a round of the score there is no answer at all
+            start = first_state(evidence, criteria)
+            if more:
+                start = _scored(start, criteria, log)
+                log("looking for events")
         seen = largest_event(evidence, start.first, start.data, criteria, start.round.scores) if more else None
         if seen is None or not seen.leading:
             result = _by_either_noise(evidence, start, criteria, log)

@@ -1,0 +1,64 @@
+"""Causes that the search has accepted, judged once more by a fit as the pipeline makes it.
+
+The search weighs a residual by its noise, and sees what is far below the rest of it. A cause that gains nothing in a
+fit, and whose size such a fit does not tell from nothing, is not worth a name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from robotid.diagnosis.results import Cause, Diagnosis, Rejected, Verdict
+from robotid.diagnosis.search.physical_sense import declarations
+from robotid.diagnosis.search.settings import ACCEPTANCE
+from robotid.diagnosis.settings import VERDICT
+from robotid.diagnosis.verdict import is_partial
+
+NOT_CONFIRMED = "a fit does not confirm it: it gains nothing there, and its size does not differ from nothing"
+
+
+def is_idle(cause: Cause) -> bool:
+    """Whether a fit shows nothing of a cause: no gain, and no amplitude that differs from nothing."""
+    declared = dict(declarations(cause.effect))
+    nulls = [(p, declared[p.name].null) for p in cause.parameters if p.name in declared]
+    sizes = [abs(p.value - null) / p.std_robust for p, null in nulls if null is not None and p.std_robust > 0.0]
+    return cause.heldout_gain < VERDICT.least_gain and bool(sizes) and max(sizes) < ACCEPTANCE.amplitude_sigma
+
+
+def without_causes(diagnosis: Diagnosis, idle: Sequence[Cause]) -> Diagnosis:
+    """The diagnosis with causes rejected that a fit does not confirm."""
+    kept = tuple(cause for cause in diagnosis.causes if cause not in idle)
+    left = tuple(Rejected(one.effect, one.explained, one.heldout_gain, NOT_CONFIRMED) for one in idle)
+    given = sum(one.explained for one in idle)
+    share = min(1.0, diagnosis.remaining_share + given)
+    energy = min(diagnosis.misfit**2, diagnosis.remaining**2 + given * diagnosis.misfit**2)
+    remaining = diagnosis.misfit if not kept else float(np.sqrt(energy))
+    whole = max(1.0 - diagnosis.remaining_share, 1e-300)
+    records = {
+        name: replace(one, explained_after=one.explained_after * (1.0 - share) / whole)
+        for name, one in diagnosis.records.items()
+    }
+    return replace(
+        diagnosis,
+        verdict=_verdict(diagnosis, kept, share, remaining),
+        causes=kept,
+        rejected=(*left, *diagnosis.rejected),
+        remaining=remaining,
+        remaining_share=share,
+        records=records,
+    )
+
+
+def _verdict(diagnosis: Diagnosis, kept: Sequence[Cause], share: float, remaining: float) -> Verdict:
+    """In one word, with fewer causes."""
+    if diagnosis.verdict == "not explained":
+        return "not explained"
+    if kept:
+        partial = is_partial(share, diagnosis.misfit, remaining, diagnosis.noise_floor)
+        return "partly named" if partial else diagnosis.verdict
+    if diagnosis.misfit > VERDICT.clear_misfit * diagnosis.noise_floor:
+        return "unknown"
+    return "named" if diagnosis.events else "clean"
