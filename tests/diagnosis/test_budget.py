@@ -11,7 +11,7 @@ from support.small_bench import QUICK, STRIBECK, fitted, records
 from robotid.diagnosis import DiagnosisOptions, diagnose
 from robotid.diagnosis.search import refits, search
 from robotid.extension import extension_task, with_gains
-from robotid.interrupt import OutOfTime, deadline
+from robotid.interrupt import OutOfTime, check, deadline
 
 
 def test_without_time_nothing_is_named_and_nothing_is_called_clean() -> None:
@@ -22,6 +22,13 @@ def test_without_time_nothing_is_named_and_nothing_is_called_clean() -> None:
     assert remark.startswith("the budget of 1e-06 s is spent; not examined: motor.stribeck")
     assert remark.endswith("further causes, what no effect explains, what differs on the records held out")
     assert found.rejected[0].why == "not examined: the time was up"
+
+
+@pytest.mark.parametrize("budget", [1e-6, 0.3, 1.0])
+def test_a_listener_that_asks_for_the_time_ends_no_diagnosis(budget: float) -> None:
+    made = records(STRIBECK)
+    found = diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=budget), log=lambda _: check())
+    assert found.verdict in ("unknown", "named")
 
 
 def test_a_cause_that_was_found_in_time_stands(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -45,9 +45,9 @@ def search(evidence: Evidence, criteria: Criteria, log: Log) -> SearchResult:
     """
     events, settled = list[Event](), False
     while True:
-        log("measuring the noise")
         more = not settled and len(events) < EVENTS.max_events
         with deadline(None):  # without the noise and a round of the score there is no answer at all
+            log("measuring the noise")
             start = first_state(evidence, criteria)
             if more:
                 start = _scored(start, criteria, log)
@@ -89,8 +89,8 @@ def _by_either_noise(evidence: Evidence, start: SearchState, criteria: Criteria,
     result = find_causes(start, criteria, log)
     if result.causes or result.late or start.data.noise_reached:
         return result
-    log("allowing for errors of the torque")
     try:
+        log("allowing for errors of the torque")
         blunt_start = first_state(evidence, criteria, torque_errors=True)
     except OutOfTime:
         return replace(result, late=True, unexamined=(*result.unexamined, BLUNT))
@@ -153,8 +153,8 @@ def _completed(
         return replace(result, late=True, unexamined=(UNEXPLAINED, CHANGES))
     if RECORD_CHANGE in criteria.skip:
         return result
-    log("comparing the records held out")
     try:
+        log("comparing the records held out")
         by, usual = (coloured, left.energy) if coloured.noise_reached else (result.data, usual_energy(result))
         changes = find_record_changes(result.last, by, max(1.0, usual), criteria.significance)
         return replace(result, changes=changes)
