@@ -16,6 +16,7 @@ from robotid.model.array import Array
 from robotid.model.companion import companion_of
 from robotid.model.parameters import Parameter
 from robotid.model.physical import PortRange
+from robotid.model.port import Port
 from robotid.model.units import on_axis
 from robotid.simulation.friction.mode import friction_mode
 from robotid.simulation.trajectory import Trajectory
@@ -101,13 +102,12 @@ def port_range(model: RefittedModel, effect: str) -> PortRange:
 
 
 def _motion(motion: Trajectory, effect: str) -> tuple[Array, Array]:
-    """Position and speed that an effect follows, (n,) each: of the port that it watches, of its own, or of the motor
-    where it is a channel."""
+    """Position and speed that an effect follows, (n,) each: of its own port, or of the motor where it is a channel or
+    watches the motor."""
     joint, x = motion.joint, motion.x
     for k, place in enumerate(joint.placed):
-        if f"{place.port}.{place.term.name}" == effect:
+        if f"{place.port}.{place.term.name}" == effect and getattr(place.term, "watches", None) is not Port.MOTOR:
             s = friction_mode(motion.step_inputs(slice(0, x.shape[1])), x).s
             m = joint.motions(x, None, s, motion.t, motion.theta)[k]
-            watches = getattr(place.term, "watches", None) is not None
-            return (np.asarray(m.xw), np.asarray(m.vw)) if watches else (m.x, m.v)
+            return m.x, m.v
     return motion.phi_m, x[joint.motor_speed]

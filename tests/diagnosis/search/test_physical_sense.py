@@ -5,15 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.sensed_step import step_to
-from support.small_bench import STRIBECK, fitted, records
+from support.small_bench import STRIBECK, TRUTH, fitted, records
 
+from robotid.catalogue import assemble
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
-from robotid.diagnosis.refit.refit import refit
+from robotid.diagnosis.refit.refit import AS_IT_IS, refit
 from robotid.diagnosis.search.acceptance import OBJECTIONS
 from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain, port_range
 from robotid.estimate.fitted_model import fitted_model
+from robotid.model.structure import Structure
 
 CRITERIA = Criteria()
 WARM_UP = "motor.thermal_friction"
@@ -63,3 +65,20 @@ def test_the_motion_of_the_records_is_that_of_the_effect_s_port() -> None:
     assert offered.speed == pytest.approx(max(float(np.abs(r.dphi_m).max()) for r in made[:2]), rel=0.1)
     assert offered.travel == pytest.approx(max(float(np.ptp(r.phi_m)) for r in made[:2]), rel=0.1)
     assert port_range(model, "torque.torque_lag").travel == pytest.approx(offered.travel, rel=0.01)
+
+
+@pytest.mark.parametrize("effect", ["gear.transmission_error", "motor.cogging", "motor.position_friction"])
+def test_what_repeats_with_the_turns_of_the_motor_has_its_travel(effect: str) -> None:
+    """A transmission error twists the gear, and follows the motor."""
+    made = list(records({}))[1]
+    terms = ("motor.inertia", "motor.viscous", "motor.coulomb", "gear.spring", "gear.damper", "arm.inertia")
+    structure = Structure((*terms, effect), gear_ratio=0.01)
+    data = EvaluationData(
+        (Segment(made, UNIT_WHITENING),), (), "speed", estimate_states=True, noise_reached=True, torque_errors=False
+    )
+    start = assemble(structure).parameters().with_values(TRUTH | {"gear.spring.k1": 1e6, "arm.inertia.J": 20.0})
+    model = refit(structure, [start], data, options=AS_IT_IS)
+    offered = port_range(model, effect)
+    assert offered.travel > 1.0
+    assert offered.travel == pytest.approx(port_range(model, "torque.torque_lag").travel)
+    assert offered.speed > 1.0
