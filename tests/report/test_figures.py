@@ -145,6 +145,7 @@ def test_the_envelope_keeps_every_peak() -> None:
     assert (drawn.max(), drawn.min()) == (3.0, -4.0)
 
 
-def test_no_global_state_of_matplotlib_is_touched() -> None:
+def test_no_global_state_of_matplotlib_is_touched(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(sys.modules, "matplotlib.pyplot", raising=False)  # other packages import it
     draw(flex())
     assert "matplotlib.pyplot" not in sys.modules

@@ -101,14 +101,15 @@ def _halves(segment: Segment) -> tuple[Segment, Segment]:
 
 
 def _best(model: RefittedModel, first: Segment, before: SegmentFit, usual: float) -> RecordChange | None:
-    """The change that carries over best from the first half of a record to the second, `before` without it."""
+    """The change that carries over best from the first half of a record to the second, `before` without it, of those
+    with which the fit of that rises."""
     second = Segment(before.record, before.whitening)
     misfit = before.energy - usual * len(before.residual)
     tried = []
     for candidate in record_changes(model.joint, model.columns, [first.record.name]):
         value = _fitted_value(model, first, candidate)
         after = None if value is None else _simulated(model, second, candidate, value)
-        if value is not None and after is not None:
+        if value is not None and after is not None and after.fit_percent > before.fit_percent:
             tried.append(_Tried(candidate, value, (before.energy - after.energy) / misfit, after))
     tried.sort(key=lambda one: -one.explained)
     if not tried or tried[0].explained < CHANGES.confirmed_share:

@@ -304,12 +304,14 @@ def check_a_record_with_twice_the_usual_energy_asks_for_a_reason() -> None:
     assert not record_changes.asks_for_a_reason(plain_segment(2 * 900.0), 1.0)
 
 
-def best_change(*explained: float) -> record_changes.RecordChange | None:
-    """The change that is reported where the first parameters explain these shares of a misfit."""
+def best_change(*explained: float, gain: float = 1.0) -> record_changes.RecordChange | None:
+    """The change that is reported where the first parameters explain these shares of a misfit. gain : of the fit with
+    each of them [% points]."""
     model, before = plain_model(1000.0), plain_segment(2000.0)
 
     def simulated(_: Any, segment: Segment, candidate: RecordChangeCandidate, value: float) -> SegmentFit:
-        return plain_segment(2000.0 - 1000.0 * ([*explained, 0.0, 0.0, 0.0])[candidate.column])
+        energy = 2000.0 - 1000.0 * ([*explained, 0.0, 0.0, 0.0])[candidate.column]
+        return plain_segment(energy, fit_percent=before.fit_percent + gain)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(record_changes, "_fitted_value", lambda *_: 0.1)
