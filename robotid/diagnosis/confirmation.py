@@ -1,7 +1,7 @@
 """Causes that the search has accepted, judged once more by a fit as the pipeline makes it.
 
 The search weighs a residual by its noise, and sees what is far below the rest of it. A cause that gains nothing in a
-fit, and whose size such a fit does not tell from nothing, is not worth a name.
+fit is not worth a name.
 """
 
 from __future__ import annotations
@@ -12,20 +12,15 @@ from dataclasses import replace
 import numpy as np
 
 from robotid.diagnosis.results import Cause, Diagnosis, Rejected, Verdict
-from robotid.diagnosis.search.physical_sense import declarations
-from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.settings import VERDICT
 from robotid.diagnosis.verdict import is_partial
 
-NOT_CONFIRMED = "a fit does not confirm it: it gains nothing there, and its size does not differ from nothing"
+NOT_CONFIRMED = "a fit does not confirm it: the held-out records gain nothing by it"
 
 
 def is_idle(cause: Cause) -> bool:
-    """Whether a fit shows nothing of a cause: no gain, and no amplitude that differs from nothing."""
-    declared = dict(declarations(cause.effect))
-    nulls = [(p, declared[p.name].null) for p in cause.parameters if p.name in declared]
-    sizes = [abs(p.value - null) / p.std_robust for p, null in nulls if null is not None and p.std_robust > 0.0]
-    return cause.heldout_gain < VERDICT.least_gain and bool(sizes) and max(sizes) < ACCEPTANCE.amplitude_sigma
+    """Whether a fit with a cause gains nothing on records that it was not fitted to, where there are any."""
+    return cause.heldout_gain < VERDICT.least_gain
 
 
 def without_causes(diagnosis: Diagnosis, idle: Sequence[Cause]) -> Diagnosis:

@@ -14,7 +14,6 @@ from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.state import SearchResult
 from robotid.diagnosis.settings import VERDICT
 from robotid.diagnosis.verdict import _rejected, _word, hardly_explained, is_partial, negligible
-from robotid.estimate.result import Estimate
 from support.plain_models import plain_model, plain_record
 from support.tuning import sees
 from support.tuning.search import friction, state
@@ -80,10 +79,5 @@ def check_a_speed_loop_is_closed_at_five_hertz() -> None:
 @sees(VERDICT, "least_gain")
 def check_a_gain_of_less_than_half_a_hundredth_is_none() -> None:
     for gain, idle in ((0.0049, True), (0.0051, False)):
-        assert is_idle(stribeck(gain, size=2.9)) is idle
-
-
-def stribeck(gain: float, size: float) -> Cause:
-    """As fitted. size : of its amplitude, in standard deviations."""
-    found = Estimate("motor.stribeck.dFs", 0.1 * size, "Nm", 0.1, 0.1, 0.0, 10.0)
-    return Cause("motor.stribeck", (found,), 0.5, gain, 1e-6, ("motor.stribeck",), None)
+        cause = Cause("motor.stribeck", (), 0.5, gain, 1e-6, ("motor.stribeck",), None)
+        assert is_idle(cause) is idle
