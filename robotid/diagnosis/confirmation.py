@@ -13,7 +13,7 @@ import numpy as np
 
 from robotid.diagnosis.results import Cause, Diagnosis, Rejected, Verdict
 from robotid.diagnosis.settings import VERDICT
-from robotid.diagnosis.verdict import is_partial
+from robotid.diagnosis.verdict import is_partial, without_cause
 
 NOT_CONFIRMED = "a fit does not confirm it: the held-out records gain nothing by it"
 
@@ -54,6 +54,4 @@ def _verdict(diagnosis: Diagnosis, kept: Sequence[Cause], share: float, remainin
     if kept:
         partial = is_partial(share, diagnosis.misfit, remaining, diagnosis.noise_floor)
         return "partly named" if partial else diagnosis.verdict
-    if diagnosis.misfit > VERDICT.clear_misfit * diagnosis.noise_floor:
-        return "unknown"
-    return "named" if diagnosis.events else "clean"
+    return without_cause(diagnosis.misfit, diagnosis.noise_floor, events=bool(diagnosis.events))

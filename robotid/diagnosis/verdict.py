@@ -109,13 +109,20 @@ def known_noise(found: SearchResult) -> dict[str, Noise] | None:
 
 
 def _word(found: SearchResult, misfit: float, floor: float) -> Verdict:
-    """The verdict in one word: a misfit far above the noise is never clean, even where it has neither a name nor a
-    shape. An event that leaves nothing else is a name, too."""
+    """The verdict in one word."""
     if found.causes or (found.changes and found.curve is None):
         return "named"
-    if found.curve is not None or found.late or misfit > VERDICT.clear_misfit * floor:
+    if found.curve is not None or found.late:
         return "unknown"
-    return "named" if found.events else "clean"
+    return without_cause(misfit, floor, events=bool(found.events))
+
+
+def without_cause(misfit: float, floor: float, *, events: bool) -> Verdict:
+    """The verdict where there is no cause: a misfit far above the noise is never clean, even where it has neither a
+    name nor a shape. An event that leaves nothing else is a name, too."""
+    if misfit > VERDICT.clear_misfit * floor:
+        return "unknown"
+    return "named" if events else "clean"
 
 
 def is_partial(share: float, misfit: float, remaining: float, floor: float) -> bool:

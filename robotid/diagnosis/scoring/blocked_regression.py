@@ -119,6 +119,11 @@ class BlockedRegression:
         wald = float(amplitude / scale @ np.linalg.pinv(scaled, hermitian=True) @ (amplitude / scale))
         return float(fisher.sf(wald * (count - k) / (k * (count - 1)), k, count - k))
 
+    def least_wald(self, at: Sequence[int], level: float) -> float:
+        """Wald statistic of the regressors `at` that is significant at just this level, as of `significance`."""
+        k, count = len(at), self.telling_blocks(at)
+        return float(fisher.isf(level, k, count - k)) * k * (count - 1) / (count - k)
+
     def telling_blocks(self, at: Sequence[int]) -> float:
         """How many blocks tell of the regressors `at`: all where each knows as much, fewer where few know most."""
         own = np.einsum("bii->bi", self.information)[:, list(at)]

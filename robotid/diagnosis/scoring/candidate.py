@@ -107,3 +107,11 @@ class EffectCandidate(Candidate):
 def scored_parameters(group: Sequence[Candidate]) -> int:
     """How many columns a group of candidates has."""
     return sum(len(c.scored) for c in group)
+
+
+def columns_of(candidates: Sequence[Candidate]) -> Iterator[slice]:
+    """Where the columns of each candidate are among those of all."""
+    first = 0
+    for one in candidates:
+        yield slice(first, first + len(one.scored))
+        first += len(one.scored)

@@ -8,7 +8,7 @@ from typing import Self
 
 import numpy as np
 
-from robotid.diagnosis.scoring.candidate import EffectCandidate, scored_parameters
+from robotid.diagnosis.scoring.candidate import EffectCandidate, columns_of, scored_parameters
 from robotid.estimate.residual import output_columns, output_rows
 from robotid.model.array import Array
 from robotid.model.channel import Channel
@@ -36,12 +36,10 @@ class TorqueChannelCandidate(ChannelCandidate):
 
     @classmethod
     def forces(cls, group: Sequence[Self], motion: Trajectory, record: Record) -> Array:
-        forces, first = np.zeros((motion.joint.masses, scored_parameters(group), len(record))), 0
-        for one in group:
-            last = first + len(one.scored)
+        forces = np.zeros((motion.joint.masses, scored_parameters(group), len(record)))
+        for one, at in zip(group, columns_of(group), strict=True):
             effect = one.effect.beside(motion.joint.companions)
-            forces[0, first:last] = effect.partials(motion.u, record.sampling_time, one.values)[list(one.scored)]
-            first = last
+            forces[0, at] = effect.partials(motion.u, record.sampling_time, one.values)[list(one.scored)]
         return forces
 
 

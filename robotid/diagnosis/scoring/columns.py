@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotid.diagnosis.refit.refitted_model import Unknowns
-from robotid.diagnosis.scoring.candidate import EffectCandidate, scored_parameters
+from robotid.diagnosis.scoring.candidate import EffectCandidate, columns_of, scored_parameters
 from robotid.diagnosis.scoring.measured_motion import as_measured, with_angle
 from robotid.estimate.residual import output_columns, output_rows
 from robotid.model.array import Array
@@ -57,10 +57,10 @@ def columns(
     p, s = len(unknowns.parameters), len(unknowns.first_states)
     kept, first = with_angle(trajectory), p + s
     found = np.zeros((scored_parameters(candidates), n))
-    edges = np.cumsum([0, *(len(c.scored) for c in candidates)])
+    places = list(columns_of(candidates))
     for (kind, members), driven in zip(groups.items(), driving, strict=True):
         last = first + driven.shape[1]
-        rows = [row for k in members for row in range(edges[k], edges[k + 1])]
+        rows = [row for k in members for row in range(places[k].start, places[k].stop)]
         found[rows] = kind.columns([candidates[k] for k in members], kept, output, outer[first:last])
         first = last
     found[~np.isfinite(found).all(axis=1)] = 0.0  # memory that runs away on this motion: there is nothing to score

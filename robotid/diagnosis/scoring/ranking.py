@@ -11,7 +11,7 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.refitted_model import RefittedModel, Unknowns
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, Gain
-from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate, ForceGradient
+from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate, ForceGradient, columns_of
 from robotid.diagnosis.scoring.catalogue_candidates import candidates
 from robotid.diagnosis.scoring.projection import Projected, left_over, project
 from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandidate, record_changes
@@ -75,9 +75,7 @@ class Round:
 
     def _at(self, candidate: Candidate) -> slice:
         """Where a candidate's columns are among all candidates'."""
-        at = self.candidates.index(candidate)
-        first = sum(len(one.scored) for one in self.candidates[:at])
-        return slice(first, first + len(candidate.scored))
+        return list(columns_of(self.candidates))[self.candidates.index(candidate)]
 
 
 def scan_candidates(model: RefittedModel, skip: Sequence[str]) -> CandidateScan:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from robotid.diagnosis.scoring.candidate import Candidate
+from robotid.diagnosis.scoring.candidate import Candidate, columns_of
 from robotid.diagnosis.scoring.projection import Projected
 from robotid.diagnosis.scoring.settings import SCORING
 from robotid.model.array import Array
@@ -36,11 +36,7 @@ class Score:
 
 def score(projected: Projected, candidates: Sequence[Candidate]) -> list[Score]:
     """Every candidate by itself, best first."""
-    found, first = [], 0
-    for candidate in candidates:
-        last = first + len(candidate.scored)
-        found.append(_score(projected, candidate, slice(first, last)))
-        first = last
+    found = [_score(projected, one, at) for one, at in zip(candidates, columns_of(candidates), strict=True)]
     return sorted(found, key=lambda s: -s.energy)
 
 

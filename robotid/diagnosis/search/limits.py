@@ -17,7 +17,7 @@ from scipy.stats import f as fisher
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.results import DetectionLimit
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
-from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate
+from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate, columns_of
 from robotid.diagnosis.scoring.projection import Projected, project
 from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.scan import scans
@@ -44,23 +44,22 @@ def detection_limits(found: SearchResult, criteria: Criteria) -> tuple[Detection
     """
     seen, model = found.rounds[-1], found.last
     shapes = list(typical_shapes(seen, model.structure.effects))
+    candidates = [one.candidate for one in shapes]
     coloured = found.data if found.coloured is None else found.coloured
     segments = [replace(one, whitening=s.whitening) for one, s in zip(model.fitted, coloured.fitted, strict=True)]
-    projected = project(scans(segments, model.unknowns, [one.candidate for one in shapes]))
-    lengths = visible_lengths(projected, [one.candidate for one in shapes])
+    projected = project(scans(segments, model.unknowns, candidates))
     tried, usual = Tried.of(seen), max(1.0, projected.energy / model.samples)
-    improvement = criteria.min_improvement_sigma * np.sqrt(found.data.samples)
-    limits, first = [], 0
-    for one, length in zip(shapes, lengths.tolist(), strict=True):
-        k = len(one.candidate.scored)
-        own, first = slice(first, first + k), first + k
-        size = inf
+    improvement = criteria.min_improvement_sigma * float(np.sqrt(found.data.samples))
+    limits = []
+    lengths = visible_lengths(projected, candidates).tolist()
+    for one, length, own in zip(shapes, lengths, columns_of(candidates), strict=True):
+        k, size = len(one.candidate.scored), inf
         if length > 0.0 and one.length > 0.0:
             energy = least_energy(k, usual, criteria, tried.candidates, model.samples)
             spread = least_size(projected.beside_fitted(own), k, criteria.significance / tried.effects)
             if spread == inf and coloured.validation:  # records that were held out tell of it instead
                 spread = 0.0
-            size = max(float(improvement) / one.length, float(np.sqrt(energy)) / length, spread)
+            size = max(improvement / one.length, float(np.sqrt(energy)) / length, spread)
         limits.append(_limit(one.candidate, size))
     return tuple(limits)
 
@@ -82,12 +81,7 @@ def visible_lengths(projected: Projected, candidates: Sequence[Candidate]) -> Ar
     left. Several amplitudes, as of sine and cosine, count as one size in any proportion."""
     left, whole = np.linalg.norm(projected.missing, axis=0), projected.length
     visible = np.where(left > SCORING.dependent * whole, left, 0.0)
-    found, first = [], 0
-    for one in candidates:
-        last = first + len(one.scored)
-        found.append(float(np.sqrt(np.mean(visible[first:last] ** 2))))
-        first = last
-    return np.array(found)
+    return np.array([float(np.sqrt(np.mean(visible[at] ** 2))) for at in columns_of(candidates)])
 
 
 def least_energy(parameters: int, usual: float, criteria: Criteria, tries: int, samples: int) -> float:
@@ -104,13 +98,10 @@ def least_size(blocks: BlockedRegression, parameters: int, level: float) -> floa
     """Size of the last `parameters` amplitudes of a regression, in any proportion, at which their spread from block to
     block of time makes them significant at this level; infinite where too few blocks tell of them."""
     at = list(range(blocks.moment.shape[1] - parameters, blocks.moment.shape[1]))
-    telling = blocks.telling_blocks(at)
-    if are_too_few(telling, parameters):
+    if are_too_few(blocks.telling_blocks(at), parameters):
         return inf
-    wald = float(fisher.isf(level, parameters, telling - parameters))
-    wald *= parameters * (telling - 1.0) / (telling - parameters)
     information = np.linalg.pinv(blocks.covariance()[np.ix_(at, at)], hermitian=True)
-    return float(np.sqrt(wald * parameters / np.trace(information)))
+    return float(np.sqrt(blocks.least_wald(at, level) * parameters / np.trace(information)))
 
 
 def _limit(one: Candidate, limit: float) -> DetectionLimit:

@@ -151,7 +151,7 @@ def _refits(chosen: Sequence[Score], state: SearchState, log: Log) -> RefitRound
 
 
 def _at_extremes(refits: Sequence[CandidateRefit], state: SearchState, log: Log) -> Iterator[CandidateRefit]:
-    """What effects become that end where one of their parameters is not told from its bound, fitted from there: the
+    """What effects become that end where one of their parameters is as good as at its bound, fitted from there: the
     simpler law may have scored too little to be refitted, or lost its way."""
     scores = {one.candidate.name: one for one in reversed(state.round.scores)}
     for one in refits:
@@ -173,7 +173,7 @@ def _at_extremes(refits: Sequence[CandidateRefit], state: SearchState, log: Log)
 
 
 def _is_at_bound(model: RefittedModel, name: str) -> bool:
-    """Whether a parameter is not told from one of its bounds."""
+    """Whether a parameter does not differ significantly from one of its bounds."""
     k = model.parameters.names.index(name)
     value, ends = model.parameters.values[k], (model.parameters.lower[k], model.parameters.upper[k])
     return bool(min(abs(value - end) for end in ends) <= ACCEPTANCE.physical_sigma * deviation(model, name))

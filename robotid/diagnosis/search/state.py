@@ -159,7 +159,7 @@ def is_covered(first: RefittedModel, data: EvaluationData) -> bool:
 
 
 def is_plain(first: RefittedModel, data: EvaluationData) -> bool:
-    """Whether shares are told of the plain squared error: where all that nothing known explains counts as errors of the
+    """Whether shares are of the plain squared error: where all that nothing known explains counts as errors of the
     torque, what is beyond that noise may be a hundredth of what is wrong."""
     return data.torque_errors or is_covered(first, data)
 

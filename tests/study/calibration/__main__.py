@@ -1,21 +1,19 @@
-"""Clean draws under every condition, and how often a p-value of what is not there falls below a level."""
+"""Clean draws under every condition, and how often a p-value of what is not there falls below a level; begun again
+where it was left."""
 
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+from support.paths import ROOT
 
 from study.calibration.trial import Result, run
 from study.conditional.plan import Spec
 from study.plant.conditions import CONDITIONS
-from study.trials.study import in_scratch
+from study.trials.resumed import resumed
 
 LEVELS = (0.5, 0.1, 0.01, 0.001)
 
@@ -26,21 +24,14 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=29, help="under each condition")
     parser.add_argument("--first", type=int, default=0, help="number of the first draw")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
-    parser.add_argument("--json", type=Path, help="file for all results")
+    parser.add_argument("--folder", type=Path, default=ROOT / "trials" / "calibration", help="of the results")
     asked = parser.parse_args()
     specs = [Spec(name, "clean", "none", asked.first + k) for k in range(asked.draws) for name in CONDITIONS]
-    results = list[Result]()
-    with ProcessPoolExecutor(asked.jobs) as pool:
-        for result in pool.map(_one, specs):
-            results.append(result)
-            print(
-                f"{len(results)}/{len(specs)} {result.key}: {result.best:.2g} {result.error}",
-                file=sys.stderr,
-                flush=True,
-            )
-            if asked.json:
-                asked.json.write_text(json.dumps([asdict(r) for r in results]))
-    print(table(results))
+    print(table([Result(**known) for known in resumed(specs, asked.folder, asked.jobs, run, _line)]))
+
+
+def _line(r: Result) -> str:
+    return r.error or f"{r.best:.2g}"
 
 
 def table(results: Sequence[Result]) -> str:
@@ -61,10 +52,6 @@ def _row(name: str, results: Sequence[Result]) -> str:
 
 def _values(results: Sequence[Result]) -> Iterator[float]:
     return (p for r in results for p in r.alone.values())
-
-
-def _one(spec: Spec) -> Result:
-    return in_scratch(lambda folder: run(spec, folder))
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.scoring.candidate import columns_of
 from robotid.diagnosis.scoring.projection import project
 from robotid.diagnosis.scoring.ranking import CandidateScan
 from robotid.diagnosis.search.coloured import by_noise, left_by
@@ -45,17 +46,16 @@ def _tested(spec: Spec, folder: Path) -> Result:
     records = execute(fitted.run, "collect").content.records
     fits = execute(fitted.run, "fit").content
     model = fitted_model(fits.models[fits.best])
-    own = [record for record in records if record.name in model.records]
+    fitted_to = [record for record in records if record.name in model.records]
     held_out = [record for record in records if record.name not in model.records]
-    state = first_state(Evidence(model, simulate_records(model, own), held_out), criteria)
+    state = first_state(Evidence(model, simulate_records(model, fitted_to), held_out), criteria)
     left = left_by(state.model)
     scan = CandidateScan(state.model, state.scan.candidates, state.scan.scans).whitened_as(left.noise.segments)
-    projected, first = project(scan.scans), 0
+    projected = project(scan.scans)
     points, effects = len(scan.candidates), len({one.name for one in scan.candidates})
     alone, best = dict[str, float](), 1.0
-    for one in scan.candidates:
-        blocks = projected.beside_fitted(slice(first, first + len(one.scored)))
-        first += len(one.scored)
+    for one, own in zip(scan.candidates, columns_of(scan.candidates), strict=True):
+        blocks = projected.beside_fitted(own)
         at = range(len(projected.fitted), blocks.moment.shape[1])
         noise = by_noise(blocks, at, left.energy, state.model.samples)
         again = blocks.significance(at)

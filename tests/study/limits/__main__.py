@@ -1,16 +1,16 @@
-"""Detection limits tried from the command line: how many effects of a third, one and two limits are found."""
+"""Detection limits tried from the command line: how many effects of a third, one and two limits are found; begun again
+where it was left."""
 
 from __future__ import annotations
 
 import argparse
-import json
-import sys
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
-from study.limits.trial import SIZES, TRIED, Result, run
-from study.trials.study import in_scratch
+from support.paths import ROOT
+
+from study.limits.trial import SIZES, TRIED, Result, Spec, run
+from study.trials.resumed import resumed
 
 
 def main() -> None:
@@ -19,17 +19,19 @@ def main() -> None:
     parser.add_argument("--machines", type=int, default=4)
     parser.add_argument("--first", type=int, default=0, help="number of the first machine")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
-    parser.add_argument("--json", type=Path, help="file for all results")
+    parser.add_argument("--folder", type=Path, default=ROOT / "trials" / "limits", help="of the results")
     asked = parser.parse_args()
     machines = range(asked.first, asked.first + asked.machines)
-    results = list[Result]()
-    with ProcessPoolExecutor(asked.jobs) as pool:
-        for of_one in pool.map(_one, *zip(*((k, effect) for k in machines for effect in TRIED), strict=True)):
-            results += of_one
-            print("\n".join(f"{len(results)} {_line(r)}" for r in of_one), file=sys.stderr, flush=True)
-            if asked.json:
-                asked.json.write_text(json.dumps([asdict(r) for r in results], indent=1))
-    print(table(results))
+    specs = [Spec(number, effect, times) for number in machines for effect in TRIED for times in SIZES]
+    print(table([_read(known) for known in resumed(specs, asked.folder, asked.jobs, run, _line)]))
+
+
+def _line(r: Result) -> str:
+    return " ".join(twins[0] for twins in r.causes) or r.error or r.verdict or "no effect is so large"
+
+
+def _read(known: dict[str, Any]) -> Result:
+    return Result(**known | {"causes": tuple(tuple(twins) for twins in known["causes"])})
 
 
 def table(results: list[Result]) -> str:
@@ -44,18 +46,9 @@ def table(results: list[Result]) -> str:
 def _row(name: str, results: list[Result]) -> str:
     cells = []
     for times in SIZES:
-        own = [r for r in results if r.times == times]
+        own = [r for r in results if r.times == times and r.tried]
         cells.append(f"{sum(r.found for r in own)} of {len(own)}" if own else "-")
     return f"| {name} | {' | '.join(cells)} |"
-
-
-def _one(number: int, effect: str) -> list[Result]:
-    return in_scratch(lambda folder: list(run(number, effect, folder)))
-
-
-def _line(one: Result) -> str:
-    causes = " ".join(twins[0] for twins in one.causes)
-    return f"{one.effect} of {one.times:.2g} limits: {causes or one.error or one.verdict}"
 
 
 if __name__ == "__main__":

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -41,12 +40,26 @@ SIZES = (1.0 / 3.0, 1.0, 2.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
-    """times : size of the hidden effect in limits; verdict : of the tool; causes : that it names, each with its class;
-    error : why the trial ended early."""
+class Spec:
+    """One trial. number : of the machine; times : size of the hidden effect in limits, one of SIZES."""
 
-    effect: str
     number: int
+    effect: str
+    times: float
+
+    @property
+    def key(self) -> str:
+        """A name for files."""
+        return f"{self.number}-{self.effect.replace('.', '_')}-{SIZES.index(self.times)}"
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """size : of the hidden effect, infinite where there is none so large, and nothing was tried; verdict : of the tool;
+    causes : that it names, each with its class; error : why the trial ended early."""
+
+    key: str
+    effect: str
     times: float
     size: float
     verdict: str = ""
@@ -54,21 +67,22 @@ class Result:
     error: str = ""
 
     @property
+    def tried(self) -> bool:
+        """Whether the effect may be as large as that."""
+        return bool(np.isfinite(self.size))
+
+    @property
     def found(self) -> bool:
         """Whether the effect is in the class of a cause."""
         return any(self.effect in twins for twins in self.causes)
 
 
-def run(number: int, effect: str, folder: Path) -> Iterator[Result]:
-    """The trials of one effect in one machine, in folders below `folder`. Raises RobotidError where the machine's clean
-    records cannot be diagnosed."""
-    machine, shapes = _machine(number)
-    limit = _limits(number).get(effect, np.inf)
-    for k, times in enumerate(SIZES):
-        size = times * limit
-        if size < EFFECTS[effect].largest:
-            hidden = Hidden(effect, size, shapes[effect])
-            yield _tried(Result(effect, number, times, size), Case(machine, (hidden,)), folder / str(k))
+def run(spec: Spec, folder: Path) -> Result:
+    """One trial, in a folder of its own. Raises RobotidError where the machine's clean records cannot be diagnosed."""
+    (machine, shapes), name = _machine(spec.number), spec.effect
+    size = spec.times * _limits(spec.number).get(name, np.inf)
+    result = Result(spec.key, name, spec.times, size if size < EFFECTS[name].largest else np.inf)
+    return _tried(result, Case(machine, (Hidden(name, size, shapes[name]),)), folder) if result.tried else result
 
 
 def _machine(number: int) -> tuple[Draw, dict[str, dict[str, float]]]:
@@ -91,6 +105,5 @@ def _tried(result: Result, case: Case, folder: Path) -> Result:
         case.write(folder)
         found = diagnosed(fit(folder / "base.yaml"))
     except RobotidError as error:
-        return Result(result.effect, result.number, result.times, result.size, error=f"{type(error).__name__}: {error}")
-    causes = tuple(tuple(cause.twins) for cause in found.causes)
-    return Result(result.effect, result.number, result.times, result.size, found.verdict, causes)
+        return replace(result, error=f"{type(error).__name__}: {error}")
+    return replace(result, verdict=found.verdict, causes=tuple(tuple(cause.twins) for cause in found.causes))
