@@ -17,8 +17,10 @@ class Channel(ABC):
     """An effect between a signal as recorded and as it acts (torque), or as it is and as recorded (angle, speed).
 
     A torque signal is constant between samples (zero-order hold): `apply` takes and returns its mean over each
-    sampling interval. companion : the kind of a further recorded signal that it depends on; which one, an instance says
-    that `reading` has made, and `beside` gives it the course.
+    sampling interval. has_memory : what a held torque becomes within an interval depends on what it was before, so that
+    it changes on the way; the simulation then applies the channel to parts of intervals. companion : the kind of a
+    further recorded signal that it depends on; which one, an instance says that `reading` has made, and `beside` gives
+    it the course.
     """
 
     name: ClassVar[str]
@@ -28,6 +30,7 @@ class Channel(ABC):
     source: ClassVar[str]
     signature: ClassVar[str]
     companion: ClassVar[CompanionKind | None] = None
+    has_memory: ClassVar[bool] = False
     companion_name: str = ""
     course: Course | None = None
 
@@ -43,6 +46,14 @@ class Channel(ABC):
             return self
         one = copy(self)
         one.course = courses[self.companion_name]
+        return one
+
+    def on_parts(self, parts: int) -> Self:
+        """The same effect on a signal with so many equal parts of each sampling interval as its samples."""
+        if self.course is None or parts == 1:
+            return self
+        one = copy(self)
+        one.course = self.course.in_parts(parts)
         return one
 
     @abstractmethod

@@ -48,6 +48,10 @@ class Course:
         """Value at its first n samples, (n,), the last one held."""
         return np.asarray(self.samples[0, np.minimum(np.arange(n), self.samples.shape[1] - 1)])
 
+    def in_parts(self, parts: int) -> Course:
+        """The same with so many equal parts of each interval as its samples, its value held over these."""
+        return Course(np.repeat(self.samples, parts, axis=1), self.sampling_time / parts, self.begin)
+
     @property
     def mean(self) -> float:
         """Of its value."""

@@ -28,6 +28,8 @@ NOTHING = 1e-6  # of the largest distance of a corner from a smooth curve, that 
 LATE = 0.3  # of a corner, by which a stamp that is late may spoil it: no sign of a disturbance
 REVERSAL_PASSES = 3  # of the instants of reversals
 SIGNIFICANT = 25.0  # F of one more regressor, from which the steps of the torque are seen in a motion
+LATEST, LATE_STEP = 3.0, 0.25  # intervals by which a torque may act late, and the steps in which that is sought
+SAMPLES_TO_COMPARE = 20_000  # from which the lateness is found: more would cost seconds
 MIN_TO_COMPARE = 20  # samples from which the smoothness of a signal is measured
 UNEVEN = 1.5  # ratio of the intervals around a sample, from which it tells stamps from numbers
 SMOOTHER = 0.7  # of the roughness over the stamps, below which the regular grid is what was sampled on
@@ -71,15 +73,17 @@ def interpolate(at: Array, signal: Array, grid: Array) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Driven:
-    """What a torque (n,) from its stamp (n,) to the next makes of the speed, or else the angle, of a mass of one."""
+    """What a torque (n,) from its stamp (n,) to the next makes of the speed, or else the angle, of a mass of one, where
+    it acts late by so many intervals."""
 
     stamps: Array
     torque: Array
     speed: bool
+    late: float = 0.0
 
     def at(self, x: Array) -> Array:
         """(m,) -> (m,)."""
-        step, u = np.diff(self.stamps), self.torque
+        step, u, x = np.diff(self.stamps), self.torque, x - self.late
         speed = np.concatenate([[0.0], np.cumsum(u[:-1] * step)])
         k = np.clip(np.searchsorted(self.stamps, x, side="right") - 1, 0, len(u) - 1)
         rest = x - self.stamps[k]
@@ -136,8 +140,26 @@ class _Cornered:
 
     def with_corner(self, corner: _Driven | _Reversing) -> _Cornered:
         """With a further corner, the factor 0.0 where it is not significant."""
-        factor = _factor(*(_off_cubic(self.stamps, one) for one in (self.smooth, corner.at(self.stamps))))
-        return replace(self, corners=(*self.corners, (factor, corner)))
+        factor, significance = self._of(corner)
+        return replace(self, corners=(*self.corners, (factor if significance > SIGNIFICANT else 0.0, corner)))
+
+    def when_driven(self, driven: _Driven) -> _Driven:
+        """With the lateness of the torque that its corners show best, none where that shows them hardly better."""
+        n = min(len(self.stamps), SAMPLES_TO_COMPARE)
+        first = _Cornered(self.stamps[:n], self.signal[:n])
+
+        def shown(late: float) -> float:
+            return first._of(replace(driven, late=late))[1]
+
+        prompt, coarse = shown(0.0), np.arange(0.0, LATEST + LATE_STEP, LATE_STEP)
+        best = float(coarse[np.argmax([shown(late) for late in coarse])])
+        around = max(0.0, best - LATE_STEP), best + LATE_STEP
+        found = scipy.optimize.minimize_scalar(lambda late: -shown(late), bounds=around, method="bounded")
+        return replace(driven, late=float(found.x)) if -found.fun > prompt + SIGNIFICANT else driven
+
+    def _of(self, corner: _Driven | _Reversing) -> tuple[float, float]:
+        """The factor of a further corner, and its F."""
+        return _factor(*(_off_cubic(self.stamps, one) for one in (self.smooth, corner.at(self.stamps))))
 
     def _corners(self, x: Array) -> Array:
         return np.asarray(np.sum([np.zeros(len(x)), *(factor * one.at(x) for factor, one in self.corners)], axis=0))
@@ -146,7 +168,8 @@ class _Cornered:
 def _with_corners(at: Array, signal: Array, driven: _Driven) -> _Cornered:
     """A signal (n,) at its stamps (n,) with the corners that are significant: of the torque, and of the friction that a
     speed under this torque turns round at its reversals."""
-    found = by_torque = _Cornered(at, signal).with_corner(driven)
+    plain = _Cornered(at, signal)
+    found = by_torque = plain.with_corner(plain.when_driven(driven))
     reversing, step = _Reversing.of(at, signal), np.diff(at)
     if not driven.speed or not found.corners[0][0] or not len(reversing.instants):
         return found
@@ -159,11 +182,12 @@ def _with_corners(at: Array, signal: Array, driven: _Driven) -> _Cornered:
     return by_torque.with_corner(reversing)
 
 
-def _factor(y: Array, x: Array) -> float:
-    """The factor of x (n,) that leaves least of y (n,), where x is not zero; 0.0 where that is not significant."""
+def _factor(y: Array, x: Array) -> tuple[float, float]:
+    """The factor of x (n,) that leaves least of y (n,), where x is not zero, and its F: by how much the squared error
+    falls, in units of what noise would."""
     seen = np.abs(x) > NOTHING * np.abs(x).max()
     if not seen.any():
-        return 0.0
+        return 0.0, 0.0
     y, x = y[seen], x[seen]
     factor = _heavy_median(y / np.where(x == 0.0, 1.0, x), x**2)
     for _ in range(PASSES):  # Cauchy's weights: what sticks or is disturbed, tells of neither torque nor friction
@@ -173,7 +197,7 @@ def _factor(y: Array, x: Array) -> float:
         factor = float((weights * x) @ y) / max(float((weights * x) @ x), 1e-300)
     left = y - factor * x
     gain = 1.0 - float(weights @ left**2) / max(float(weights @ y**2), 1e-300)
-    return factor if gain * len(y) > SIGNIFICANT else 0.0
+    return factor, gain * len(y)
 
 
 def _heavy_median(values: Array, weights: Array) -> float:

@@ -12,7 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from robotid.model.array import Array, Index
+from robotid.model.array import Array, Index, Mask
+
+ROUNDING = 1e-9  # of the largest torque: what changes less within an interval is constant
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,6 +32,93 @@ class TorqueSteps:
     def around(self, mean: Array) -> tuple[Array, Array]:
         """The torque before and after the step of each interval. mean (n,) -> (n,) each."""
         return mean - (1.0 - self.share) * self.step, mean + self.share * self.step
+
+    def in_parts(self, mean: Array, parts: int) -> Array:
+        """Means over so many equal parts of each interval. mean (n,) -> (n parts,)."""
+        before, _ = self.around(mean)
+        after = np.clip(np.arange(1, parts + 1) - parts * self.share[:, None], 0.0, 1.0)
+        return np.asarray((before[:, None] + self.step[:, None] * after).ravel())
+
+    @classmethod
+    def none(cls, n: int) -> TorqueSteps:
+        """Those of a torque that is held over each of n intervals."""
+        return cls(np.full(n, 0.5), np.zeros(n))
+
+    @classmethod
+    def of_parts(cls, torque: Array, parts: int) -> tuple[Array, TorqueSteps | None]:
+        """Mean (n,) and step of each interval, of a torque by its means over so many equal parts of each, (n parts,).
+
+        There are no steps where the torque changes within no interval. The instant is the mean one of all changes, each
+        weighted by its square, so that a large one has its own; the size keeps the first moment.
+        """
+        mean, within = torque.reshape(-1, parts).mean(axis=1), _Within.of(torque, parts)
+        mean[within.same] = torque[::parts][within.same]
+        if within.same.all():
+            return mean, None
+        share = within.share
+        return mean, cls(share, within.moments(within.changes) / (share * (1.0 - share)))
+
+    @staticmethod
+    def change_of_parts(torque: Array, column: Array, parts: int) -> TorqueColumn:
+        """How mean and step of `of_parts` change as its torque (n parts,) does, by a column (n parts,)."""
+        mean, within = column.reshape(-1, parts).mean(axis=1), _Within.of(torque, parts)
+        if within.same.all():
+            return TorqueColumn(mean)
+        share, changing = within.share, np.diff(column.reshape(-1, parts), axis=1)
+        changing[within.same] = 0.0
+        moved = 2.0 * ((within.changes * changing * (within.at - share[:, None])).sum(axis=1) / within.energy)
+        lever, step = share * (1.0 - share), within.moments(within.changes) / (share * (1.0 - share))
+        return TorqueColumn(mean, (within.moments(changing) - step * (1.0 - 2.0 * share) * moved) / lever, moved)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TorqueColumn:
+    """Derivatives of a torque to one parameter. mean, step and share (n,) : of those of each interval, the last two
+    None where the torque is held."""
+
+    mean: Array
+    step: Array | None = None
+    share: Array | None = None
+
+    @classmethod
+    def in_a_row(cls, columns: Sequence[TorqueColumn]) -> TorqueColumn:
+        """Those of several records one after the other."""
+        mean = np.concatenate([one.mean for one in columns])
+        if all(one.step is None for one in columns):
+            return cls(mean)
+        held = [np.zeros(len(one.mean)) for one in columns]
+        step = [none if one.step is None else one.step for one, none in zip(columns, held, strict=True)]
+        share = [none if one.share is None else one.share for one, none in zip(columns, held, strict=True)]
+        return cls(mean, np.concatenate(step), np.concatenate(share))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Within:
+    """How a torque changes between so many equal parts of each of n intervals.
+
+    changes : (n, parts - 1); same : (n,) where it does not; at : (parts - 1,) shares of the interval; energy (n,).
+    """
+
+    changes: Array
+    same: Mask
+    at: Array
+    energy: Array
+
+    @classmethod
+    def of(cls, torque: Array, parts: int) -> _Within:
+        within = torque.reshape(-1, parts)
+        same = np.ptp(within, axis=1) <= ROUNDING * float(np.abs(torque).max(initial=0.0))
+        changes = np.where(same[:, None], 0.0, np.diff(within, axis=1))
+        return cls(changes, same, np.arange(1, parts) / parts, np.where(same, 1.0, np.square(changes).sum(axis=1)))
+
+    @property
+    def share(self) -> Array:
+        """The mean instant of the changes, weighted by their squares, (n,)."""
+        return np.where(self.same, 0.5, np.square(self.changes) @ self.at / self.energy)
+
+    def moments(self, changes: Array) -> Array:
+        """Twice the first moment that such changes (n, parts - 1) make, (n,)."""
+        return np.asarray(changes @ (self.at * (1.0 - self.at)))
 
 
 def torque_steps(at: Array, torque: Array, grid: Array) -> TorqueSteps:
@@ -53,5 +142,5 @@ def in_a_row(parts: Sequence[tuple[TorqueSteps | None, int]]) -> TorqueSteps | N
     """Those of several records one after the other, each with its number of samples; None where no record has any."""
     if all(steps is None for steps, _ in parts):
         return None
-    whole = [TorqueSteps(np.full(n, 0.5), np.zeros(n)) if steps is None else steps for steps, n in parts]
+    whole = [TorqueSteps.none(n) if steps is None else steps for steps, n in parts]
     return TorqueSteps(*(np.concatenate([getattr(one, name) for one in whole]) for name in ("share", "step")))

@@ -14,7 +14,7 @@ from robotid.model.array import Array, blocks
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
 from robotid.signals.record import Record
-from robotid.simulation.actuator import torque_columns
+from robotid.simulation.actuator import torque_columns, torque_response
 from robotid.simulation.friction.step import Steps
 from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
 from robotid.simulation.trajectory import BLOCK, Trajectory
@@ -58,7 +58,7 @@ def sensitivity_blocks(
     moved = joint.sources(columns, record.name)
     wanted = wanted_columns(joint, columns, record.name, forces=forces.size > 0)
     mechanical = list(wanted.parameters)
-    through_torque = torque_columns(joint, trajectory.theta, record.sampling_time, record.tau_m)
+    through_torque = torque_columns(joint, trajectory.theta, record)
     first_force = len(columns) + len(free_states)
     width = first_force + forces.shape[1]
     start = np.zeros((joint.nx, width))
@@ -78,7 +78,7 @@ def sensitivity_blocks(
             if column < joint.n_theta:
                 forcing[:, k, 1:] = steps.S[:, mechanical.index(column)]
             elif column in through_torque:
-                forcing[:, k, 1:] = steps.S[:, -1] * through_torque[column][at]
+                forcing[:, k, 1:] = torque_response(steps, through_torque[column], at)
         to_forces = steps.S[:, len(mechanical) : -1]
         np.einsum("ijn,jqn->iqn", to_forces, forces[: len(wanted.forces), :, at], out=forcing[:, first_force:, 1:])
         z = solve_block_bidiagonal(steps.G, forcing)

@@ -11,7 +11,7 @@ from robotid.errors import NumericsError
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.signals.record import Record
-from robotid.simulation.actuator import effective_steps, effective_torque
+from robotid.simulation.actuator import ActingTorque, acting_torque
 from robotid.simulation.fallback.lsoda import lsoda
 from robotid.simulation.first_guess import following_motor, initial_state, measured_guess
 from robotid.simulation.newton.problem import FIRST_WINDOW, NEAR_WINDOW, Problem
@@ -77,20 +77,20 @@ def _simulating(
     """The course of `simulate`."""
     joint, theta = joint.along(record), joint.in_record(theta, record.name)
     x0 = initial_state(joint, theta, record) if start.x0 is None else start.x0
-    u = effective_torque(joint, theta, record.sampling_time, record.tau_m)
+    torque = acting_torque(joint, theta, record)
     if not np.isfinite(x0).all():
         raise NumericsError("the first state is not finite", hint="check the parameters' guesses and bounds")
     if max_failed_windows is not None:
-        max_failed_windows = round(max_failed_windows * max(1.0, len(u) / PATIENCE_SAMPLES))
+        max_failed_windows = round(max_failed_windows * max(1.0, len(record) / PATIENCE_SAMPLES))
     known = start.guess is not None and np.isfinite(start.guess).all()
     problem = Problem(
         joint,
         theta,
-        u[:-1],
+        torque.mean[:-1],
         record.sampling_time,
         start.guess if known and start.guess is not None else measured_guess(joint, theta, record),
         begin=record.begin,
-        torque_steps=effective_steps(joint, record),
+        torque_steps=torque.steps,
         max_failed_windows=max_failed_windows,
         first_window=NEAR_WINDOW if known else FIRST_WINDOW,
     )
@@ -99,13 +99,13 @@ def _simulating(
     x, fallback_windows = yield from _integrating(problem, x0)
     if np.any(state_scale(problem.guess) > MAX_GUESS * state_scale(x)):
         x, fallback_windows = yield from _integrating(replace(problem, guess=x), x0)
-    return trajectory_of(problem, u, record, x, fallback_windows)
+    return trajectory_of(problem, torque, record, x, fallback_windows)
 
 
 def trajectory_of(
-    problem: Problem, u: Array, record: Record, x: Array, fallback_windows: tuple[tuple[int, int], ...] = ()
+    problem: Problem, torque: ActingTorque, record: Record, x: Array, fallback_windows: tuple[tuple[int, int], ...] = ()
 ) -> Trajectory:
-    """The trajectory of a record that states x (nx, n) make. u (n,) : the effective torque."""
+    """The trajectory of a record that states x (nx, n) make under the torque that acts."""
     joint, theta = problem.joint, problem.theta
     dphi = x[joint.motor_speed]
     phi = x[joint.motor_angle] if joint.keeps_angle else record.phi_m[0] + integrated(dphi, record.sampling_time)
@@ -113,7 +113,7 @@ def trajectory_of(
         joint,
         theta,
         record.sampling_time,
-        u,
+        torque.mean,
         x,
         phi_m=phi,
         dphi_m=dphi,
@@ -121,7 +121,7 @@ def trajectory_of(
         fallback_windows=fallback_windows,
         begin=record.begin,
         speed_origin=record.speed_origin,
-        torque_steps=effective_steps(joint, record),
+        torque_steps=torque.steps,
     )
 
 

@@ -8,6 +8,8 @@ import pytest
 from robotid.channels import CHANNELS
 from robotid.model.array import Array
 from robotid.model.channel import Channel
+from robotid.model.companion import Course
+from robotid.model.port import Signal
 
 H = 1e-3
 FINE = 1000
@@ -68,3 +70,13 @@ def test_a_constant_torque_passes(channel: Channel, time: float) -> None:
     steady = np.full(50, 2.5)
     np.testing.assert_array_equal(channel.apply(steady, H, [time]), steady)
     assert not np.any(channel.partials(steady, H, [time]))
+
+
+@pytest.mark.parametrize("channel", [one for one in CHANNELS.values() if Signal.TORQUE in one.signals], ids=str)
+def test_a_channel_says_whether_a_held_torque_changes_within_intervals(channel: Channel) -> None:
+    course = Course(np.vstack([48.0 + torque(), np.zeros((2, 30))]), H)
+    one = channel.reading("w").beside({"w": course}) if channel.companion else channel
+    values = [p.guess for p in channel.parameters]
+    after = one.on_parts(4).apply(np.repeat(torque(), 4), H / 4, values).reshape(-1, 4)
+    assert bool(np.ptp(after, axis=1).any()) == channel.has_memory
+    np.testing.assert_allclose(after.mean(axis=1), one.apply(torque(), H, values), atol=1e-12)

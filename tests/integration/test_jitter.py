@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -75,6 +76,53 @@ def test_dry_friction_reverses_where_it_did_between_the_stamps(share: float, spe
     )
     assert fit.noise_std["a"] < (1.2 if share < 0.2 else 1.5) * noise
     assert by_means.noise_std["a"] > 2.5 * fit.noise_std["a"]
+    assert fit["motor.coulomb.Fc"].value == pytest.approx(axis.Fc, rel=3e-4)
+
+
+def late_torque(stamps: Array, torque: Array, late: float) -> tuple[Array, Array]:
+    """A torque that acts late, from its times on."""
+    return np.concatenate([[0.0], stamps + late]), np.append(torque[0], torque)
+
+
+def lagging_torque(stamps: Array, torque: Array, lag: float) -> tuple[Array, Array]:
+    """A torque that builds up, in steps of a 64th of an interval, from their times on."""
+    at = np.union1d(stamps, np.arange(0.0, stamps[-1], 0.01 / 64))
+    aim, u, lasting = torque[np.searchsorted(stamps, at, side="right") - 1], np.empty(len(at)), torque[0]
+    for k, step in enumerate(np.diff(at, append=at[-1] + 0.01 / 64)):
+        rest = np.exp(-step / lag)
+        u[k] = aim[k] + (lasting - aim[k]) * (1.0 - rest) * lag / step
+        lasting = aim[k] + (lasting - aim[k]) * rest
+    return at, u
+
+
+@pytest.mark.parametrize(("share", "most"), [(0.0, 1.1), (0.12, 1.7)])
+@pytest.mark.parametrize(
+    ("channel", "parameter", "truth", "course"),
+    [("torque_delay", "Td", 7.3e-3, late_torque), ("torque_lag", "T", 12.3e-3, lagging_torque)],
+)
+def test_a_torque_that_acts_late_reverses_dry_friction_where_it_did(
+    channel: str,
+    parameter: str,
+    truth: float,
+    course: Callable[[Array, Array, float], tuple[Array, Array]],
+    share: float,
+    most: float,
+) -> None:
+    """The mean torque of each step alone would leave eight to twenty times the noise, on a regular clock, too."""
+    h, noise, n, axis = 0.01, 0.002, 1000, DryAxis()
+    rng = np.random.default_rng(2)
+    stamps = np.sort(np.arange(n) * h + share * h * rng.uniform(-1, 1, n))
+    stamps -= stamps[0]
+    torque = switched_torque(np.arange(n) * h)
+    true, angle = axis.motion(*course(stamps, torque, truth), stamps)
+    log = {"t": stamps, "tau_m": torque, "phi_m": angle, "dphi_m": true + noise * rng.standard_normal(n)}
+    ((record, _),) = measured_records(Selection("a"), Table("a.csv", log))
+    effects = ("motor.inertia", "motor.viscous", "motor.coulomb")
+    joint, name = assemble(Structure(effects, channels=(f"torque.{channel}",))), f"torque.{channel}.{parameter}"
+    start = {"motor.inertia.J": 0.02, "motor.viscous.Fv": axis.Fv, "motor.coulomb.Fc": axis.Fc, name: 0.5 * truth}
+    fit = fit_model("m", joint, joint.parameters().with_values(start), [record], FitOptions())
+    assert fit.noise_std["a"] < most * noise
+    assert fit[name].value == pytest.approx(truth, rel=1e-3)
     assert fit["motor.coulomb.Fc"].value == pytest.approx(axis.Fc, rel=3e-4)
 
 

@@ -44,3 +44,31 @@ def test_records_in_a_row() -> None:
     assert joined is not None
     np.testing.assert_array_equal(joined.step, [0.0, 1.0, -1.0])
     np.testing.assert_array_equal(joined.take(slice(1, 3)).share, steps.share)
+
+
+@pytest.mark.parametrize("share", [0.25, 0.3, 0.71])
+def test_a_step_goes_into_parts_and_comes_back(share: float) -> None:
+    steps, mean = TorqueSteps(np.array([0.5, share]), np.array([0.0, 4.0])), np.array([1.0, -2.0])
+    parts = steps.in_parts(mean, 16)
+    np.testing.assert_allclose(parts.reshape(2, 16).mean(axis=1), mean)
+    found, back = TorqueSteps.of_parts(parts, 16)
+    np.testing.assert_allclose(found, mean)
+    assert back is not None
+    np.testing.assert_allclose(back.share[1], share, atol=0.02)
+    np.testing.assert_allclose(back.step, steps.step, rtol=0.02)
+
+
+def test_a_change_that_is_no_step_keeps_its_first_moment() -> None:
+    ramp = (np.arange(16) + 0.5) / 16
+    mean, steps = TorqueSteps.of_parts(ramp, 16)
+    assert steps is not None
+    before, after = (float(level[0]) for level in steps.around(mean))
+    share = float(steps.share[0])
+    assert share == pytest.approx(0.5)
+    assert 0.5 * share**2 * before + 0.5 * (1 - share**2) * after == pytest.approx(1 / 3, rel=1e-2)
+
+
+def test_parts_that_are_alike_have_no_steps() -> None:
+    mean, steps = TorqueSteps.of_parts(np.repeat([0.1, -0.3], 16), 16)
+    np.testing.assert_array_equal(mean, [0.1, -0.3])
+    assert steps is None

@@ -39,7 +39,7 @@ from robotid.estimate.result import End
 from robotid.interrupt import Interrupted, check, winding_up
 from robotid.model.array import Array
 from robotid.progress import Iteration
-from robotid.simulation.actuator import effective_steps, effective_torque
+from robotid.simulation.actuator import ActingTorque, acting_torque
 from robotid.simulation.first_guess import follow_motor, measured_guess
 from robotid.simulation.newton.problem import TOLERANCE, Problem
 from robotid.simulation.simulate import trajectory_of
@@ -142,9 +142,9 @@ def _full_cost(problem: OutputError, at: Iterate, factor: int) -> float:
     for k, (part, record) in enumerate(zip(at.parts, problem.records, strict=True)):
         t = part.trajectory
         x = refined(t.x + part.correction_of_nodes, factor, len(record))
-        u = effective_torque(t.joint, t.theta, record.sampling_time, record.tau_m)
-        nodes = Problem(t.joint, t.theta, u[:-1], record.sampling_time, x, begin=t.begin)
-        residual = problem.residual(k, trajectory_of(nodes, u, record, x))
+        torque = acting_torque(t.joint, t.theta, record)
+        nodes = Problem(t.joint, t.theta, torque.mean[:-1], record.sampling_time, x, begin=t.begin)
+        residual = problem.residual(k, trajectory_of(nodes, torque, record, x))
         cost += 0.5 * float(residual @ residual)
     return cost
 
@@ -175,9 +175,8 @@ def _first_nodes(problem: OutputError, unknowns: Array) -> list[Array]:
         first = problem.first_state(unknowns, k)
         x = measured_guess(joint, theta, record)
         x[:, 0] = first
-        u = effective_torque(joint, theta, record.sampling_time, record.tau_m)[:-1]
-        steps = effective_steps(joint, record)
-        nodes = Problem(joint, theta, u, record.sampling_time, x, begin=record.begin, torque_steps=steps)
+        torque, h = acting_torque(joint, theta, record), record.sampling_time
+        nodes = Problem(joint, theta, torque.mean[:-1], h, x, begin=record.begin, torque_steps=torque.steps)
         found.append(np.array(follow_motor(nodes, first)))
     return found
 
@@ -353,7 +352,7 @@ def _simulation(problem: OutputError, at: Iterate) -> Evaluation:
         t, record = part.trajectory, problem.records[k]
         x = t.x + part.correction_of_nodes
         nodes = Problem(t.joint, t.theta, t.u[:-1], t.sampling_time, x, begin=t.begin)
-        trajectory = trajectory_of(nodes, t.u, record, x)
+        trajectory = trajectory_of(nodes, ActingTorque(t.u, t.torque_steps), record, x)
         trajectories.append(trajectory)
         residuals.append(problem.residual(k, trajectory))
     return Evaluation(at.unknowns, tuple(residuals), tuple(trajectories))

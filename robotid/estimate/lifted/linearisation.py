@@ -24,8 +24,8 @@ from robotid.interrupt import check
 from robotid.model.array import Array, Index
 from robotid.model.derivatives import DerivativeColumns
 from robotid.signals.record import Record
-from robotid.signals.torque_steps import in_a_row
-from robotid.simulation.actuator import effective_steps, effective_torque, torque_columns
+from robotid.signals.torque_steps import TorqueColumn, in_a_row
+from robotid.simulation.actuator import ActingTorque, acting_torque, torque_columns, torque_response
 from robotid.simulation.friction.crossing import linearise_steps
 from robotid.simulation.friction.step import StepInputs
 from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
@@ -79,26 +79,23 @@ def linearise_records(problem: OutputError, unknowns: Array, nodes: Sequence[Arr
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Segment:
-    """A record with its parameters theta (p,), torque u (n,) and nodes x (nx, n). first (nx,) : correction of its first
-    node; channel : derivatives (n,) of the torque to channels' parameters."""
+    """A record with its parameters theta (p,), acting torque and nodes x (nx, n). first (nx,) : correction of its first
+    node; channel : derivatives of the torque to channels' parameters."""
 
     record: Record
     theta: Array
-    u: Array
+    torque: ActingTorque
     x: Array
     first: Array
-    channel: dict[int, Array]
+    channel: dict[int, TorqueColumn]
 
     @classmethod
     def of(cls, problem: OutputError, k: int, unknowns: Array, x: Array) -> _Segment:
         record = problem.records[k]
         joint = problem.joint.along(record)
         theta = joint.in_record(problem.theta(unknowns), record.name)
-        u, channel = (
-            effective_torque(joint, theta, record.sampling_time, record.tau_m),
-            torque_columns(joint, theta, record.sampling_time, record.tau_m),
-        )
-        return cls(record, theta, u, x, problem.first_state(unknowns, k) - x[:, 0], channel)
+        torque, channel = acting_torque(joint, theta, record), torque_columns(joint, theta, record)
+        return cls(record, theta, torque, x, problem.first_state(unknowns, k) - x[:, 0], channel)
 
 
 def _shown(problem: OutputError, k: int, segment: _Segment, changes: Array) -> Linearisation:
@@ -106,8 +103,9 @@ def _shown(problem: OutputError, k: int, segment: _Segment, changes: Array) -> L
     record = segment.record
     shown = list(output_rows(problem.joint, problem.output, record.speed_origin))
     joint = problem.joint.along(record)
-    nodes = Problem(joint, segment.theta, segment.u[:-1], record.sampling_time, segment.x, begin=record.begin)
-    trajectory = trajectory_of(nodes, segment.u, record, segment.x)
+    u, h = segment.torque.mean[:-1], record.sampling_time
+    nodes = Problem(joint, segment.theta, u, h, segment.x, begin=record.begin)
+    trajectory = trajectory_of(nodes, segment.torque, record, segment.x)
     inner = np.stack([np.concatenate([changes[1:, :, row], changes[:1, :, row]]) for row in shown])
     outer = problem.shaped(k, output_columns(trajectory, problem.output, problem.columns, inner))
     if not np.isfinite(outer).all():
@@ -136,11 +134,11 @@ def _changes(problem: OutputError, segments: Sequence[_Segment]) -> list[Array]:
     x = np.concatenate([s.x for s in segments], axis=1)
     starts, stops = x[:, :-1].copy(), x[:, 1:]
     starts[:, borders] = stops[:, borders]
-    u, t = np.concatenate([s.u for s in segments])[:-1], np.concatenate([s.record.t for s in segments])[:-1]
+    u, t = np.concatenate([s.torque.mean for s in segments])[:-1], np.concatenate([s.record.t for s in segments])[:-1]
     lengths = np.repeat([s.record.sampling_time for s in segments], [len(s.record) for s in segments])[:-1]
-    within = in_a_row([(effective_steps(joint, s.record), len(s.record)) for s in segments])
+    within = in_a_row([(s.torque.steps, len(s.record)) for s in segments])
     same = float(lengths[0]) if np.all(lengths == lengths[0]) else None  # what is the same throughout costs less
-    channel = {c: np.concatenate([s.channel[c] for s in segments]) for c in segments[0].channel}
+    channel = {c: TorqueColumn.in_a_row([s.channel[c] for s in segments]) for c in segments[0].channel}
     found, begin = np.empty((width, x.shape[1], joint.nx)), begins[0]
     found[:, 0] = begin.T
     for first in range(0, len(u), BLOCK):
@@ -162,7 +160,7 @@ def _changes(problem: OutputError, segments: Sequence[_Segment]) -> list[Array]:
             if column < joint.n_theta:
                 forcing[:, i, 1:] = steps.S[:, mechanical.index(column)]
             elif column in channel:
-                forcing[:, i, 1:] = steps.S[:, -1] * channel[column][block]
+                forcing[:, i, 1:] = torque_response(steps, channel[column], block)
         for k in np.flatnonzero((borders >= first) & (borders < last)):
             steps.G[:, :, borders[k] - first] = 0.0
             forcing[:, :, borders[k] - first + 1] = begins[k + 1]

@@ -16,7 +16,8 @@ from robotid.model.array import Array
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
 from robotid.signals.reference import Reference
-from robotid.simulation.actuator import effective_torque
+from robotid.signals.torque_steps import TorqueSteps
+from robotid.simulation.actuator import ActingTorque, changes_within, through_channels
 from robotid.simulation.closed_loop.controller import Controller
 from robotid.simulation.fallback.lsoda import lsoda
 from robotid.simulation.friction.crossing import linearise_steps
@@ -82,12 +83,13 @@ class Drive:
         self._dref = np.diff(reference.ref, append=reference.ref[-1]) / reference.sampling_time
         self._motion = self.guess[controlled.joint.motor_states].copy()
 
-    def act(self, at: slice, x: Array) -> tuple[Array, Array, Array]:
+    def act(self, at: slice, x: Array) -> tuple[Array, Array, ActingTorque]:
         """Let the controller act in some intervals from their first nodes x (nx + 1, m): speed error, slope of the
         command to it, zero in saturation, and the torque that acts, (m,) each."""
         error, self.command[at], slope = self.respond(at, x)
         controlled, history = self.controlled, self.command[: at.stop]
-        return error, slope, effective_torque(controlled.joint, controlled.theta, self.sampling_time, history)[at]
+        acting = through_channels(controlled.joint, controlled.theta, self.sampling_time, history)
+        return error, slope, acting.take(at)
 
     def respond(self, at: slice, x: Array) -> tuple[Array, Array, Array]:
         """Speed error, torque and its slope to it, zero in saturation, (m,) each, at nodes x (nx + 1, m). The torque is
@@ -130,8 +132,9 @@ class ClosedLoop:
         self.joint, self.sampling_time, self.guess = drive.controlled.joint, drive.sampling_time, drive.guess
         self.intervals = len(drive.command) - 1
         self._drive = drive
-        theta, torque = drive.controlled.theta, np.zeros(self.intervals)
-        self._open = Problem(self.joint, theta, torque, self.sampling_time, self.guess[:-1])
+        theta, n = drive.controlled.theta, self.intervals
+        steps = TorqueSteps.none(n) if changes_within(self.joint) else None
+        self._open = Problem(self.joint, theta, np.zeros(n), self.sampling_time, self.guess[:-1], torque_steps=steps)
 
     def run(self, x0: Array) -> tuple[Array, Array]:
         """States x (nx, n) of the joint from its first state x0 (nx,), and the torque with its disturbance (n,)."""
@@ -156,7 +159,11 @@ class ClosedLoop:
     def _act(self, first: int, last: int, x: Array) -> tuple[Array, Array]:
         """Let the controller act in intervals first .. last - 1 from their first nodes: speed error and slope."""
         at = slice(first, last)
-        error, slope, self._open.u[at] = self._drive.act(at, x)
+        error, slope, torque = self._drive.act(at, x)
+        self._open.u[at] = torque.mean
+        if self._open.torque_steps is not None:
+            steps = TorqueSteps.none(last - first) if torque.steps is None else torque.steps
+            self._open.torque_steps.share[at], self._open.torque_steps.step[at] = steps.share, steps.step
         return error, slope
 
     def _sample_by_sample(self, first: int, stop: int, start: Array) -> Array:

@@ -116,7 +116,7 @@ class CoupledLoop:
         commands to them, (axes, m) each."""
         at = slice(first, last)
         acted = [drive.act(at, self._of_axis(k, x)) for k, drive in enumerate(self._drives)]
-        self._u[at] = np.stack([torque for _, _, torque in acted], axis=1)
+        self._u[at] = np.stack([torque.mean for _, _, torque in acted], axis=1)
         return np.array([error for error, _, _ in acted]), np.array([slope for _, slope, _ in acted])
 
     def _inputs(self, first: int, last: int) -> StepInputs:

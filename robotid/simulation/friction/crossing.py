@@ -32,7 +32,7 @@ def linearise_steps(inputs: StepInputs, x0: Array, x1: Array) -> Steps:
     prepared = replace(inputs, linear=inputs.joint.linear_at(inputs.theta), torque_steps=None)
     if inputs.torque_steps is None:
         return _advance(prepared, x0, x1, friction_mode(prepared, x0), MAX_CROSSINGS)
-    steps = Steps.empty(inputs.joint.nx, inputs.width, x0.shape[1])
+    steps = Steps.empty(inputs.joint.nx, inputs.width, x0.shape[1], stepped=True)
     changes = inputs.torque_steps.step != 0.0
     for at, advance in ((np.flatnonzero(~changes), _held), (np.flatnonzero(changes), _stepped)):
         if at.size:
@@ -47,7 +47,7 @@ def _held(inputs: StepInputs, x0: Array, x1: Array) -> Steps:
 
 
 def _stepped(inputs: StepInputs, x0: Array, x1: Array) -> Steps:
-    """Steps with a torque that changes on the way, as two in a row; the instant is given, and moves with nothing.
+    """Steps with a torque that changes on the way, as two in a row; the instant does not move with the states.
 
     The returned c leads from x1 to the end to first order, as if the state at the change were solved for.
     """
@@ -67,7 +67,11 @@ def _stepped(inputs: StepInputs, x0: Array, x1: Array) -> Steps:
     total, nx = product(rest.G, start), len(step.G)
     if step.S is None or rest.S is None:
         return Steps(total, rest.c, None, step.start, rest.end)
-    return Steps(total[:, :nx], rest.c, total[:, nx:] + rest.S, step.start, rest.end)
+    S = total[:, nx:] + rest.S
+    to_step = share * rest.S[:, -1] - (1.0 - share) * total[:, -1]
+    carried = product(rest.G, step.end[:, None])[:, 0]
+    to_share = inputs.torque_steps.step * S[:, -1] + h * (carried - rest.end)
+    return Steps(total[:, :nx], rest.c, S, step.start, rest.end, np.stack([to_step, to_share], axis=1))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -115,7 +115,8 @@ class Steps:
 
     G : (nx, nx, n); c : (nx, n) the defect of the nodes, solved for the end of the step; S : (nx, k + 1, n) or None,
     the derivatives to the parameters wanted and, last, to the torque of the interval; start, end : (nx, n) rates of
-    the states at both nodes, in the mode in which the step begins and ends.
+    the states at both nodes, in the mode in which the step begins and ends; within : (nx, 2, n) derivatives to size and
+    share of the torque's step in the interval, None where there is none or S is None.
     """
 
     G: Array
@@ -123,12 +124,14 @@ class Steps:
     S: Array | None
     start: Array
     end: Array
+    within: Array | None = None
 
     @classmethod
-    def empty(cls, nx: int, width: int, n: int) -> Steps:
-        """Steps that are still to be put."""
+    def empty(cls, nx: int, width: int, n: int, *, stepped: bool = False) -> Steps:
+        """Steps that are still to be put. stepped : some of them with a torque that changes within its interval."""
         c, start, end = np.empty((3, nx, n))
-        return cls(np.empty((nx, nx, n)), c, np.empty((nx, width, n)) if width else None, start, end)
+        S, within = np.empty((nx, width, n)) if width else None, np.zeros((nx, 2, n)) if stepped and width else None
+        return cls(np.empty((nx, nx, n)), c, S, start, end, within)
 
     def put(self, where: Index | slice, other: Steps) -> None:
         """Replace the steps at these indices, in place."""
@@ -136,11 +139,13 @@ class Steps:
         self.start[:, where], self.end[:, where] = other.start, other.end
         if self.S is not None and other.S is not None:
             self.S[:, :, where] = other.S
+        if self.within is not None and other.within is not None:
+            self.within[:, :, where] = other.within
 
     def part(self, at: slice) -> Steps:
         """The steps of these intervals."""
-        S = None if self.S is None else self.S[:, :, at]
-        return Steps(self.G[:, :, at], self.c[:, at], S, self.start[:, at], self.end[:, at])
+        S, within = (None if one is None else one[:, :, at] for one in (self.S, self.within))
+        return Steps(self.G[:, :, at], self.c[:, at], S, self.start[:, at], self.end[:, at], within)
 
     def with_prescribed(self, rows: slice) -> Steps:
         """The same steps where the nodes of these states are given, and nothing changes them."""
