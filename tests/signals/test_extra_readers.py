@@ -242,6 +242,62 @@ records:
     assert main(["collect", str(config), "--out", str(tmp_path / "run"), "--quiet"]) == 0
 
 
+BAGS = [("SQLITE3", 8, ""), ("SQLITE3", 9, ""), ("MCAP", 9, ""), ("SQLITE3", 9, "MESSAGE"), ("SQLITE3", 9, "FILE")]
+
+
+@pytest.mark.parametrize(("storage", "version", "compression"), BAGS)
+def test_a_bag_as_ros_2_records_one(storage: str, version: int, compression: str, tmp_path: Path) -> None:
+    """JointState, and a message of a package that only the bag knows, from the folder to a record."""
+    extra_files.ros2_folder(tmp_path / "bag", storage, version=version, compression=compression)
+    table = read(tmp_path / "bag")
+    names = {"/joint_states.elbow.position", "/joint_states.wrist.velocity", "/drive.torque", "/drive.current.y"}
+    assert names <= set(table.columns)
+    assert table.clocks["/drive.torque"] == "/drive.t"
+    stamps = table.columns["/joint_states.t"]
+    np.testing.assert_allclose(stamps - stamps[0], M["t"], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(table.columns["/drive.torque"], M["effort"], rtol=1e-6, atol=1e-6)
+    config = tmp_path / "axis.yaml"
+    config.write_text("""
+robot: {name: axis, model: {motor: [inertia]}}
+records:
+  - {name: log, file: bag, columns: {tau_m: /drive.torque, phi_m: /joint_states.elbow.position, dphi_m: null}}
+""")
+    assert main(["collect", str(config), "--out", str(tmp_path / "run"), "--quiet"]) == 0
+
+
+@pytest.mark.parametrize("damage", ["cut", "emptied", "overwritten", "no metadata", "foreign metadata", "lost file"])
+@pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])
+def test_a_broken_bag_is_one_line(
+    storage: str, damage: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    extra_files.ros2_folder(tmp_path / "bag", storage)
+    (file,) = (path for path in (tmp_path / "bag").iterdir() if path.suffix in (".db3", ".mcap"))
+    content = file.read_bytes()
+    if damage == "cut":
+        file.write_bytes(content[: len(content) // 3])
+    elif damage == "emptied":
+        file.write_bytes(b"")
+    elif damage == "overwritten":
+        file.write_bytes(content[:1000] + bytes(len(content) // 2) + content[1000 + len(content) // 2 :])
+    elif damage == "lost file":
+        file.unlink()
+    elif damage == "no metadata":
+        (tmp_path / "bag" / "metadata.yaml").unlink()
+    else:
+        (file.parent / f"{file.stem}_1{file.suffix}").write_bytes(content)
+        (tmp_path / "bag" / "metadata.yaml").write_text("rosbag2_bagfile_information: [1, {")
+    config = tmp_path / "axis.yaml"
+    config.write_text("""
+robot: {name: axis, model: {motor: [inertia]}}
+records: [{name: log, file: bag, columns: {tau_m: /drive.torque, phi_m: /joint_states.elbow.position, dphi_m: null}}]
+""")
+    assert main(["collect", str(config), "--out", str(tmp_path / "run"), "--quiet"]) == 3
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(str(tmp_path / "bag"))
+    assert "; " in line
+    assert not (tmp_path / "run" / "records.h5").exists()
+
+
 def test_a_folder_without_a_bag(tmp_path: Path) -> None:
     (tmp_path / "metadata.yaml").write_text("no bag")
     with pytest.raises(InputError, match="this is a folder, and no ROS 2 bag"):

@@ -118,6 +118,42 @@ def ros2_bag(path: Path) -> None:
     (path.parent / "bag" / "bag.db3").rename(path)
 
 
+DRIVE_STATE = """builtin_interfaces/Time stamp
+geometry_msgs/Vector3 current
+float32 torque
+string mode
+bool[2] limits
+"""
+
+
+def ros2_folder(folder: Path, storage: str, *, version: int = 9, compression: str = "") -> None:
+    """JointState without efforts, and the torque in a message of a package that no other machine knows, in a bag as
+    ROS 2 records one. storage : "SQLITE3" or "MCAP"; compression : "MESSAGE" or "FILE", none where empty."""
+    rosbag2 = pytest.importorskip("rosbags.rosbag2", reason="needs the extra rosbag")
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store, m, own = get_typestore(Stores.ROS2_HUMBLE), motion(), "lab_msgs/msg/DriveState"
+    store.register(get_types_from_msg(DRIVE_STATE, own))
+    names = ("sensor_msgs/msg/JointState", "std_msgs/msg/Header", "builtin_interfaces/msg/Time", own)
+    state, header, time, drive = (store.types[name] for name in names)
+    vector = store.types["geometry_msgs/msg/Vector3"]
+    bag = rosbag2.Writer(folder, version=version, storage_plugin=rosbag2.StoragePlugin[storage])
+    if compression:
+        bag.set_compression(rosbag2.CompressionMode[compression], rosbag2.CompressionFormat.ZSTD)
+    with bag:
+        states, drives = (
+            bag.add_connection(topic, name, typestore=store)
+            for topic, name in (("/joint_states", names[0]), ("/drive", own))
+        )
+        for k in range(N):
+            now, at = time(**stamps_of(k)), BEGIN + k * STEP + 100_000 * (1 + k % 3)
+            x, v = (np.array([0.0, m[name][k]]) for name in ("position", "velocity"))
+            message = state(header(now, ""), ["wrist", "elbow"], x, v, np.zeros(0))
+            bag.write(states, at, store.serialize_cdr(message, names[0]))
+            torque = drive(now, vector(1.0, 2.0, 3.0), float(m["effort"][k]), "on", np.array([True, False]))
+            bag.write(drives, at, store.serialize_cdr(torque, own))
+
+
 def mdf(path: Path) -> None:
     """Angle in degrees in one group, torque in another with time stamps of its own; words; a name that comes twice."""
     asammdf = pytest.importorskip("asammdf", reason="needs the extra mdf")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+import re
 from pathlib import Path
 from types import ModuleType
 
@@ -11,6 +12,7 @@ from robotid.errors import InputError
 from robotid.signals.readers.table import Table
 
 BAGS = (".db3", ".mcap")
+COMPRESSED = re.compile(rb"compression_mode:\s*['\"]?(?!none\b)\w", re.IGNORECASE)
 
 __all__ = ["Table", "formats", "read"]
 
@@ -41,12 +43,16 @@ def read(path: Path) -> Table:
 
 
 def _bag(folder: Path) -> Table:
-    """The ROS 2 bag of a folder: of its one file, or of all files that it was split into."""
-    files = sorted(file for file in folder.iterdir() if file.suffix in BAGS)
-    if not (folder / "metadata.yaml").is_file() or not files:
+    """The ROS 2 bag of a folder: of its one file, or of all files that it was split into.
+
+    How messages or files are compressed, only the folder says: then, as of several files, rosbags reads it.
+    """
+    files = sorted(file for file in folder.iterdir() if {*file.suffixes} & {*BAGS})
+    metadata = folder / "metadata.yaml"
+    if not metadata.is_file() or not files:
         hint = "name a file, or the folder of a ROS 2 bag, with metadata.yaml and a .db3 or .mcap file"
         raise InputError("this is a folder, and no ROS 2 bag", where=str(folder), hint=hint)
-    if len(files) == 1:
+    if len(files) == 1 and not COMPRESSED.search(metadata.read_bytes()):
         return read(files[0])
     table: Table = formats()[".db3"].read(folder)
     return table
