@@ -48,6 +48,10 @@ class RefitOptions:
         return None if self.careful else self.patience or REFIT.patience
 
 
+class NoBetter(NumericsError):
+    """A model can be simulated and fitted, and explains no more than without."""
+
+
 QUICK = RefitOptions()
 CAREFUL = RefitOptions(careful=True)
 AS_IT_IS = RefitOptions(careful=True, max_iterations=0)
@@ -74,7 +78,7 @@ def refit(
     solution = solve(problem, at.unknowns, effort, initial=at)
     end = solution.evaluation
     if 2.0 * end.cost >= options.reject_above:
-        raise NumericsError("the fit is no better than without")
+        raise NoBetter("the fit is no better than without")
     parameters = problem.parameters.with_values(problem.theta(end.unknowns))
     fitted = zip(data.fitted, end.trajectories, strict=True)
     validated = zip(data.validation, _validate(problem, parameters, data, near.validation), strict=True)
@@ -146,17 +150,20 @@ def _best_start(
 def _best_begin(problems: Sequence[OutputError], near: Sequence[Trajectory], options: RefitOptions) -> Begun:
     """The problem whose own start has the least cost, the boldest first. Raises NumericsError where none can be
     simulated."""
-    enough = options.start_below
+    enough, left = options.start_below, list(problems)
     best: Begun | None = None
-    for k, problem in enumerate(problems):
+    while left:
+        problem = left.pop(0)
         most = 0.5 * REFIT.hopeless_start * enough or np.inf
         try:
             at = _begin(problem, near, most if best is None else best[1].cost)
             if best is None and len(at.residuals) < len(problem.records):
                 raise NumericsError("the start is far from the records")
         except NumericsError:
-            if k == len(problems) - 1 and best is None:
-                raise
+            if best is None:
+                if not left:
+                    raise
+                del left[:-1]  # where the boldest leads astray, only the most cautious is likely not to
             continue
         if best is not None and at.cost >= best[1].cost:
             break

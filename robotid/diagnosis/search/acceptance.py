@@ -102,10 +102,16 @@ def accept_best(state: SearchState, refits: Sequence[CandidateRefit], criteria: 
 
 def accept_pair(state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria, log: Log) -> SearchState:
     """The state with two causes that carry over only beside each other: without the second, the fit turns the first
-    into an imitation of it."""
+    into an imitation of it.
+
+    Where nothing known reaches the noise, a first cause that makes no sense imitates something that is not known.
+    """
     if not refits or state.share_removed(state.model, refits[0].model) < ACCEPTANCE.unknown_share:
         return state
-    alone = as_cause(state, refits, step_to(state, refits[0]))
+    step = step_to(state, refits[0])
+    if not (state.data.noise_reached or state.data.torque_errors) and is_not_physical(step, criteria) is not None:
+        return state
+    alone = as_cause(state, refits, step)
     log(f"looking for a second cause beside {alone.effect}")
     beside = state.with_model(alone.after, criteria).scored(criteria)
     pairs = refit_hopeful(beside, criteria, log).refits

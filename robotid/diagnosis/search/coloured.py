@@ -86,9 +86,10 @@ def p_value(
     at, with_effect = list(sizes), _blocks_with(left, sizes)
     noise = tried.candidates * by_noise(with_effect, at, left.energy, model.samples)
     again = tried.effects * with_effect.significance(at)
-    if again > noise and are_too_few(with_effect.telling_blocks(at), len(at)) and (other := elsewhere()) is not None:
-        again = min(again, tried.effects * confirmation(other, effect, sizes))
-    return min(1.0, max(noise, again))
+    found = min(1.0, max(noise, again))
+    if are_too_few(with_effect.telling_blocks(at), len(at)) and (other := elsewhere()) is not None:
+        found = min(found, tried.effects * confirmation(other, effect, sizes))
+    return found
 
 
 def are_too_few(telling: float, amplitudes: int) -> bool:

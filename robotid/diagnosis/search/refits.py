@@ -12,7 +12,7 @@ from robotid.catalogue import EFFECTS
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.multiple_shooting import refit_from_pieces
-from robotid.diagnosis.refit.refit import RefitOptions, refit
+from robotid.diagnosis.refit.refit import NoBetter, RefitOptions, refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, carried, extended, reduced
 from robotid.diagnosis.scoring.candidate import Candidate
 from robotid.diagnosis.scoring.ranking import best_of_each
@@ -126,24 +126,30 @@ def _apart(one: Candidate, other: Candidate) -> bool:
 
 def _refits(chosen: Sequence[Score], state: SearchState, log: Log) -> RefitRound:
     """Refits in the order of the scores; once one explains nearly all, and carries over, only what scores nearly as
-    well is tried.
+    well is tried. Of an effect that leads where no simulation follows, no other point is.
 
     Several processes refit ahead of that decision, which drops what it does not ask for.
     """
     attempts = [_attempt(one, state) for one in chosen]
-    found, explained = list[CandidateRefit](), 0.0
+    found, astray, explained = list[CandidateRefit](), set[str](), 0.0
     with ahead(_refit_directly, (state.model, state.data), attempts, samples=state.data.samples) as direct:
         for k, one in enumerate(chosen):
             whole = not state.data.torque_errors and is_complete(explained, state.misfit)
-            if found and whole and not rivals(one, chosen[0]):
+            if (found and whole and not rivals(one, chosen[0])) or one.candidate.name in astray:
                 continue
             log(_announced(state, one, f"{k + 1} of {len(chosen)}"))
             try:
-                after = _kept(direct[k], attempts[k], state, explained)
+                try:
+                    simulated = direct[k]
+                except NumericsError:
+                    simulated = None
+                    astray.add(one.candidate.name)
+                after = _kept(simulated, attempts[k], state, explained)
             except OutOfTime:
                 unexamined = dict.fromkeys(other.candidate.name for other in chosen[k:])
                 return RefitRound(tuple(found), tuple(unexamined))
             if after is not None:
+                astray.discard(one.candidate.name)
                 found.append(CandidateRefit(one, after))
                 if carries_over(state.model, after):
                     explained = max(explained, state.model.energy - after.energy)
@@ -254,11 +260,11 @@ def _options(now: RefittedModel) -> RefitOptions:
 
 def _refit_directly(around: Around, one: _Attempt) -> RefittedModel | None:
     """The model refitted with a candidate, from where its score promises the end; from part of the way where that is
-    too far. None where it explains nothing."""
+    too far. None where it explains nothing. Raises NumericsError where it cannot be simulated."""
     now, data = around
     try:
         return refit(one.structure, one.starts, data, now.trajectories, _options(now))
-    except NumericsError:
+    except NoBetter:
         return None
 
 

@@ -20,11 +20,11 @@ from robotid.simulation.friction.step import StepInputs, Steps
 MAX_CROSSINGS = 3  # in one interval
 FURTHER_ITERATIONS = 1  # of a crossing after another in its interval: the iteration over the whole window goes on
 ROOT_ITERATIONS = 3  # of the instant as a cubic shows it
-MAX_ITERATIONS = 5  # of the crossing instant
-END_ITERATIONS = 2  # of the end that follows from it
+FIRST_ITERATIONS = 2  # of the first crossing in an interval, likewise
 INSTANT_TOLERANCE = 1e-3  # of the interval, before the last, quadratically convergent, correction
+CHANGE_ITERATIONS = 5  # of the state at which the torque changes
 BLOCK_ENTRIES = 200_000  # derivatives at once: more do not stay in a processor's second cache
-END_TOLERANCE = 1e-5  # of the largest state at the end, likewise
+CHANGE_TOLERANCE = 1e-5  # of the largest state there, likewise
 
 
 def linearise_steps(inputs: StepInputs, x0: Array, x1: Array) -> Steps:
@@ -57,10 +57,10 @@ def _stepped(inputs: StepInputs, x0: Array, x1: Array) -> Steps:
     before = replace(inputs.with_duration(share * h, inputs.t), u=first)
     after = replace(inputs.with_duration((1.0 - share) * h, inputs.t + share * h), u=then)
     mode, z = friction_mode(before, x0), x0 + share * (x1 - x0)
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(CHANGE_ITERATIONS):
         step = _advance(before, x0, z, mode, MAX_CROSSINGS)
         z = z + step.c
-        if np.all(np.abs(step.c).max(axis=1) <= END_TOLERANCE * np.abs(z).max(axis=1)):
+        if np.all(np.abs(step.c).max(axis=1) <= CHANGE_TOLERANCE * np.abs(z).max(axis=1)):
             break
     rest = _advance(after, z, x1, friction_mode(after, z), MAX_CROSSINGS)
     start = step.G if step.S is None else np.concatenate([step.G, step.S], axis=1)
@@ -170,7 +170,21 @@ def _first_crossing(inputs: StepInputs, mode: FrictionMode, way: Way, crosses: M
             _cubic_slope(share, start.value, end.value, d0, d1),
         )
         share = np.clip(share - value / np.where(slope == 0.0, np.inf, slope), 0.0, 1.0)
+    back = (start.value == 0.0) & (d0 * end.value < 0.0)
+    if back.any():
+        share[back] = _return(end.value[back], d0[back], d1[back])
     return Crossing(row, share, way.at(share, inputs.h))
+
+
+def _return(y1: Array, d0: Array, d1: Array) -> Array:
+    """Where Hermite's cubic from zero, with slopes d0, d1, passes zero again on its way to y1 on the other side."""
+    share = d0 / (d0 - y1)
+    for _ in range(ROOT_ITERATIONS):
+        rest = 1.0 - share
+        value = share * (3.0 - 2.0 * share) * y1 + rest * rest * d0 - share * rest * d1
+        slope = (3.0 - 4.0 * share) * y1 - 2.0 * rest * d0 - (1.0 - 2.0 * share) * d1
+        share = np.clip(share - value / np.where(slope == 0.0, np.inf, slope), 0.0, 1.0)
+    return np.asarray(share)
 
 
 def _switching_functions(inputs: StepInputs, x: Array, s: Array) -> Array:
@@ -186,12 +200,9 @@ def _switching_functions(inputs: StepInputs, x: Array, s: Array) -> Array:
 def _cross(
     inputs: StepInputs, x0: Array, x1: Array, mode: FrictionMode, crossing: Crossing, max_crossings: int
 ) -> Steps:
-    """Steps that cross one switching surface, and so many more at most.
-
-    The returned c leads from x1 to the exact end, not only to first order.
-    """
+    """Steps that cross one switching surface, and so many more at most."""
     joint, h, share, z = inputs.joint, inputs.h, crossing.share, crossing.z
-    iterations = MAX_ITERATIONS if max_crossings == MAX_CROSSINGS - 1 else FURTHER_ITERATIONS
+    iterations = FIRST_ITERATIONS if max_crossings == MAX_CROSSINGS - 1 else FURTHER_ITERATIONS
     for _ in range(iterations):
         before = inputs.with_duration(share * h, inputs.t)
         step = regular_steps(before, x0, z, mode)
@@ -207,13 +218,8 @@ def _cross(
     s = mode.s.copy()
     s[crossing.row, np.arange(len(crossing.row))] *= -1.0
     next_mode = friction_mode(after, z, s[joint.masses :])
-    end = x1
-    for _ in range(min(iterations, END_ITERATIONS)):
-        rest = _advance(after, z, end, next_mode, max_crossings)
-        end = end + rest.c
-        if np.abs(rest.c).max() <= END_TOLERANCE * np.abs(end).max():
-            break
-    return _chain(step, rest, surface, end - x1)
+    rest = _advance(after, z, x1, next_mode, max_crossings)
+    return _chain(step, rest, surface)
 
 
 def _switching_surface(inputs: StepInputs, x: Array, s: Array, row: Index) -> SwitchingSurface:
@@ -234,7 +240,7 @@ def _switching_surface(inputs: StepInputs, x: Array, s: Array, row: Index) -> Sw
     return SwitchingSurface(value, slopes, response, at_rest)
 
 
-def _chain(before: Steps, after: Steps, surface: SwitchingSurface, c: Array) -> Steps:
+def _chain(before: Steps, after: Steps, surface: SwitchingSurface) -> Steps:
     """Derivatives of two steps in a row, between them a surface that they reach earlier or later as the start moves."""
     start = before.G if before.S is None else np.concatenate([before.G, before.S], axis=1)
     value = (surface.slopes[:, None] * start).sum(axis=0)
@@ -248,5 +254,5 @@ def _chain(before: Steps, after: Steps, surface: SwitchingSurface, c: Array) -> 
     total = product(after.G, at) - after.end[:, None] * delay[None]
     nx = len(before.G)
     if before.S is None or after.S is None:
-        return Steps(total, c, None, before.start, after.end)
-    return Steps(total[:, :nx], c, total[:, nx:] + after.S, before.start, after.end)
+        return Steps(total, after.c, None, before.start, after.end)
+    return Steps(total[:, :nx], after.c, total[:, nx:] + after.S, before.start, after.end)

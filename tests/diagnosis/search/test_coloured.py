@@ -15,6 +15,7 @@ from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.procedure import diagnose
 from robotid.diagnosis.refit.refit import refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
+from robotid.diagnosis.search import coloured
 from robotid.diagnosis.search.coloured import Tried, confirmation, left_by, p_value
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.diagnosis.search.state import is_covered, share_removed
@@ -75,6 +76,20 @@ def test_records_that_were_held_out_confirm_an_effect_only_where_it_is_as_large(
         p.append(confirmation(other, "motor.stribeck", sizes))
     assert p[0] < 1e-6
     assert p[1] == 1.0
+
+
+def test_records_that_were_held_out_decide_where_too_few_blocks_tell(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside errors in which the fitted records hardly show the effect."""
+    model = with_effect(records(STRIBECK), STRIBECK)
+    hidden = replace(left_by(model), energy=1e6)
+    held_out = [replace(one, role="estimate") for one in records(STRIBECK)[2:]]
+    other = with_effect(held_out, STRIBECK)
+    p = []
+    for few in (False, True):
+        monkeypatch.setattr(coloured, "are_too_few", lambda *_, few=few: few)
+        p.append(p_value(model, "motor.stribeck", hidden, TRIED, lambda: other))
+    assert p[0] > 0.05
+    assert p[1] < 1e-6
 
 
 def test_where_noise_covers_the_misfit_a_share_is_of_the_plain_squared_error() -> None:

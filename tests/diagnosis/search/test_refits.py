@@ -11,6 +11,7 @@ from support.small_bench import QUICK, STRIBECK, begun, records
 
 from robotid.catalogue import reading
 from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.refit import refit as refitting
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.candidate import Candidate
 from robotid.diagnosis.scoring.catalogue_candidates import term_candidate
@@ -18,6 +19,8 @@ from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search import refits
 from robotid.diagnosis.search.refits import CandidateRefit, in_order, refit_hopeful
+from robotid.errors import NumericsError
+from robotid.estimate.residual import OutputError
 from robotid.model.port import Port
 from robotid.terms import TERMS
 
@@ -62,6 +65,44 @@ def test_an_effect_that_cannot_be_refitted_from_one_point_of_its_grid_is_tried_f
     best = seen.scores[0].candidate
     assert [one.effect for one in tried] == [best.name]
     assert tried[0].score.candidate != best
+
+
+def test_of_an_effect_that_leads_astray_no_further_point_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    state = begun(records(STRIBECK), QUICK).scored(QUICK)
+    wild = "motor.stribeck"
+    points = [one for one in state.round.scores if one.candidate.name == wild][:3]
+    other = next(one for one in state.round.scores if one.candidate.name != wild)
+    directly, asked = refits._refit_directly, list[str]()
+
+    def astray(around: refits.Around, one: refits._Attempt) -> RefittedModel | None:
+        asked.append(next(name for name in one.structure.effects if name not in around[0].structure.effects))
+        if asked[-1] == wild:
+            raise NumericsError("it diverges")
+        return directly(around, one)
+
+    monkeypatch.setattr(refits, "_refit_directly", astray)
+    monkeypatch.setattr(refits, "_refit_by_pieces", lambda *_: None)
+    refits._refits([*points, other], state, lambda _: None)
+    assert len(points) > 1
+    assert asked == [wild, other.candidate.name]
+
+
+def test_a_boldest_start_that_leads_astray_is_followed_by_the_most_cautious(monkeypatch: pytest.MonkeyPatch) -> None:
+    state = begun(records(STRIBECK), QUICK).scored(QUICK)
+    attempt = refits._attempt(state.round.scores[0], state)
+    begin, begun_at = refitting._begin, list[float]()
+
+    def astray(problem: OutputError, *rest: object, **options: object) -> object:
+        begun_at.append(problem.parameters["motor.stribeck.dFs"])
+        if len(begun_at) == 1:
+            raise NumericsError("it diverges")
+        return begin(problem, *rest, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(refitting, "_begin", astray)
+    monkeypatch.setattr(refitting, "_by_fewer_samples", lambda *_: None)
+    refitting.refit(attempt.structure, attempt.starts, state.data, state.model.trajectories)
+    starts = [one["motor.stribeck.dFs"] for one in attempt.starts]
+    assert begun_at[:2] == [starts[0], starts[-1]]
 
 
 def test_only_what_is_significant_and_worth_it_is_refitted() -> None:

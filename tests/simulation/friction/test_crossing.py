@@ -13,7 +13,7 @@ from robotid.model.array import Array
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.structure import Structure
 from robotid.signals.torque_steps import TorqueSteps
-from robotid.simulation.friction import crossing
+from robotid.simulation.friction import crossing, regular_step
 from robotid.simulation.friction.crossing import linearise_steps
 from robotid.simulation.friction.step import StepInputs, Steps
 
@@ -43,6 +43,13 @@ def test_steps_in_parts_are_those_at_once(monkeypatch: pytest.MonkeyPatch) -> No
     assert_alike(linearise_steps(*inputs()), at_once)
 
 
+def test_few_steps_are_those_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By whole matrices, and entry by entry."""
+    few = linearise_steps(*inputs())
+    monkeypatch.setattr(regular_step, "FEW", 0)
+    assert_alike(linearise_steps(*inputs()), few)
+
+
 def test_one_length_for_all_is_that_length_for_each() -> None:
     assert_alike(linearise_steps(*inputs()), linearise_steps(*inputs(np.full(40, H))))
 
@@ -59,6 +66,25 @@ def test_a_reversal_is_where_the_speed_vanishes(share: float) -> None:
     )
     assert v0 + steps.c[0, 0] == pytest.approx(after * (1.0 - share) * H, rel=1e-9)
     assert steps.G[0, 0, 0] == pytest.approx(after / braking, rel=1e-9)  # a faster start reverses later
+
+
+def test_what_starts_from_rest_and_stops_on_the_way_stays_where_it_stops() -> None:
+    """A twisted spring moves the motor until its friction holds it again: half a swing, known in closed form."""
+    joint = assemble(Structure(("motor.inertia", "motor.coulomb", "gear.spring", "arm.inertia"), gear_ratio=1.0))
+    half_swing = 0.9 * H
+    J, Fc, k = 0.01, 0.5, 0.01 * (np.pi / half_swing) ** 2
+    theta = joint.parameters().with_values(
+        {"motor.inertia.J": J, "motor.coulomb.Fc": Fc, "gear.spring.k1": k, "arm.inertia.J": 1e9}
+    )
+    before, way = 1.2 * Fc, 2.0 * 0.2 * Fc / k
+    x0 = np.array([[-before / k], [0.0], [0.0]])
+    steps, end = StepInputs(joint, theta.values, np.zeros(1), np.zeros(1), H), x0.copy()
+    for _ in range(5):
+        found = linearise_steps(steps, x0, end)
+        end = end + found.c
+    assert end[1, 0] == 0.0
+    assert end[0, 0] - x0[0, 0] == pytest.approx(way, rel=0.2)  # one step of order 4 over half a swing
+    assert np.all(found.G[1] == 0.0)
 
 
 def test_a_torque_that_changes_on_the_way_is_two_steps_in_a_row() -> None:
