@@ -12,8 +12,12 @@ MAX_ZEROS = 5  # powers of ten up to here are written out
 
 
 def number(value: float | None, digits: int = 4) -> str:
-    """A number with so many significant digits, as programs read it too: 1.46e+06. A dash where there is none."""
-    return NONE if value is None or not isfinite(value) else f"{value:.{digits}g}"
+    """A number with so many significant digits, as programs read it too: 220, 1.46e+06. A dash where there is none."""
+    if value is None or not isfinite(value):
+        return NONE
+    text = f"{value:.{digits}g}"
+    _, _, power = text.partition("e")
+    return f"{float(text):.0f}" if power and 0 < int(power) <= MAX_ZEROS else text
 
 
 def fixed(value: float | None, decimals: int = 2) -> str:
@@ -25,20 +29,14 @@ def fixed(value: float | None, decimals: int = 2) -> str:
 
 def significant(value: float | None, digits: int = 3) -> str:
     """A number with so many significant digits for a sentence, powers of ten only where they spare zeros: 1.46·10⁶."""
-    text = number(value, digits)
-    mantissa, _, power = text.partition("e")
-    if not power:
-        return text
-    return f"{float(text):.0f}" if 0 <= int(power) <= MAX_ZEROS else f"{mantissa}·{ten_to(int(power))}"
+    mantissa, _, power = number(value, digits).partition("e")
+    return f"{mantissa}·{ten_to(int(power))}" if power else mantissa
 
 
 def plain(value: float | None, digits: int = 3) -> str:
     """A number with so many significant digits for a message that any terminal shows: 140, 1.46e6, 2e-9."""
-    text = number(value, digits)
-    mantissa, _, power = text.partition("e")
-    if not power:
-        return text
-    return f"{float(text):.0f}" if 0 <= int(power) <= MAX_ZEROS else f"{mantissa}e{int(power)}"
+    mantissa, _, power = number(value, digits).partition("e")
+    return f"{mantissa}e{int(power)}" if power else mantissa
 
 
 def rms(value: float | None, digits: int = 3) -> str:
@@ -52,8 +50,21 @@ def ten_to(power: int) -> str:
 
 
 def percent(share: float | None, decimals: int = 1) -> str:
-    """A share of one as a number of percent, without the sign."""
-    return fixed(None if share is None else 100 * share, decimals)
+    """A share of one as a number of percent, without the sign: 97.2; <0.1 where it is small but not zero."""
+    least = _unseen(share, decimals)
+    return f"<{least}" if least else fixed(None if share is None else 100 * share, decimals)
+
+
+def portion(share: float | None, decimals: int = 1) -> str:
+    """A share of one in percent for a sentence: 97.2 %; below 0.1 % where it is small but not zero."""
+    least = _unseen(share, decimals)
+    return f"below {least} %" if least else f"{percent(share, decimals)} %"
+
+
+def _unseen(share: float | None, decimals: int) -> str:
+    """The smallest percentage that has a digit, where a share that is not zero would have none; else empty."""
+    least = 10.0**-decimals
+    return fixed(least, decimals) if share is not None and ROUNDING < share < 0.005 * least else ""
 
 
 def duration(seconds: float) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from robotid.numerals import plain, rms, significant
+from robotid.numerals import number, percent, plain, portion, rms, significant
 
 
 @pytest.mark.parametrize(("value", "text"), [(4.03e-17, "0"), (0.0123, "0.0123"), (None, "-"), (1.5e-9, "1.5e-09")])
@@ -23,3 +23,26 @@ def test_shares_need_no_power_of_ten(value: float, text: str) -> None:
 )
 def test_a_message_is_ascii(value: float | None, text: str) -> None:
     assert plain(value) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(224.0, "220"), (-15400.0, "-15000"), (1.46e6, "1.5e+06"), (2e-9, "2e-09")]
+)
+def test_a_number_in_a_table_is_written_out_as_far_as_people_read_it(value: float, text: str) -> None:
+    assert number(value, 2) == text
+
+
+@pytest.mark.parametrize(
+    ("share", "decimals", "text", "cell"),
+    [
+        (0.972, 1, "97.2 %", "97.2"),
+        (0.004, 0, "below 1 %", "<1"),
+        (0.006, 0, "1 %", "1"),
+        (0.0004, 1, "below 0.1 %", "<0.1"),
+        (0.0, 0, "0 %", "0"),
+        (1e-15, 1, "0.0 %", "0.0"),
+    ],
+)
+def test_a_share_that_is_not_zero_is_never_called_zero(share: float, decimals: int, text: str, cell: str) -> None:
+    assert portion(share, decimals) == text
+    assert percent(share, decimals) == cell

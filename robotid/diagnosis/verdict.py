@@ -23,7 +23,7 @@ from robotid.estimate.residual import measured_output
 from robotid.estimate.result import Estimate
 from robotid.model.array import Array
 from robotid.model.structure import belongs, changed
-from robotid.numerals import percent
+from robotid.numerals import portion
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
 from robotid.signals.trace import Trace, downsampled
@@ -321,5 +321,5 @@ def _why(share: float, found: SearchResult, word: Verdict) -> str:
         return "there is nothing to explain"
     best = found.causes[0] if found.causes else None
     if best is not None and share < best.explained:
-        return f"scored {percent(share)} % of the misfit, less than {best.effect}"
-    return f"scored {percent(share)} % of the misfit, which no refit confirmed"
+        return f"scored {portion(share)} of the misfit, less than {best.effect}"
+    return f"scored {portion(share)} of the misfit, which no refit confirmed"

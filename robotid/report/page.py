@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -33,11 +34,11 @@ from robotid.report.tables.table import Table
 MAX_SAMPLES = 100_000  # of all signals that can be zoomed, together
 MIN_SAMPLES = 2000  # of one of them
 MAX_UNFOLDED = 30  # characters of a cell that may be folded
-AXIS_FIGURES = 4  # of a section where there are several axes: a page of six of them stays below 5 MB
+AXIS_FIGURES = 4  # narrow ones, and wide ones, of a section where there are several axes
 STATIC_POINTS = 1200  # points of a curve where the page cannot draw: without JavaScript
 MINUS = re.compile(r"-(?=\d)")
 NUMBERS = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?(%|\*| / [-+]?[\d.]+)?")
-NUMBER = re.compile(r"[-+–−]?[\d.]+(e[-+]?\d+)?\s*[%*]?|-|–|")
+NUMBER = re.compile(r"<?[-+–−]?[\d.]+(e[-+]?\d+)?\s*[%*]?|-|–|")
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,10 +111,18 @@ def _sections(findings: Findings, axis: str = "", most: int | None = None) -> li
 def _section(section: Section, findings: Findings, axis: str, most: int | None) -> PageSection:
     prefix = f"{axis}-" if axis else ""
     specs = tuple(replace(spec, name=f"{prefix}{spec.name}") for spec in section.figures(findings))
-    left, note = len(specs[:most]) - len(specs), section.note(findings)
-    if left:
-        note = f"{note} {-left} more figures are on the page that `robotid report --axis {axis}` writes.".lstrip()
-    return PageSection(section.title, note, specs[:most], tuple(section.tables(findings)))
+    shown, note = specs if most is None else _first(specs, most), section.note(findings)
+    if left := len(specs) - len(shown):
+        more = f"{left} more figure{'s are' if left > 1 else ' is'}"
+        note = f"{note} {more} on the page that `robotid report --axis {axis}` writes.".lstrip()
+    return PageSection(section.title, note, shown, tuple(section.tables(findings)))
+
+
+def _first(specs: Sequence[FigureSpec], most: int) -> tuple[FigureSpec, ...]:
+    """The first figures that are not folded, so many narrow ones and so many as wide as the page."""
+    shown = [spec for spec in specs if not spec.folded]
+    kept = {id(spec) for wide in (True, False) for spec in [one for one in shown if one.wide is wide][:most]}
+    return tuple(spec for spec in shown if id(spec) in kept)
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,8 +161,8 @@ class _Part:
             _ShownSection(
                 one.title,
                 one.note,
-                [_shown(spec, most) for spec in one.figures if not spec.folded],
-                [_shown(spec, most) for spec in one.figures if spec.folded],
+                _in_pairs([_shown(spec, most) for spec in one.figures if not spec.folded]),
+                _in_pairs([_shown(spec, most) for spec in one.figures if spec.folded]),
                 [_grid(table) for table in one.tables],
             )
             for one in self.sections
@@ -195,7 +204,7 @@ def _rendered(head: Head, parts: Sequence[_Part], origin: Origin, overview: Tabl
 def _facts(f: Findings, origin: Origin) -> tuple[str, ...]:
     """What the head states beside the verdict: date, data and version."""
     last = max(origin.sources, key=lambda source: source.created, default=None)
-    made = () if last is None else (last.created[:16].replace("T", " "), f"robotid {last.version}")
+    made = () if last is None else (_instant(last.created), f"robotid {last.version}")
     if f.recordings is None:
         return made
     records = f.recordings.records
@@ -204,6 +213,11 @@ def _facts(f: Findings, origin: Origin) -> tuple[str, ...]:
     counted = f"{len(records)} records" if len(records) != 1 else "1 record"
     data = f"{counted}, {length} s: {kinds[0]} to fit, {kinds[1]} held out"
     return (*made[:1], data, *made[1:])
+
+
+def _instant(created: str) -> str:
+    """When an artifact was made, to a minute."""
+    return f"{created[:16].replace('T', ' ')}{' UTC' * created.endswith('+00:00')}"
 
 
 def content_policy(script: str) -> str:
@@ -218,12 +232,14 @@ def content_policy(script: str) -> str:
 @dataclass(frozen=True, slots=True)
 class _Shown:
     """A figure as the template takes it: svg, the figure itself, and data, what the script draws instead, None of a
-    figure that cannot be zoomed. thinned : that not all samples are drawn, where that is so."""
+    figure that cannot be zoomed. thinned : that not all samples are drawn, where that is so. alone : it has the row to
+    itself, its caption beside it."""
 
     spec: FigureSpec
     svg: Markup
     data: Markup | None = None
     thinned: str = ""
+    alone: bool = False
 
 
 def _shown(spec: FigureSpec, most: int) -> _Shown:
@@ -236,6 +252,18 @@ def _shown(spec: FigureSpec, most: int) -> _Shown:
     drawn = max(len(series.t) for strip in plot.strips for series in strip.series)
     thinned = f"{drawn} of {spec.samples} samples, the extremes of every stretch among them." * (drawn < spec.samples)
     return _Shown(spec, Markup(still), Markup(_json(_document(plot))), thinned)
+
+
+def _in_pairs(figures: Sequence[_Shown]) -> list[_Shown]:
+    """Figures in two columns: of every run between those as wide as the page, the last one is alone in its row where
+    their number is odd."""
+    found: list[_Shown] = []
+    for wide, run in groupby(figures, lambda one: one.spec.wide):
+        shown = list(run)
+        if not wide and len(shown) % 2:
+            shown[-1] = replace(shown[-1], alone=True)
+        found += shown
+    return found
 
 
 def _json(document: Any) -> str:

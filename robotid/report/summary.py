@@ -12,7 +12,7 @@ from robotid.estimate.result import End, Estimate, FitResult
 from robotid.extension.results import Extension, Score
 from robotid.model.companion import companion_of
 from robotid.model.structure import changed, is_change
-from robotid.numerals import ROUNDING, fixed, listed, percent, significant
+from robotid.numerals import ROUNDING, fixed, listed, portion, significant
 from robotid.report.drawing.location import best_of_each, variable
 from robotid.report.findings import Findings
 from robotid.report.style.axes import axis_label
@@ -199,7 +199,7 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
     elif d.causes and d.remaining < d.misfit:
         verb = "Together they leave" if len(d.causes) > 1 else "It leaves"
         left = f"{significant(d.remaining, 2)} {unit}" if d.remaining > MIN_REMAINING * d.noise_floor else "nothing"
-        share = f" ({percent(d.remaining_share, 0)} % of the misfit's energy)" if left != "nothing" else ""
+        share = f" ({portion(d.remaining_share, 0)} of the misfit's energy)" if left != "nothing" else ""
         yield f"{verb} {left} beyond the noise{share}."
 
 
@@ -243,7 +243,7 @@ def _cause(f: Findings, cause: Cause) -> str:
     elif (effect := companion_of(cause.effect.rpartition(".")[2])[0]) in EFFECTS:
         description = f"{EFFECTS[effect].signature}; "
     of = f" of {cause.explained_of}" if cause.explained_of else ""
-    return f"{name} ({description}explains {percent(cause.explained, 0)} %{of})"
+    return f"{name} ({description}explains {portion(cause.explained, 0)}{of})"
 
 
 def _twins(d: Diagnosis) -> Iterator[str]:

@@ -182,6 +182,22 @@ def test_what_the_pointer_is_at_is_told(shown: Page) -> None:
     assert "residual [rad/s]: before the extension" in told
 
 
+def test_no_row_of_figures_has_a_hole(shown: Page) -> None:
+    figures = "[...grid.querySelectorAll(':scope > figure')]"
+    tops = f"{figures}.map((f) => [f.className, Math.round(f.getBoundingClientRect().top)])"
+    rows = shown.evaluate(f"[...document.querySelectorAll('section > .figures')].map((grid) => {tops})")
+    assert sum(map(len, rows)) > 15
+    for found in rows:
+        for kind, top in found:
+            beside = [other for other, at in found if at == top]
+            assert len(beside) == (1 if kind.split()[:1] in (["wide"], ["alone"]) else 2), found
+    odd = "[...document.querySelectorAll('section > .figures > .alone')]"
+    ends = [f"f.querySelector('{part}').getBoundingClientRect()" for part in ("figcaption", ".still")]
+    pairs = shown.evaluate(f"{odd}.map((f) => [{ends[0]}.left, {ends[1]}.right])")
+    assert pairs
+    assert all(caption > picture for caption, picture in pairs)
+
+
 @pytest.mark.parametrize("dark", [False, True])
 def test_a_phone_needs_no_scrolling_sideways(dark: bool, tab: Page, file: Path) -> None:
     tab.size(400, 800, dark=dark)

@@ -7,6 +7,7 @@ import json
 import re
 from dataclasses import fields, replace
 from functools import cache
+from itertools import groupby
 
 import numpy as np
 import pytest
@@ -181,6 +182,29 @@ def test_figures_with_little_to_see_are_folded() -> None:
     assert "figure-misfit-reversal" in after
 
 
+def test_an_odd_figure_has_its_row_and_its_caption_beside_it() -> None:
+    sections = re.findall(
+        r'<div class="figures">(.*?)</div>\n(?:<details|<div|</section|</details)', html("extension"), re.DOTALL
+    )
+    kinds = [
+        re.findall(r'<figure id="[^"]*" data-title="[^"]*" data-record="[^"]*" class="(\w*)', one) for one in sections
+    ]
+    assert sum("alone" in found for found in kinds) > 1
+    for found in kinds:
+        for wide, run in groupby(found, lambda kind: kind == "wide"):
+            narrow = [kind or "pair" for kind in run if kind != "wide"]
+            assert wide or [k for k in range(len(narrow)) if narrow[k] == "alone"] == [len(narrow) - 1] * (
+                len(narrow) % 2
+            )
+
+
+def test_a_stage_without_a_table_has_no_heading() -> None:
+    empty = StageTables("Second step", (replace(TABLE, rows=()),))
+    text = Document(page(up_to("fits"), (empty, StageTables("Fit", (TABLE,))), ORIGIN)).text
+    assert "Second step" not in text
+    assert "Fit Parameters" in text
+
+
 def test_a_clean_record_is_drawn_at_half_height() -> None:
     f = findings()
     quiet = replace(f.diagnosis.records["small"], misfit=0.001)
@@ -213,11 +237,13 @@ def test_a_page_of_several_axes_shows_the_first_figures_of_a_section() -> None:
     part = AxisPage(findings(), ())
     alone, both = (Document(robot_page(axes, ORIGIN, "robot")) for axes in ({"a1": part}, {"a1": part, "a2": part}))
     drawn = [[i for i in page.values("id") if i.startswith("figure-a1-misfit")] for page in (alone, both)]
-    assert len(drawn[0]) > AXIS_FIGURES
-    assert drawn[1] == drawn[0][:AXIS_FIGURES]
+    folded = [f"figure-a1-{spec.name}" for spec in figure_specs(findings()) if spec.folded]
+    assert len(set(drawn[0]) - set(folded)) > AXIS_FIGURES
+    assert drawn[1] == [name for name in drawn[0] if name not in folded][:AXIS_FIGURES]
+    assert {"figure-a1-missing-small", "figure-a1-missing-other"} & set(both.values("id"))
     left = re.findall(r"(\d+) more figures are on the page that `robotid report --axis a2` writes\.", both.text)
     assert len(drawn[0]) - AXIS_FIGURES <= max(map(int, left))
-    assert "more figures are on the page" not in alone.text
+    assert "on the page that `robotid report" not in alone.text
 
 
 def unpacked(text: str) -> np.ndarray:

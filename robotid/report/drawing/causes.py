@@ -7,7 +7,7 @@ from math import isfinite
 from matplotlib.axes import Axes
 
 from robotid.diagnosis.results import Cause, Diagnosis
-from robotid.numerals import percent
+from robotid.numerals import portion
 from robotid.report.style.axes import BLUE, FAINT, INK, QUIET, style_axes
 
 MAX_REJECTED = 8
@@ -45,7 +45,7 @@ def _bar(axes: Axes, k: int, name: str, share: float, shade: str, label: str) ->
 
 
 def _label(cause: Cause) -> str:
-    share = f"{percent(cause.explained)} %{f' of {cause.explained_of}' if cause.explained_of else ''}"
+    share = f"{portion(cause.explained)}{f' of {cause.explained_of}' if cause.explained_of else ''}"
     return f"{share}, held out {cause.heldout_gain:+.2f}" if isfinite(cause.heldout_gain) else share
 
 

@@ -8,11 +8,12 @@ from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from robotid.diagnosis.misfit.curve import BY_DIRECTION, BY_SPEED, Curve
 from robotid.model.array import Array, Mask
-from robotid.numerals import percent, significant
+from robotid.numerals import portion, significant
 from robotid.report.evidence.samples import BY_ACCELERATION, Samples, in_bins
 from robotid.report.style.axes import (
     BLUE,
@@ -98,7 +99,7 @@ class Located:
     @property
     def title(self) -> str:
         """The variable, and how much it tells of the missing torque."""
-        share = f": accounts for {percent(self.curve.order, 0)} %" if self.curve.along != "frequency" else ""
+        share = f": accounts for {portion(self.curve.order, 0)}" if self.curve.along != "frequency" else ""
         return f"{variable(self.curve, self.units)}{share}"
 
 
@@ -121,7 +122,7 @@ def draw_curve(axes: Axes, located: Located) -> None:
         write_out_ticks(axes.xaxis)
     else:
         _dots(axes, located.samples)
-        _bins(axes, x, mean, spread, shade, "asked for, before" if located.samples else "")
+        _bins(axes, x, mean, spread, shade, _name(located) if located.samples else "")
         _after(axes, located, known)
         axes.xaxis.set_major_locator(MaxNLocator(6))
         room = 0.03 * float(np.ptp(x)) or 1.0
@@ -137,7 +138,16 @@ def draw_curve(axes: Axes, located: Located) -> None:
         .replace("acceleration, at ", "acceleration,\nat ")
     )
     style_axes(axes, f"{variable(curve, units)}{unit}", f"{torque} [{units('Nm')}]", located.title)
-    legend(axes, columns=2, below=True)
+    if found := legend(axes, columns=2, below=True):
+        for handle in found.legend_handles:
+            if isinstance(handle, Line2D) and handle.get_color() == FAINT:
+                handle.set(markersize=4, alpha=1.0)
+
+
+def _name(located: Located) -> str:
+    """Of the curve of the misfit: "before" where a curve after the extension stands beside it."""
+    after = all(one.left is not None for one in located.samples)
+    return "asked for, before" if after else "asked for"
 
 
 def _targets(axes: Axes, x: Array) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from functools import partial
 
 from robotid.diagnosis.results import Cause
-from robotid.numerals import fixed, listed, percent
+from robotid.numerals import fixed, listed, portion
 from robotid.report.drawing.causes import rows_of
 from robotid.report.drawing.gain import gains
 from robotid.report.drawing.layout import causes_figure, gain_figure
@@ -29,13 +29,14 @@ def _causes(f: Findings) -> Iterator[FigureSpec]:
     if f.diagnosis is not None and rows_of(f.diagnosis):
         causes = listed([_explains(cause) for cause in f.diagnosis.causes])
         alt = f"Effects ranked by the share of the misfit that they explain: {causes or 'none is a cause'}."
+        alt += " Grey ones were rejected, for the reasons in the table of the diagnosis." * bool(f.diagnosis.rejected)
         draw = partial(causes_figure, f.diagnosis)
         yield FigureSpec("causes", "Causes, ranked", alt, draw, folded=not f.diagnosis.causes)
 
 
 def _explains(cause: Cause) -> str:
     of = f" of {cause.explained_of}" if cause.explained_of else ""
-    return f"{cause.effect} explains {percent(cause.explained)} %{of}"
+    return f"{cause.effect} explains {portion(cause.explained)}{of}"
 
 
 def _gain(f: Findings) -> Iterator[FigureSpec]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from robotid.diagnosis.misfit.curve import Curve
 from robotid.model.companion import companion_of
-from robotid.numerals import listed, percent, significant
+from robotid.numerals import listed, portion, significant
 from robotid.report.drawing.layout import one_figure
 from robotid.report.drawing.location import (
     Located,
@@ -43,21 +43,23 @@ class Location(Section):
         return "The verdict is clean: what these figures show lies within the noise, so they are folded." * clean
 
     def figures(self, f: Findings) -> Iterator[FigureSpec]:
-        """Along every variable, and over time. Variables that tell next to nothing are folded away."""
+        """Along every variable, those that a cause reads first, and over time. Variables that tell next to nothing are
+        folded away."""
         if f.diagnosis is None:
             return
         clean = f.diagnosis.verdict == "clean"
         names, chosen = tuple(f.diagnosis.missing), best_of_each(f.diagnosis.curves)
         reach = reach_of(chosen)
+        read = {companion_of(cause.effect)[1] for cause in f.diagnosis.causes}
+        companions = sorted(companion_curves(f), key=lambda curve: variable(curve) not in read)
+        for curve in companions:
+            located, is_read = Located(curve, f.units, names, None, samples(f, curve)), variable(curve) in read
+            yield _along(f, located, folded=clean or (_tells_nothing(curve) and not is_read))
         shown = {curve.along: curve.order for curve in chosen}
         idle = {curve.along: _tells_nothing(curve) or _repeats(curve, shown) for curve in chosen}
         for curve in sorted(chosen, key=lambda c: idle[c.along]):
             located = Located(curve, f.units, names, reach, samples(f, curve))
             yield _along(f, located, folded=clean or idle[curve.along])
-        read = {companion_of(cause.effect)[1] for cause in f.diagnosis.causes}
-        for curve in companion_curves(f):
-            located, is_read = Located(curve, f.units, names, None, samples(f, curve)), variable(curve) in read
-            yield _along(f, located, folded=clean or (_tells_nothing(curve) and not is_read))
         if f.diagnosis.shape is not None and len(f.diagnosis.shape.x):
             curve = f.diagnosis.shape
             missing = axis_label("missing torque", f.units)
@@ -114,5 +116,5 @@ def _ordered(curve: Curve, what: str) -> str:
     if curve.along == "frequency":
         return f"the most at {significant(float(curve.x[int(np.nanargmax(curve.missing_torque))]), 2)} Hz"
     the = "" if curve.along.startswith("companion[") else "the "
-    share = f"{the}{what} accounts for {percent(curve.order, 0)} % of its variance"
+    share = f"{the}{what} accounts for {portion(curve.order, 0)} of its variance"
     return f"mean and spread in {len(curve.x)} bins; {share}"

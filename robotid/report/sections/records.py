@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from robotid.numerals import listed
 from robotid.report.drawing.time import record_plot, reference_plot
 from robotid.report.findings import Findings
 from robotid.report.sections.section import FigureSpec, Section, over_time
@@ -18,8 +19,9 @@ class Records(Section):
     def figures(self, f: Findings) -> Iterator[FigureSpec]:
         """One of each record."""
         for record in f.recordings.records if f.recordings is not None else ():
-            angle = axis_label("motor angle", f.units)
-            alt = f"{axis_label('Motor torque', f.units)}, motor speed and {angle} of {record.name} over time."
+            angles = ["motor angle", *["arm angle"] * (record.phi_a is not None)]
+            shown = [axis_label(one, f.units) for one in ("Motor torque", "motor speed", *angles)]
+            alt = f"{listed(shown)} of {record.name} over time."
             yield over_time(f"record-{record.name}", record_plot(record, f.units), alt, record.name, len(record))
 
 

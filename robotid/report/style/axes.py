@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from robotid.model.array import Array
@@ -53,14 +54,13 @@ def style_axes(axes: Axes, x: str, y: str, title: str = "") -> None:
         axes.spines[side].set_color(FAINT)
 
 
-def legend(axes: Axes, columns: int = 1, *, below: bool = False) -> None:
+def legend(axes: Axes, columns: int = 1, *, below: bool = False) -> Legend | None:
     """A legend without a frame, where curves have names; below the axes where they are full of curves."""
     if not axes.get_legend_handles_labels()[1]:
-        return
+        return None
     if below:
-        axes.legend(fontsize=8, frameon=False, ncols=columns, loc="upper center", bbox_to_anchor=(0.5, -0.16))
-    else:
-        axes.legend(fontsize=8, frameon=False, ncols=columns)
+        return axes.legend(fontsize=8, frameon=False, ncols=columns, loc="upper center", bbox_to_anchor=(0.5, -0.16))
+    return axes.legend(fontsize=8, frameon=False, ncols=columns)
 
 
 def write_out_ticks(axis: Axis) -> None:

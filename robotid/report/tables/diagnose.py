@@ -10,7 +10,7 @@ import numpy as np
 from robotid.diagnosis.misfit.curve import Curve
 from robotid.diagnosis.results import Cause, DetectionLimit, Diagnosis, Event, Rejected, Separation
 from robotid.model.units import sliding
-from robotid.numerals import fixed, number, percent, rms
+from robotid.numerals import fixed, number, percent, portion, rms
 from robotid.report.tables.estimates import estimates_document
 from robotid.report.tables.table import Json, Table
 
@@ -97,7 +97,7 @@ def remainder(d: Diagnosis) -> str:
     if all(cause.explained_of for cause in d.causes):
         return ""
     level = f"{rms(d.remaining, 2)} of {rms(d.misfit, 2)} {d.unit}"
-    return f"; {percent(d.remaining_share)} % of the misfit's energy remains, {level}"
+    return f"; {portion(d.remaining_share)} of the misfit's energy remains, {level}"
 
 
 def _clause(cause: Cause) -> str:
@@ -105,7 +105,7 @@ def _clause(cause: Cause) -> str:
     others = [twin for twin in cause.twins if twin != cause.effect]
     alternatives = f" (or {', '.join(others)}: these data cannot tell)" if others else ""
     of = f" of {cause.explained_of}" if cause.explained_of else ""
-    return f"{cause.effect}{alternatives}, which explains {percent(cause.explained)} %{of}"
+    return f"{cause.effect}{alternatives}, which explains {portion(cause.explained)}{of}"
 
 
 def _happened(event: Event) -> str:
