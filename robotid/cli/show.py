@@ -75,8 +75,9 @@ def show_directory(folder: Path, *, as_json: bool = False) -> None:
         return
     rows = [(s.name, s.output, _made(found.values()), lines[s]) for s, found in headers.items()]
     if stamp is not None:
-        rows.append((REPORT.name, REPORT.output, "", stamp.summary))
-    print_tables([Table(str(folder), ("stage", "file", "made", "result"), tuple(rows))])
+        rows.append((REPORT.name, REPORT.output, "", "its answer is below"))
+    answer = "" if stamp is None else stamp.summary
+    print_tables([Table(str(folder), ("stage", "file", "made", "result"), tuple(rows), answer)])
 
 
 def _made(headers: Iterable[ArtifactHeader]) -> str:

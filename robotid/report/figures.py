@@ -20,7 +20,7 @@ from robotid.report.drawing.causes import draw_causes, rows_of
 from robotid.report.drawing.frequency import Responses
 from robotid.report.drawing.gain import draw_gain, gains
 from robotid.report.drawing.layout import draw_frequency, name_correlations, responses_figure
-from robotid.report.drawing.location import Located, best_of_each, draw_curve, reach_of
+from robotid.report.drawing.location import Located, best_of_each, draw_curve, reach_of, telling
 from robotid.report.drawing.parameters import draw_estimates, draw_iterations, draw_parameters, draw_torque_errors
 from robotid.report.drawing.residual import draw_correlations
 from robotid.report.drawing.time import (
@@ -43,6 +43,7 @@ from robotid.signals.trace import Trace
 from robotid.validation.results import ModelValidation, RecordValidation, Validation
 
 PANEL = (4.4, 3.4)  # width and height [inch] of a pair of axes
+STRIP, MARGIN = 1.45, 0.6  # heights [inch] of a strip whose label is written along it, and of what is about all strips
 
 
 @singledispatch
@@ -115,8 +116,8 @@ def draw_validation(content: Validation, units: Units = str) -> Figure:
 
 @draw.register
 def draw_diagnosis(content: Diagnosis, units: Units = str) -> Figure:
-    """Where the misfit sits, along every variable, and the ranking of causes below."""
-    curves, bars = best_of_each(content.curves), rows_of(content)
+    """Where the misfit sits, along every variable that tells something, and the ranking of causes below."""
+    curves, bars = telling(best_of_each(content.curves)), rows_of(content)
     if not curves and not bars:
         if not content.missing:
             raise ConfigError("nothing is left to explain, so there is nothing to see")
@@ -181,7 +182,8 @@ def _correlations(figure: FigureBase, model: ModelValidation) -> None:
 
 def _sheet(plots: Sequence[TimePlot]) -> Figure:
     rows, columns = grid_of(max(1, len(plots)))
-    figure = new_figure(max(6.4, PANEL[0] * columns), PANEL[1] * rows)
+    tall = max((len(plot.strips) for plot in plots), default=1)
+    figure = new_figure(max(6.4, PANEL[0] * columns), max(PANEL[1], MARGIN + STRIP * tall) * rows)
     _time_plots(figure, plots)
     return figure
 

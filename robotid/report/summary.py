@@ -32,7 +32,7 @@ def robot_summary(axes: Mapping[str, Findings]) -> str:
     """The paragraph on a robot of several axes: how well their models simulate, and on which axes what is missing."""
     best = {axis: f.validation.models[f.validation.best] for axis, f in axes.items() if f.validation is not None}
     parts = [f"{_number(len(axes), 'axis', 'axes')}."]
-    for used, where in ((True, "On the records that they were fitted to"), (False, "On held-out records")):
+    for used, where in ((True, "On the records that they were fitted to,"), (False, "On held-out records,")):
         levels = {
             axis: min(values)
             for axis, model in best.items()
@@ -101,9 +101,12 @@ def _validated(f: Findings) -> Iterator[str]:
     yield f"model {f.validation.best} of {f.robot} simulates the motor {best.output} with a fit of {parts}."
     if not apart:
         yield "No record was held out, so this does not tell how well it does on motions it has not seen."
+    if f.horizon is not None and f.diagnosis is not None:
+        pieces = f"pieces of {significant(f.horizon)} s, each from a first state of its own"
+        yield f"The fit and the diagnosis simulate {pieces}; the fits in their tables are of these."
     unseen = [i.name for i in best.identifiability if i.verdict == "unseen"]
     if unseen:
-        yield f"These records cannot tell {listed(unseen, 'or')}."
+        yield f"These records do not determine {listed(unseen, 'or')}."
     yield from (f"that is not enough: {failure}." for failure in f.validation.failed)
 
 

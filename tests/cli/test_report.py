@@ -187,7 +187,9 @@ def test_a_run_directory_is_shown(config: str, capsys: pytest.CaptureFixture[str
     shown = [line.split()[:2] for line in lines if line.partition(" ")[0] in (*STAGES, "report")]
     files = ["excitation.h5", "records.h5", "rigid.h5", "flex.h5", "model.h5", "report.html"]
     assert [file for _, file in shown] == files
-    assert "simulates the motor speed" in next(line for line in lines if line.startswith("report"))
+    last = next(k for k, line in enumerate(lines) if line.startswith("report"))
+    assert lines[last].endswith("its answer is below")
+    assert "simulates the motor speed" in " ".join(lines[last + 1 :])
     assert main(["show", "runs/axis", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert list(found["artifacts"]) == ["excite", "collect", "init-rigid", "init-flex", "fit"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from io import BytesIO
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -149,3 +150,19 @@ def test_no_global_state_of_matplotlib_is_touched(monkeypatch: pytest.MonkeyPatc
     monkeypatch.delitem(sys.modules, "matplotlib.pyplot", raising=False)  # other packages import it
     draw(flex())
     assert "matplotlib.pyplot" not in sys.modules
+
+
+def test_labels_of_strips_do_not_run_into_each_other() -> None:
+    figure = draw(recordings())
+    figure.canvas.draw()
+    strips = figure.get_axes()[:3]
+    boxes = [axes.yaxis.label.get_window_extent() for axes in strips]
+    assert strips[0].get_ylabel() == "motor torque [Nm]"
+    assert all(upper.y0 > lower.y1 for upper, lower in pairwise(boxes))
+
+
+def test_a_figure_of_a_diagnosis_leaves_out_what_tells_nothing() -> None:
+    titles = [axes.get_title(loc="left") for axes in draw(diagnosis()).get_axes()]
+    assert "motor torque: accounts for 8 %" in titles
+    assert "frequency" in titles
+    assert not [title for title in titles if title.startswith(("time:", "arm angle", "motor angle within", "record"))]

@@ -95,6 +95,8 @@ def test_what_the_causes_leave_is_told_where_it_is_something() -> None:
 
 def test_pieces_are_told_where_a_fit_simulates_them() -> None:
     assert "With motor.stribeck added, simulated in pieces of 2.5 s, the fit of" in told(horizon=2.5)
+    assert "The fit and the diagnosis simulate pieces of 2.5 s, each from a first state of its own" in told(horizon=2.5)
+    assert "pieces" not in told()
 
 
 def test_nothing_held_out_is_said() -> None:

@@ -67,7 +67,9 @@ def _colour_bar(axes: Axes, cells: Cells, scale: str) -> None:
         bar.solids.set_edgecolor("face")
     bar.set_label(scale, fontsize=8)
     bar.ax.tick_params(labelsize=8, length=2)
-    if cells.ticks:
+    if not cells.ticks:
+        bar.set_ticks(np.linspace(*cells.span, 5).tolist())
+    else:
         bar.set_ticks([at for at, _ in cells.ticks], labels=[text for _, text in cells.ticks])
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -41,6 +41,8 @@ VARIABLES = {
     "frequency": "frequency",
 }
 ROOM = 1.15  # about the curves
+MIN_SHARE = 0.05  # of the variance that a variable accounts for, from which there is something to see
+SAME_SHARE = 0.01  # by which the arm's angle must tell more than the motor's, which it follows through the gear
 MAX_DOTS = 400  # samples that are drawn behind a curve
 
 
@@ -72,6 +74,19 @@ def best_of_each(curves: Sequence[Curve]) -> tuple[Curve, ...]:
         if len(curve.x) and np.isfinite(curve.missing_torque).any():
             found.setdefault(variable(curve), curve)
     return tuple(found.values())
+
+
+def telling(curves: Sequence[Curve]) -> tuple[Curve, ...]:
+    """The curves of which there is something to see: those along frequency, and those that account for a share of the
+    missing torque, that along the arm's angle only where it tells more than the motor's, which it follows."""
+    shares = {curve.along: curve.order for curve in curves}
+    return tuple(c for c in curves if c.along == "frequency" or (c.order >= MIN_SHARE and not _repeats(c, shares)))
+
+
+def _repeats(curve: Curve, shares: Mapping[str, float]) -> bool:
+    """Whether a curve along the arm's angle is that along the motor's, which is there as well."""
+    name, comma, how = curve.along.partition(",")
+    return name == "phi_a" and curve.order < shares.get(f"phi_m{comma}{how}", -1.0) + SAME_SHARE
 
 
 def reach_of(curves: Sequence[Curve]) -> float:

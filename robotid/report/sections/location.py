@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
@@ -13,12 +13,14 @@ from robotid.model.companion import companion_of
 from robotid.numerals import listed, portion, significant
 from robotid.report.drawing.layout import one_figure
 from robotid.report.drawing.location import (
+    MIN_SHARE,
     Located,
     best_of_each,
     counted,
     draw_curve,
     draw_shape,
     reach_of,
+    telling,
     variable,
 )
 from robotid.report.drawing.time import missing_plot
@@ -27,9 +29,6 @@ from robotid.report.evidence.samples import samples, stretches
 from robotid.report.findings import Findings
 from robotid.report.sections.section import Bin, FigureSpec, Section, over_time, slug
 from robotid.report.style.axes import axis_label
-
-MIN_SHARE = 0.05  # of the variance that a variable accounts for, from which its curve is shown at once
-SAME_SHARE = 0.01  # by which the arm's angle must tell more than the motor's, which it follows through the gear
 
 
 class Location(Section):
@@ -54,12 +53,11 @@ class Location(Section):
         companions = sorted(companion_curves(f), key=lambda curve: variable(curve) not in read)
         for curve in companions:
             located, is_read = Located(curve, f.units, names, None, samples(f, curve)), variable(curve) in read
-            yield _along(f, located, folded=clean or (_tells_nothing(curve) and not is_read))
-        shown = {curve.along: curve.order for curve in chosen}
-        idle = {curve.along: _tells_nothing(curve) or _repeats(curve, shown) for curve in chosen}
-        for curve in sorted(chosen, key=lambda c: idle[c.along]):
+            yield _along(f, located, folded=clean or (curve.order < MIN_SHARE and not is_read))
+        shown = {curve.along for curve in telling(chosen)}
+        for curve in sorted(chosen, key=lambda c: c.along not in shown):
             located = Located(curve, f.units, names, reach, samples(f, curve))
-            yield _along(f, located, folded=clean or idle[curve.along])
+            yield _along(f, located, folded=clean or curve.along not in shown)
         if f.diagnosis.shape is not None and len(f.diagnosis.shape.x):
             curve = f.diagnosis.shape
             missing = axis_label("missing torque", f.units)
@@ -87,16 +85,6 @@ def _along(f: Findings, located: Located, *, folded: bool) -> FigureSpec:
     name = f"misfit-{slug(curve.along)}"
     draw = partial(one_figure, draw_curve, located)
     return FigureSpec(name, f"Along {what}", alt, draw, folded=folded, bins=_bins(located, what, f))
-
-
-def _tells_nothing(curve: Curve) -> bool:
-    return curve.along != "frequency" and curve.order < MIN_SHARE
-
-
-def _repeats(curve: Curve, shown: Mapping[str, float]) -> bool:
-    """Whether a curve along the arm's angle is that along the motor's, which is shown as well."""
-    name, comma, how = curve.along.partition(",")
-    return name == "phi_a" and curve.order < shown.get(f"phi_m{comma}{how}", -1.0) + SAME_SHARE
 
 
 def _bins(located: Located, what: str, f: Findings) -> tuple[Bin, ...]:

@@ -29,9 +29,8 @@ class Parameters(Section):
         alt = f"Values of every parameter in {listed(list(fits))}, with intervals of two robust standard deviations."
         extension = f.extension_that_adds
         draw = partial(intervals_figure, fits, f.units, None if extension is None else extension.model)
-        yield FigureSpec(
-            "parameters", "Parameters with intervals", alt, draw, wide=len(shown_parameters(fits)) > MAX_STRIPS
-        )
+        wide = len(shown_parameters(fits)) > MAX_STRIPS
+        yield FigureSpec("parameters", "Parameters with intervals", alt, draw, wide=wide)
         shown = {name: fit for name, fit in fits.items() if len(estimated(fit)) > 1}
         chosen = [name for name in (f.fits.best, *list(fits)[len(f.fits.models) :]) if name in shown]
         for name in chosen:
@@ -42,7 +41,8 @@ class Parameters(Section):
         ends = listed([f"{name}: {one.end.value}" for name, one in f.fits.models.items()])
         alt = f"Cost of {listed(list(f.fits.models))} over the iterations of their fit. How it ended: {ends}."
         draw = partial(one_figure, draw_iterations, f.fits)
-        yield FigureSpec("iterations", "Iterations of the fits", alt, draw, folded=len(chosen) > 1)
+        paired = (len(chosen) + (not wide)) % 2 == 0
+        yield FigureSpec("iterations", "Iterations of the fits", alt, draw, folded=paired)
 
     def tables(self, f: Findings) -> Iterator[Table]:
         """Every parameter with its precision, its start and its bounds, of the best model and of its extension."""

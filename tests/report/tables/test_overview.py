@@ -42,6 +42,6 @@ def test_a_row_an_axis_as_far_as_its_stages_have_come() -> None:
 def test_the_paragraph_names_the_axes_at_either_end_and_the_causes() -> None:
     text = robot_summary(AXES)
     assert text.startswith("3 axes. ")
-    assert "On held-out records the models fit from " in text
+    assert "On held-out records, the models fit from " in text
     assert f"{ALL.diagnosis.verdict.capitalize()}: a1 ({ALL.diagnosis.causes[0].effect}" in text
     assert robot_summary({"a3": AXES["a3"]}) == "1 axis."
