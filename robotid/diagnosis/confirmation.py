@@ -54,4 +54,6 @@ def _verdict(diagnosis: Diagnosis, kept: Sequence[Cause], share: float, remainin
     if kept:
         partial = is_partial(share, diagnosis.misfit, remaining, diagnosis.noise_floor)
         return "partly named" if partial else diagnosis.verdict
-    return without_cause(diagnosis.misfit, diagnosis.noise_floor, events=bool(diagnosis.events))
+    return without_cause(
+        diagnosis.misfit, diagnosis.noise_floor, shape=diagnosis.shape is not None, events=bool(diagnosis.events)
+    )

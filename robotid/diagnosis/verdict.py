@@ -112,15 +112,15 @@ def _word(found: SearchResult, misfit: float, floor: float) -> Verdict:
     """The verdict in one word."""
     if found.causes or (found.changes and found.curve is None):
         return "named"
-    if found.curve is not None or found.late:
+    if found.late:
         return "unknown"
-    return without_cause(misfit, floor, events=bool(found.events))
+    return without_cause(misfit, floor, shape=found.curve is not None, events=bool(found.events))
 
 
-def without_cause(misfit: float, floor: float, *, events: bool) -> Verdict:
-    """The verdict where there is no cause: a misfit far above the noise is never clean, even where it has neither a
-    name nor a shape. An event that leaves nothing else is a name, too."""
-    if misfit > VERDICT.clear_misfit * floor:
+def without_cause(misfit: float, floor: float, *, shape: bool, events: bool) -> Verdict:
+    """The verdict where there is no cause: what has a shape is never clean, nor is a misfit far above the noise that
+    has none. An event that leaves nothing else is a name, too."""
+    if shape or misfit > VERDICT.clear_misfit * floor:
         return "unknown"
     return "named" if events else "clean"
 

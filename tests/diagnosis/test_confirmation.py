@@ -32,9 +32,10 @@ def test_without_its_only_cause_a_large_misfit_is_unknown() -> None:
 
 def test_without_its_only_cause_a_small_misfit_is_clean() -> None:
     one = cause(0.0)
-    little = replace(NAMED, causes=(one,), misfit=0.019, events=())
+    little = replace(NAMED, causes=(one,), misfit=0.019, events=(), shape=None)
     assert without_causes(little, [one]).verdict == "clean"
     assert without_causes(replace(little, events=NAMED.events), [one]).verdict == "named"
+    assert without_causes(replace(little, shape=NAMED.curves[0]), [one]).verdict == "unknown"
 
 
 def test_what_a_rejected_cause_explained_is_left() -> None:
