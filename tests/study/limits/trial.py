@@ -31,7 +31,7 @@ TRIED = (
     "gear.hysteresis",
     "gear.transmission_error",
     "link.third_mass",
-    "torque.torque_delay",
+    "torque.torque_lag",
     "angle.encoder_ripple",
 )
 """Effects whose size is the parameter that the limit is given in."""
