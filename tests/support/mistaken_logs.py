@@ -111,6 +111,11 @@ def _in_counts(log: Log) -> Log:
     return log | {"phi_m": np.rint(log["phi_m"] * 65536 / (2 * np.pi))}
 
 
+def _speed_as_angle(log: Log) -> Log:
+    speed = _speed_of(log)
+    return log | {"phi_m": speed} | ({"dphi_m": np.gradient(speed, H)} if "dphi_m" in log else {})
+
+
 def _with_spike(log: Log) -> Log:
     torque = log["tau_m"].copy()
     torque[77] = 1e5
@@ -146,6 +151,14 @@ MISTAKES = (
         "torque_follows",
         speeds=ANGLE_ONLY,
     ),
+    Mistake(
+        "torque_is_acceleration",
+        lambda log: log | {"tau_m": np.gradient(log["dphi_m"])},
+        "torque_copy",
+        speeds=MEASURED,
+    ),
+    Mistake("speed_for_angle", _speed_as_angle, "angle_is_speed", kinds=("rigid",)),
+    Mistake("torque_of_another_time", lambda log: log | {"tau_m": np.roll(log["tau_m"], 100)}, "torque_elsewhere"),
     Mistake("torque_is_time", _instead(tau_m="t"), "torque_copy"),
     Mistake("torque_with_a_spike", _with_spike, "torque_spikes"),
     Mistake("two_levels", lambda log: log | {"tau_m": np.sign(log["tau_m"])}, "torque_levels", "warning"),

@@ -35,9 +35,9 @@ class Determined:
     @property
     def ratio(self) -> float:
         """Value in standard deviations."""
-        if not np.isfinite(self.std):
+        if not np.isfinite(self.std) or self.value == 0.0:
             return 0.0
-        return float(np.sign(self.value) * np.inf) if self.std == 0.0 else self.value / self.std
+        return float(np.copysign(np.inf, self.value)) if self.std == 0.0 else self.value / self.std
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,9 +62,9 @@ class TorqueRegression:
 def regress_torque(record: Record, turns: float | None) -> TorqueRegression:
     """Regression of a record's torque. turns : angle of the arm for one radian of the motor, whose sine and cosine
     gravity follows; None for an axis that slides."""
-    tried = [_Filtered.at(record, cutoff, turns) for cutoff in cutoffs(record)]
+    tried = [FilteredMotion.at(record, cutoff, turns) for cutoff in cutoffs(record)]
     best = max(tried, key=lambda one: one.adjusted)
-    solution = _Solution.of(best.columns, best.torque)
+    solution = LeastSquares.of(best.columns, best.torque)
     explained, by_chance = _explained(record, best)
     v = best.columns[VISCOUS]
     power = np.zeros(len(best.columns))
@@ -90,7 +90,7 @@ def cutoffs(record: Record) -> list[float]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Filtered:
+class FilteredMotion:
     """One cut-off. columns (p, n), torque (n,), jerk (n,), all filtered alike."""
 
     cutoff: float
@@ -99,7 +99,7 @@ class _Filtered:
     jerk: Array
 
     @classmethod
-    def at(cls, record: Record, cutoff: float, turns: float | None) -> _Filtered:
+    def at(cls, record: Record, cutoff: float, turns: float | None) -> FilteredMotion:
         parallel, h = ParallelFilter(cutoff), record.sampling_time
         motion = parallel.motion(record.phi_m, h)
         x = motion.position - motion.position.mean()
@@ -140,13 +140,13 @@ def explained_share(columns: Array, torque: Array) -> float:
     whole = float(centred @ centred)
     if whole == 0.0:
         return 0.0
-    basis = _Solution.basis(columns)[0]
+    basis = LeastSquares.basis(columns)[0]
     left = centred - basis @ (basis.T @ centred)
     return max(0.0, 1.0 - float(left @ left) / whole)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Solution:
+class LeastSquares:
     """Least squares over the directions that the columns determine, with deviations from the scores of blocks."""
 
     theta: Array
@@ -165,7 +165,7 @@ class _Solution:
         return left[:, seen], scale, np.where(seen, values, 0.0), directions
 
     @classmethod
-    def of(cls, columns: Array, torque: Array) -> _Solution:
+    def of(cls, columns: Array, torque: Array) -> LeastSquares:
         basis, scale, values, directions = cls.basis(columns)
         seen = values > 0.0
         inverse = directions[seen].T / values[seen]
@@ -187,10 +187,10 @@ class _Solution:
         return Determined(value, float(np.sqrt(max(0.0, float(scaled @ self.covariance @ scaled)))))
 
 
-def _delay(filtered: _Filtered, solution: _Solution) -> Determined:
+def _delay(filtered: FilteredMotion, solution: LeastSquares) -> Determined:
     """The delay [s] of the angle against the torque, as the torque of an inertia that follows a later acceleration:
     J a(t + d) = J a + J d da/dt. It is not determined where friction can take its part, so both are free."""
-    more = _Solution.of(np.vstack([filtered.columns, filtered.jerk]), filtered.torque)
+    more = LeastSquares.of(np.vstack([filtered.columns, filtered.jerk]), filtered.torque)
     weights = np.zeros(len(filtered.columns) + 1)
     weights[-1] = 1.0
     inertia = float(solution.theta[MASS] / solution.scale[MASS])
@@ -200,7 +200,7 @@ def _delay(filtered: _Filtered, solution: _Solution) -> Determined:
     return Determined(found.value / inertia, found.std / abs(inertia))
 
 
-def _explained(record: Record, filtered: _Filtered) -> tuple[float, float]:
+def _explained(record: Record, filtered: FilteredMotion) -> tuple[float, float]:
     """Share of the torque that the motion explains, and the largest share for the same torque shifted in time."""
     columns, torque = filtered.columns, filtered.torque
     speed = columns[VISCOUS]

@@ -12,7 +12,7 @@ from robotid.numerals import plain
 from robotid.signals.plausibility.check import Remark, check
 from robotid.signals.plausibility.evidence import Evidence
 from robotid.signals.plausibility.regression import explained_share
-from robotid.signals.plausibility.settings import CHECK
+from robotid.signals.plausibility.settings import CHECK, DELAY
 
 RECORDED = {"phi_m": "the motor angle", "dphi_m": "the motor speed", "phi_a": "the arm angle", "ref": "the reference"}
 CURE = "name the column of the torque under columns: tau_m"
@@ -26,6 +26,12 @@ def torque_copy(evidence: Evidence) -> Iterator[Remark]:
     acceleration = np.gradient(evidence.derived_speed, record.sampling_time)
     if _is_copy(record.tau_m, record.t):
         yield Remark("fatal", "the torque grows as evenly as time does", NOTHING, CURE)
+        return
+    difference = np.gradient(record.dphi_m)
+    if _is_copy(record.tau_m, difference) and not _oscillates(record.dphi_m, np.gradient(difference)):
+        yield Remark(
+            "fatal", "the torque is the derivative of the motor speed, but for scale and offset", NOTHING, CURE
+        )
         return
     for signal, meaning in RECORDED.items():
         values = getattr(record, signal)
@@ -190,6 +196,39 @@ def torque_sign(evidence: Evidence) -> Iterator[Remark]:
         )
 
 
+@check(unless=("torque_copy", "torque_spikes", "torque_follows", "torque_unrelated", "speed_exchanged"))
+def angle_is_speed(evidence: Evidence) -> Iterator[Remark]:
+    """The motion explains the torque surely better where the column of the angle is taken for the speed."""
+    rival = evidence.angle_as_speed
+    if rival is None or min(rival.inertia.ratio, rival.gain.ratio) < CHECK.sure:
+        return
+    yield Remark(
+        "fatal",
+        f"the motion explains all but {plain(100 * (1.0 - rival.recorded), 2)} % of the torque, and all but"
+        f" {plain(100 * (1.0 - rival.explained), 2)} % where the column of the angle is taken for a speed",
+        "viscous friction takes the place of the inertia, and nothing takes that of dry friction",
+        "name the column of the motor's angle under columns: phi_m, or integrate the speed first",
+    )
+
+
+@check(unless=("torque_copy", "torque_spikes", "torque_follows", "speed_exchanged", "angle_is_speed"))
+def torque_elsewhere(evidence: Evidence) -> Iterator[Remark]:
+    """The motion explains the torque of another time surely better than that of its own."""
+    rival, h = evidence.torque_shifted, evidence.record.sampling_time
+    if rival is None or abs(rival.shift) <= DELAY.max_shift * h or rival.explained < DELAY.explained:
+        return  # what is nearer is a delay, and read to a fraction of a sample
+    if min(rival.inertia.ratio, rival.gain.ratio) < CHECK.sure:
+        return
+    when = "later" if rival.shift > 0.0 else "earlier"
+    yield Remark(
+        "fatal" if rival.recorded < DELAY.explained else "warning",
+        f"the motion explains {plain(100 * rival.recorded)} % of the torque, and"
+        f" {plain(100 * rival.explained)} % of that which is {plain(abs(rival.shift))} s {when} in the file",
+        "torque and motion of different times are compared",
+        f"set torque_delay: {rival.shift:.4g} of the record, or join the files by their times",
+    )
+
+
 @check(
     unless=(
         "torque_copy",
@@ -198,6 +237,7 @@ def torque_sign(evidence: Evidence) -> Iterator[Remark]:
         "torque_unrelated",
         "torque_levels",
         "torque_sign",
+        "torque_elsewhere",
         "speed_exchanged",
     )
 )
