@@ -56,7 +56,7 @@ def _judge(
 ) -> Identifiability:
     carried = {} if share is None else {"torque_share": share.rms, "largest_share": share.largest}
     if p.fixed:
-        return Identifiability(p.name, "fixed", "held at its value, not estimated", **carried)
+        return Identifiability(p.name, "fixed", "fixed at its value, not estimated", **carried)
     relative = p.std_robust / abs(p.value) if p.value else float("inf")
     reasons = [_by_std(p, relative), _by_share(share, relative), _by_cosine(fit, k, float(cosines[k]), correlation)]
     if p.remark.startswith("unidentifiable"):

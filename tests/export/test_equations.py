@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.handed_models import handed
+from support.matlab_reader import Matlab
 
 from robotid.channels import CHANNELS
 from robotid.export.equations.trace import acts_at_once
@@ -66,21 +67,13 @@ def of_the_python(model: HandedModel) -> Array:
 
 
 def of_the_matlab(model: HandedModel) -> Array:
-    """The MATLAB text, its statements read as Python's: brackets of indices, powers and semicolons differ."""
+    """The whole MATLAB file, run by a reader of its grammar, with dry friction as sharp as that of the joint."""
     text = MatlabFunction().text(model, ["head"])
-    own = dict(re.findall(r"    d\.(\w+) = (\S+);", text))
-    body = text[text.index("smoothing = [") : text.index("\ndx = ")].partition("\n")[2]
-    rates = re.search(r"\ndx = \[(.*)\];", text)
-    assert rates is not None
-    assert "\\" not in body  # no system of equations to solve in these joints
-    lines = re.sub(r"\b(x|smoothing)\((\d+)\)", r"\1[\2 - 1]", body).replace("^", "**")
-    lines = re.sub(r"\bp\.(\w+)", r'p["\1"]', lines)
-    source = f"def derivatives(t, x, torque, p, smoothing):\n    {lines.replace(chr(10), chr(10) + '    ')}\n"
-    returned = f"    return [{rates[1].replace(';', ',')}]\n"
-    names = run("from math import *\nsign = lambda v: float(v > 0.0) - float(v < 0.0)\n" + source + returned)
-    p = {name: float(value) for name, value in own.items()}
-    x, u, t = motions(model)
-    return np.array([names["derivatives"](t[k], x[:, k], u[k], p, [1e-12] * 3) for k in range(POINTS)]).T
+    sharp = re.sub(r"smoothing = \[[^\]]*\]", "smoothing = [1e-12 1e-12 1e-12]", text)
+    assert sharp != text
+    file = Matlab(sharp)
+    name, x, u, t = next(iter(file.functions)), *motions(model)
+    return np.array([file.call(name, t[k], x[:, k], u[k])[:, 0] for k in range(POINTS)]).T
 
 
 @pytest.mark.parametrize("effect", places())
@@ -90,6 +83,56 @@ def test_every_effect_is_written_as_the_joint_has_it(effect: str) -> None:
     expected = of_the_joint(model)
     np.testing.assert_allclose(of_the_python(model), expected, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(of_the_matlab(model), expected, rtol=1e-9, atol=1e-9)
+
+
+def test_a_matlab_file_gives_its_parameters_and_takes_others() -> None:
+    model = handed(BASE)
+    file = Matlab(MatlabFunction().text(model, ["head"]))
+    name, x, u, t = next(iter(file.functions)), *motions(model)
+    given = file.call(name)
+    assert given["motor_viscous_Fv"] == next(p.value for p in model.fit.parameters if p.name == "motor.viscous.Fv")
+    usual = file.call(name, t[0], x[:, 0], u[0])
+    np.testing.assert_array_equal(file.call(name, t[0], x[:, 0], u[0], given), usual)
+    assert (file.call(name, t[0], x[:, 0], u[0], {**given, "motor_viscous_Fv": 9.0}) != usual).any()
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        "y = q;",
+        "y = x(0);",
+        "y = 2 ** x(1);",
+        "y = x(1)",
+        "y = [x(1), x(2);",
+        "y = none(x(1));",
+        "if x(1) > 0",
+        "y = x[1];",
+    ],
+)
+def test_what_is_no_matlab_is_refused(wrong: str) -> None:
+    with pytest.raises((AssertionError, IndexError)):
+        Matlab(f"function y = f(x)\n{wrong}\nend\n").call("f", np.ones(2))
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("-2^2", -4.0),
+        ("2^3^2", 64.0),
+        ("2^-1", 0.5),
+        ("6 / 3 * 2", 4.0),
+        ("pick(1 < 2, 3, 4)", 3.0),
+        ("x(2) - -1", 3.0),
+    ],
+)
+def test_the_reader_has_the_precedence_of_matlab(text: str, value: float) -> None:
+    pick = "function y = pick(c, a, b)\nif c\ny = a;\nelse\ny = b;\nend\nend\n"
+    assert Matlab(f"function y = f(x)\ny = {text};\nend\n{pick}").call("f", np.array([1.0, 2.0])) == value
+
+
+def test_a_space_before_a_sign_begins_an_element() -> None:
+    file = Matlab("function y = f(x)\ny = [x(1) -x(2); 1 - 2, 3];\nend\n")
+    np.testing.assert_array_equal(file.call("f", np.array([5.0, 7.0])), [[5.0, -7.0], [-1.0, 3.0]])
 
 
 def test_an_effect_changes_the_text() -> None:
