@@ -91,11 +91,16 @@ def _write(parent: h5py.Group, name: str, value: Any, hint: Any, unit: str | tup
         packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if value.nbytes > LARGE else {}
         parent.create_dataset(name, data=value, **packed).attrs["unit"] = unit
     elif _is_word(kind) and isinstance(value, str):
-        parent.create_dataset(name, data=str(value), dtype=WORDS)
+        parent.create_dataset(name, data=_encodable(value), dtype=WORDS)
     elif kind in NUMBERS and isinstance(value, NUMBERS[kind]):
         parent.create_dataset(name, data=kind(value)).attrs["unit"] = unit
     else:
         raise CodecError(f"{parent.name}/{name} is a {type(value).__name__}, which {hint} does not allow")
+
+
+def _encodable(text: str) -> str:
+    """A text with what UTF-8 cannot write, such as a byte of a file name that is no text, written out as \\udcff."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def _write_tuple(
@@ -105,7 +110,7 @@ def _write_tuple(
     if one is not None and not all(isinstance(item, NUMBERS.get(one, str)) for item in value):
         raise CodecError(f"{parent.name}/{name} has an element that {kind} does not allow")
     if one is str:
-        parent.create_dataset(name, data=np.array(value, dtype=object), dtype=WORDS)
+        parent.create_dataset(name, data=np.array([_encodable(item) for item in value], dtype=object), dtype=WORDS)
     elif one is not None:
         parent.create_dataset(name, data=np.array(value, dtype=one)).attrs["unit"] = unit
     else:

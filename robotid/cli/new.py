@@ -58,6 +58,10 @@ def write_configuration(
         return
     if not data.exists():
         raise InputError("there is no such file", where=str(data), hint="give --from-data a recording")
+    if not _is_text(data):
+        raise InputError(
+            "no configuration can name this file, its name is not UTF-8", where=str(data), hint="rename it"
+        )
     found = _scaled(_asked(data, dict(map(_pair, chosen))), scales)
     if found.sampling_time is None and sampling_time is None:
         hint = "say how many seconds are between two samples, such as --sampling-time 0.001"
@@ -68,6 +72,15 @@ def write_configuration(
     if found.axes:
         print_message(f"the file holds {len(found.axes)} axes: at the end of {path} is what describes all of them")
     print_message(f"{path} written: check its columns, then `robotid run {path}`")
+
+
+def _is_text(path: Path) -> bool:
+    """Whether a path from here is text, so that a configuration can name it."""
+    try:
+        os.path.relpath(path).encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _pair(text: str) -> tuple[str, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, make_dataclass
 from enum import StrEnum
+from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 import h5py
@@ -277,3 +278,11 @@ def test_another_type_is_not_read(written: tuple[Any, Any], hint: Any, group: h5
 def test_a_field_that_is_not_there(group: h5py.Group) -> None:
     with pytest.raises(CodecError, match="/content has no x"):
         read(group, Point)
+
+
+def test_a_name_that_is_no_text_is_written_out(tmp_path: Path) -> None:
+    """Bytes of a file name that are not UTF-8 reach an artifact by its configuration's name."""
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        write(file, Point(1.0, "c\udcff.yaml"))
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert read(file, Point) == Point(1.0, "c\\udcff.yaml")

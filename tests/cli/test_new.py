@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from math import pi
 from pathlib import Path
 
@@ -277,3 +278,16 @@ def test_one_pair_of_columns_is_one_axis(capsys: pytest.CaptureFixture[str]) -> 
     assert main(["new", "arm", "--from-data", "arm.csv"]) == 0
     assert "axes" not in capsys.readouterr().err
     assert "axes" not in Path("arm.yaml").read_text()
+
+
+def test_a_file_whose_name_is_no_text(capsys: pytest.CaptureFixture[str]) -> None:
+    name = Path(os.fsdecode(b"l\xf6g.csv"))
+    try:
+        write_log(name)
+    except OSError:
+        pytest.skip("the file system takes text only")
+    assert main(["new", "axis", "--from-data", str(name)]) == 3
+    assert capsys.readouterr().err == (
+        "l\\xf6g.csv: no configuration can name this file, its name is not UTF-8; rename it\n"
+    )
+    assert not Path("axis.yaml").exists()
