@@ -27,6 +27,7 @@ from robotid.signals.differentiate import ParallelFilter, low_pass
 from robotid.signals.plausibility.regression import Determined, cutoffs
 from robotid.signals.plausibility.settings import DELAY
 from robotid.signals.record import Record
+from robotid.signals.stretches import stretches
 
 UNKNOWN = Determined(0.0, np.inf)
 
@@ -36,9 +37,14 @@ def torque_delay(record: Record) -> Determined:
 
     Of several cut-offs up to the torque's bandwidth, that which tells it best among those below which the motion
     explains the torque; its deviation is as many times larger as the cut-offs differ by more than theirs (Birge 1932).
-    Unknown where there are not two: the record is short, or the axis is not rigid there.
+    Of a long record, the same in each of several stretches. Unknown where there are not two: the record is short, or
+    the axis is not rigid there.
     """
-    found = (_Lag.at(record, cutoff) for cutoff in dict.fromkeys(cutoffs(record)))
+    found = (
+        _Lag.at(stretch, cutoff)
+        for stretch in stretches(record, DELAY.max_samples)
+        for cutoff in dict.fromkeys(cutoffs(stretch))
+    )
     usable = [one for one in found if one is not None and one.explained > DELAY.explained and one.std > 0.0]
     if len(usable) < 2:
         return UNKNOWN

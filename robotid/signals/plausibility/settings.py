@@ -68,6 +68,7 @@ class CheckSettings:
 class DelaySettings:
     """How the delay of a torque is found."""
 
+    max_samples: int = 500_000  # of a record, in stretches from all over it: more tell the same
     max_shift: int = 20  # samples to either side
     samples_a_shift: int = 20  # of a record, at least
     explained: float = 0.9  # share of the torque that the motion explains: less, and the axis is not rigid

@@ -16,7 +16,7 @@ from robotid.artifacts.store import load
 from robotid.cli.app import main
 from robotid.model.array import Array
 from robotid.signals.measured import Selection, measured_records
-from robotid.signals.plausibility import Axis, check_records
+from robotid.signals.plausibility import Axis, check_records, delay
 from robotid.signals.plausibility.delay import torque_delay
 from robotid.signals.quality import Recordings, inspect
 from robotid.signals.readers.table import Table
@@ -49,6 +49,16 @@ def test_the_delay_is_found_to_a_fraction_of_a_sample(samples: float) -> None:
     found = torque_delay(record(late_log(samples)))
     assert found.value / H == pytest.approx(samples, abs=0.02)
     assert found.std / H < 0.02
+
+
+def test_of_a_long_record_stretches_tell_the_delay(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole, seen = record(late_log(0.4)), list[int]()
+    at = delay._Lag.at
+    monkeypatch.setattr(delay, "DELAY", replace(delay.DELAY, max_samples=len(whole) // 2))
+    monkeypatch.setattr(delay._Lag, "at", lambda part, cutoff: (seen.append(len(part)), at(part, cutoff))[1])
+    found = torque_delay(whole)
+    assert max(seen) == len(whole) // 10
+    assert found.value / H == pytest.approx(0.4, abs=max(0.1, 3 * found.std / H))
 
 
 def test_a_joint_that_flexes_tells_no_delay_of_less_than_its_deviation() -> None:
