@@ -84,6 +84,7 @@ def measured_records(chosen: Selection, table: Table) -> tuple[tuple[Record, Rep
     without excitation.
     """
     found, remarks = read_signals(chosen, table)
+    remarks = [*table.remarks, *remarks]
     _equal_lengths(table, found)
     t = found["t"].values if "t" in found else None
     if t is None and chosen.sampling_time is None:

@@ -119,7 +119,8 @@ def _axes(table: Table, columns: Mapping[str, Column]) -> tuple[dict[str, Column
         return ()
     found = {signal: _alike(table, column) for signal, column in own.items()}
     numbers = sorted(set.intersection(*(set(found[signal]) for signal in NEEDED)))
-    if len(numbers) < 2:
+    places = [(one.name, one.column) for each in found.values() for one in each.values()]
+    if len(numbers) < 2 or len({*places}) < len(places):  # a number that tells signals apart tells no axes
         return ()
     return tuple({signal: each[n] for signal, each in found.items() if n in each} for n in numbers)
 

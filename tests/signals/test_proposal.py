@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.mistaken_logs import right_log
 from support.paths import SHARED
 
 from robotid.errors import InputError
@@ -132,3 +133,17 @@ def test_values_that_tell_nothing_are_left_out(tmp_path: Path) -> None:
     noise = np.random.default_rng(1).normal(size=(300, 4))
     np.savetxt(tmp_path / "log.csv", noise, delimiter=",")
     assert propose(tmp_path / "log.csv").columns == {}
+
+
+def test_columns_without_names_are_no_axes(tmp_path: Path) -> None:
+    """Their numbers tell signals apart."""
+    log = right_log("rigid")
+    np.savetxt(tmp_path / "a.txt", np.column_stack([log[name] for name in ("t", "tau_m", "phi_m", "dphi_m")]))
+    found = propose(tmp_path / "a.txt")
+    assert {signal: column.name for signal, column in found.columns.items()} == {
+        "t": "0",
+        "tau_m": "1",
+        "phi_m": "2",
+        "dphi_m": "3",
+    }
+    assert found.axes == ()

@@ -26,6 +26,8 @@ MATRIX = np.arange(15.0).reshape(5, 3)
         "# robot 7\n\nt [s],phi [deg]\n0,1\n# break\n0.01,2.5\n",
         "t [s]\tphi [deg]\n0\t1\n0,01\t2,5\n",
         "t (s),phi (deg)\n0,1\n0.01,2.5\n",
+        "t [s]|phi [deg]\n0|1\n0.01|2.5\n",
+        "t [s],phi [deg]\n0,1\n0.01,2.5\n0.02",
         "t / s,phi / deg\n0,1\n0.01,2.5\n",
         "t,phi\ns,deg\n0,1\n0.01,2.5\n",
         "t,phi\n[s],[deg]\n0,1\n0.01,2.5\n",
@@ -45,6 +47,8 @@ MATRIX = np.arange(15.0).reshape(5, 3)
         "comments",
         "decimal comma, tab",
         "parentheses",
+        "bar",
+        "last line broken off",
         "slash",
         "line of units",
         "line of units in brackets",
@@ -280,3 +284,16 @@ def test_a_long_text_is_read_some_lines_at_a_time(tmp_path: Path, monkeypatch: p
         np.testing.assert_array_equal(parts.pick(name), whole.pick(name))
     assert whole.pick("tau")[7] == 1.0
     assert whole.where(1).endswith("log.csv:5")
+
+
+@pytest.mark.parametrize("row", ["{},{},x", "{},{},1"], ids=["words", "numbers"])
+def test_a_last_line_that_breaks_off_is_left_out_and_said(row: str, tmp_path: Path) -> None:
+    """A recorder that was switched off leaves such a line; one with its end is an error."""
+    text = "t,phi,state\n" + "".join(row.format(k, k * k) + "\n" for k in range(9)) + "9,8"
+    (tmp_path / "a.csv").write_text(text)
+    table = read(tmp_path / "a.csv")
+    assert len(table.columns["phi"]) == 9
+    assert table.remarks == ("the last line breaks off after 2 of 3 columns, and is left out",)
+    (tmp_path / "a.csv").write_text(text + "\n")
+    with pytest.raises(InputError, match="2 columns where the names promise 3"):
+        read(tmp_path / "a.csv")

@@ -1,4 +1,4 @@
-"""Text tables: comma, semicolon, tab or blanks between columns, decimal point or comma, one line of names.
+"""Text tables: comma, semicolon, tab, bar or blanks between columns, decimal point or comma, one line of names.
 
 Lines before the names, comments (#), a line of units below the names and empty cells are understood. Columns without
 names are called by their positions, counted from 0. Dates are seconds from the first, as the file writes them.
@@ -63,9 +63,10 @@ def read(path: Path) -> Table:
     if "\r" in content:
         content = content.replace("\r\n", "\n").replace("\r", "\n")
     layout = _layout(path, next(_chunks(content)))
+    content, unfinished = _finished(content, layout)
     found = _fast(content, layout)
     if found is not None:
-        return _table(path, layout, *found, {})
+        return replace(_table(path, layout, *found, {}), remarks=unfinished)
     lines = content.split("\n")
     rows = [k for k in range(layout.first, len(lines)) if _content(lines[k])]
     cells = _cells(path, lines, rows, layout)
@@ -79,7 +80,18 @@ def read(path: Path) -> Table:
     times = {layout.names[j] or "time": _seconds(path, [row[j] for row in cells], rows) for j in dates}
     seconds = {printable(name): values for name, (_, values) in times.items()}
     origins = {printable(name): zero for name, (zero, _) in times.items()}
-    return replace(table.with_columns(seconds), units=table.units | dict.fromkeys(seconds, "s"), origins=origins)
+    units = table.units | dict.fromkeys(seconds, "s")
+    return replace(table.with_columns(seconds), units=units, origins=origins, remarks=unfinished)
+
+
+def _finished(text: str, layout: Layout) -> tuple[str, tuple[str, ...]]:
+    """A text without a last line that was not written to its end, as of a recorder that was switched off, and what was
+    left out. Such a line has no end, and fewer columns than the names."""
+    before, _, last = text.rpartition("\n")
+    cells = _split(last, layout.delimiter)
+    if not before or not _content(last) or len(cells) >= len(layout.names) or not _is_row(cells, layout.delimiter):
+        return text, ()
+    return before, (f"the last line breaks off after {len(cells)} of {len(layout.names)} columns, and is left out",)
 
 
 def _text(path: Path) -> str:
@@ -116,7 +128,7 @@ def _layout(path: Path, lines: Sequence[str]) -> Layout:
 
 
 def _delimiter(lines: Sequence[str]) -> str | None:
-    return next((d for d in (";", "\t", ",") if 2 * sum(d in line for line in lines) >= len(lines)), None)
+    return next((d for d in (";", "\t", "|", ",") if 2 * sum(d in line for line in lines) >= len(lines)), None)
 
 
 def _split(line: str, delimiter: str | None) -> list[str]:

@@ -67,7 +67,7 @@ class Table:
     where the file tells them; lines : (n,) line of the file of each row, where the file has lines; text : columns that
     hold text, and the first of it; clocks : the column that holds a column's time stamps, where the file tells;
     origins : of columns that were dates, the second since 1970 that they count from; order : all names as they stand,
-    text too, where the file has an order."""
+    text too, where the file has an order; remarks : what of the file was left out."""
 
     path: str
     columns: Mapping[str, Array]
@@ -77,6 +77,7 @@ class Table:
     clocks: dict[str, str] = field(default_factory=dict)
     origins: dict[str, float] = field(default_factory=dict)
     order: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     def pick(self, name: str, column: int | None = None) -> Array:
         """One column, (n,). column : of a matrix, whichever way it lies; name[3] means the same as name with column 3.
