@@ -207,8 +207,8 @@ def _first_speed(fit: FitResult, joint: Joint, record: Record) -> Iterator[str]:
     if most - least > 0.0 and not least + margin < speed < most - margin:
         unit = unit_of("speed", linear=joint.structure.linear)
         yield (
-            f"the first speed of {record.name} would go elsewhere, if the measured one, {plain(measured)} {unit}, did"
-            f" not keep it at {plain(speed)}"
+            f"the estimated first speed of {record.name}, {plain(speed)} {unit}, is as far from the measured one,"
+            f" {plain(measured)} {unit}, as its limits allow"
         )
 
 

@@ -202,7 +202,11 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
     elif d.causes and d.remaining < d.misfit:
         verb = "Together they leave" if len(d.causes) > 1 else "It leaves"
         left = f"{significant(d.remaining, 2)} {unit}" if d.remaining > MIN_REMAINING * d.noise_floor else "nothing"
-        share = f" ({portion(d.remaining_share, 0)} of the misfit's energy)" if left != "nothing" else ""
+        share = (
+            f" ({portion(d.remaining_share, 0)} of the misfit's energy, weighed by the noise)"
+            if left != "nothing"
+            else ""
+        )
         yield f"{verb} {left} beyond the noise{share}."
 
 

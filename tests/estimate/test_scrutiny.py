@@ -59,7 +59,7 @@ def test_a_constant_torque_that_is_not_declared_is_named_with_what_it_changes(of
     found = scrutinised(offset)
     assert [p.name for p in found.parameters] == list(TRUTH), "the model stays as declared"
     assert any("went into the parameters" in remark for remark in found.remarks)
-    assert any("the first speed of log would go elsewhere" in remark for remark in found.remarks)
+    assert any("the estimated first speed of log, " in remark for remark in found.remarks)
     assert abs(found.initial_states["log"][0] - record(offset).dphi_m[0]) < 2.0
     assert found["motor.inertia.J"].value == pytest.approx(TRUTH["motor.inertia.J"], rel=0.5)
     advice = found.remarks[-1]

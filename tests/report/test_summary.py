@@ -69,7 +69,7 @@ def test_the_whole_story() -> None:
         "In small a torque of 0.3 Nm acts from 1.7 to 2.5 s: an event, not a property of the machine.",
         "In small friction that is larger by 0.16 Nm acts from 2.2 s on: an event, not a property of the machine.",
         "These data cannot tell motor.stribeck from motor.presliding; an experiment that would is given below.",
-        "Together they leave 0.011 rad/s beyond the noise (3 % of the misfit's energy).",
+        "Together they leave 0.011 rad/s beyond the noise (3 % of the misfit's energy, weighed by the noise).",
         "With motor.stribeck added, the fit of held-out record large goes from 95.00 to 99.20 % (its RMS error falls by"
         " 95 %).",
         "Dropped in the final fit, for it no longer earned its place: motor.cogging.",
