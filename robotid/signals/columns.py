@@ -17,14 +17,14 @@ from robotid.signals.units import SI, UNITS, Unit, parse, unit
 
 _ALIASES = {
     "t": """t time timestamp timestamps tout datetime date_time elapsed_time zeit zeitstempel uhrzeit temps horodatage
-        tiempo tempo""",
+        tiempo tempo 时间 時間""",
     "tau_m": """tau_m tau torque motor_torque tau_motor moment force effort u vir drehmoment motormoment motordrehmoment
-        kraft couple couple_moteur par_motor coppia fuerza forza current motor_current strom motorstrom courant
-        courant_moteur corriente corrente""",
+        kraft couple couple_moteur par par_motor coppia fuerza forza current motor_current strom motorstrom courant
+        courant_moteur corriente corrente 力矩 扭矩 转矩 トルク""",
     "phi_m": """phi_m phi angle motor_angle pos position q qm theta enc encoder winkel motorwinkel drehwinkel
-        motorposition grad angle_moteur angulo angolo posicion posizione""",
+        motorposition grad angle_moteur angulo angolo posicion posizione 角度 位置""",
     "dphi_m": """dphi_m dphi omega speed velocity vel dq qd motor_speed drehzahl motordrehzahl geschwindigkeit
-        winkelgeschwindigkeit vitesse vitesse_angulaire velocidad velocita""",
+        winkelgeschwindigkeit vitesse vitesse_angulaire velocidad velocita 速度 角速度 转速""",
     "phi_a": "phi_a arm_angle link_angle load_angle second_encoder",
     "ref": "ref reference qg setpoint ref_pos ref_vel sollwert sollwinkel sollposition solldrehzahl consigne consigna",
     "disturbance": "disturbance torque_disturbance force_disturbance",
@@ -99,7 +99,7 @@ def short(name: str) -> str:
 def ending(name: str) -> tuple[str, Unit | None]:
     """A short name without the unit at its end, and that unit: angle_deg -> angle, deg.
 
-    Single letters other than s and v are no units, for phi_m and phi_a end in them.
+    Single letters other than s and v are no units, for phi_m and phi_a end in them; rad_s is rad/s.
     """
     words = short(name).split("_")
     if words == ["grad"]:
@@ -114,6 +114,8 @@ def ending(name: str) -> tuple[str, Unit | None]:
     for count in range(min(3, len(words) - 1), 0, -1):
         tail = "_".join(words[-count:])
         found = parse(tail) if (len(tail) > 1 or tail in "sv") and tail != "min" else None
+        if found is None and count == 2 and len(words[-2]) > 1:
+            found = parse("/".join(words[-2:]))
         if found is not None:
             return "_".join(words[:-count]), found
     return "_".join(words), None

@@ -147,3 +147,10 @@ def test_columns_without_names_are_no_axes(tmp_path: Path) -> None:
         "dphi_m": "3",
     }
     assert found.axes == ()
+
+
+@pytest.mark.parametrize("head", ["tiempo,par,posicion_rad,velocidad_rad_s", "时间,力矩,角度,速度"])
+def test_names_in_other_languages(head: str, tmp_path: Path) -> None:
+    found = proposal(tmp_path, head)
+    assert [column.name for column in found.columns.values()] == head.split(",")
+    assert list(found.columns) == ["t", "tau_m", "phi_m", "dphi_m"]
