@@ -1,21 +1,26 @@
 """Causes that the search has accepted, judged once more by a fit as the pipeline makes it.
 
 The search weighs a residual by its noise, and sees what is far below the rest of it. A cause that gains nothing in a
-fit is not worth a name.
+fit is not worth a name. Nor is one that a record which was held out shows the other way round: it imitates something
+that is not in the catalogue, and what differs beside it only makes up for that.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from robotid.diagnosis.results import Cause, Diagnosis, Rejected, Verdict
+from robotid.diagnosis.search.physical_sense import declarations
 from robotid.diagnosis.settings import VERDICT
 from robotid.diagnosis.verdict import is_partial, without_cause
+from robotid.model.structure import changed, is_change, rests_on
 
 NOT_CONFIRMED = "a fit does not confirm it: the held-out records gain nothing by it"
+ANOTHER_SIZE = "is not the same in all records: {} of {} differs by {:.0f} % of its size"
+RESTS = "only makes up for {}, which is no cause"
 
 
 def is_idle(cause: Cause) -> bool:
@@ -23,11 +28,43 @@ def is_idle(cause: Cause) -> bool:
     return cause.heldout_gain < VERDICT.least_gain
 
 
-def without_causes(diagnosis: Diagnosis, idle: Sequence[Cause]) -> Diagnosis:
-    """The diagnosis with causes rejected that a fit does not confirm."""
-    kept = tuple(cause for cause in diagnosis.causes if cause not in idle)
-    left = tuple(Rejected(one.effect, one.explained, one.heldout_gain, NOT_CONFIRMED) for one in idle)
-    given = sum(one.explained for one in idle)
+def another_size(cause: Cause, diagnosis: Diagnosis) -> str | None:
+    """Why a cause is none that a record which was held out shows the other way round, or more than twice as large, in
+    words; None where no record does."""
+    nulls = {name: p.null for name, p in declarations(cause.effect) if p.null is not None}
+    size = float(np.linalg.norm([p.value - nulls[p.name] for p in cause.parameters if p.name in nulls]))
+    for other in diagnosis.causes:
+        if is_change(other.effect) and other.explained_of:
+            record, parameter = changed(other.effect)
+            apart = abs(other.parameters[0].value)
+            if parameter in nulls and apart > size:
+                return ANOTHER_SIZE.format(parameter.rpartition(".")[2], record, 100.0 * apart / max(size, 1e-300))
+    return None
+
+
+def unconfirmed(diagnosis: Diagnosis) -> dict[str, str]:
+    """The causes that are none after all, by name, and why: those of quite another size on records that were held out,
+    all that differs beside these, and what gains nothing."""
+    causes = [cause for cause in diagnosis.causes if not is_change(cause.effect)]
+    found = {one.effect: why for one in causes if (why := another_size(one, diagnosis)) is not None}
+    if found:
+        beside = RESTS.format(", ".join(found))
+        found |= {one.effect: beside for one in diagnosis.causes if one.explained_of}
+    idle = [one for one in diagnosis.causes if is_idle(one) and not one.explained_of]
+    return {one.effect: NOT_CONFIRMED for one in idle} | found
+
+
+def without_causes(diagnosis: Diagnosis, why: Mapping[str, str]) -> Diagnosis:
+    """The diagnosis with causes rejected, and what rests on them. why : each is none, by name."""
+    none = {one.effect: why[one.effect] for one in diagnosis.causes if one.effect in why}
+    for one in diagnosis.causes:
+        of = next((effect for effect in why if rests_on(one.effect, effect)), None)
+        if of is not None:
+            none.setdefault(one.effect, RESTS.format(of))
+    idle = [one for one in diagnosis.causes if one.effect in none]
+    kept = tuple(one for one in diagnosis.causes if one.effect not in none)
+    left = tuple(Rejected(one.effect, one.explained, one.heldout_gain, none[one.effect]) for one in idle)
+    given = sum(one.explained for one in idle if not one.explained_of)
     share = min(1.0, diagnosis.remaining_share + given)
     energy = min(diagnosis.misfit**2, diagnosis.remaining**2 + given * diagnosis.misfit**2)
     remaining = diagnosis.misfit if not kept else float(np.sqrt(energy))
@@ -47,7 +84,7 @@ def without_causes(diagnosis: Diagnosis, idle: Sequence[Cause]) -> Diagnosis:
     )
 
 
-def _verdict(diagnosis: Diagnosis, kept: Sequence[Cause], share: float, remaining: float) -> Verdict:
+def _verdict(diagnosis: Diagnosis, kept: tuple[Cause, ...], share: float, remaining: float) -> Verdict:
     """In one word, with fewer causes."""
     if diagnosis.verdict == "not explained":
         return "not explained"

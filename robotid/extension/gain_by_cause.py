@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from robotid.diagnosis.confirmation import is_idle, without_causes
+from robotid.diagnosis.confirmation import unconfirmed, without_causes
 from robotid.diagnosis.results import Diagnosis
 from robotid.estimate.result import FitResult
 from robotid.extension.task import ExtensionTask, effects_to_add, fits_with, gain, others_than, tried_with
@@ -62,5 +62,5 @@ def with_gains(diagnosis: Diagnosis, task: ExtensionTask) -> Diagnosis:
         for cause in diagnosis.causes
     )
     judged = replace(diagnosis, causes=causes, refitted={p.name: p.value for p in last.parameters})
-    idle = [cause for cause in causes if cause.effect in gained and is_idle(cause)]
-    return with_gains(without_causes(judged, idle), task) if idle else judged
+    none = unconfirmed(judged)
+    return with_gains(without_causes(judged, none), task) if none else judged

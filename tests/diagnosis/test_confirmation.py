@@ -5,14 +5,24 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from support.diagnosed import NAMED, STRIBECK
+from support.diagnosed import NAMED, PAYLOAD, STRIBECK, estimate
 
-from robotid.diagnosis.confirmation import is_idle, without_causes
+from robotid.diagnosis.confirmation import NOT_CONFIRMED, is_idle, unconfirmed, without_causes
 from robotid.diagnosis.results import Cause
 
 
 def cause(gain: float) -> Cause:
     return replace(STRIBECK, heldout_gain=gain)
+
+
+def idle(*causes: Cause) -> dict[str, str]:
+    return {one.effect: NOT_CONFIRMED for one in causes}
+
+
+def change(value: float) -> Cause:
+    """The Stribeck friction of a record that was held out, and how it differs."""
+    effect = "record_change.day2.motor.stribeck.dFs"
+    return replace(PAYLOAD, effect=effect, parameters=(estimate(effect, value, "Nm"),), explained_of="day2")
 
 
 @pytest.mark.parametrize(("gain", "idle"), [(0.001, True), (-0.2, True), (0.01, False), (float("nan"), False)])
@@ -22,7 +32,7 @@ def test_a_cause_is_confirmed_by_its_gain_where_there_is_one_to_measure(gain: fl
 
 def test_without_its_only_cause_a_large_misfit_is_unknown() -> None:
     one = cause(0.0)
-    found = without_causes(replace(NAMED, causes=(one,), remaining_share=1.0 - one.explained), [one])
+    found = without_causes(replace(NAMED, causes=(one,), remaining_share=1.0 - one.explained), idle(one))
     assert (found.verdict, found.causes, found.remaining) == ("unknown", (), NAMED.misfit)
     assert found.remaining_share == pytest.approx(1.0)
     assert (found.rejected[0].effect, found.rejected[0].heldout_gain) == (one.effect, 0.0)
@@ -33,16 +43,38 @@ def test_without_its_only_cause_a_large_misfit_is_unknown() -> None:
 def test_without_its_only_cause_a_small_misfit_is_clean() -> None:
     one = cause(0.0)
     little = replace(NAMED, causes=(one,), misfit=0.019, events=(), shape=None)
-    assert without_causes(little, [one]).verdict == "clean"
-    assert without_causes(replace(little, events=NAMED.events), [one]).verdict == "named"
-    assert without_causes(replace(little, shape=NAMED.curves[0]), [one]).verdict == "unknown"
+    assert without_causes(little, idle(one)).verdict == "clean"
+    assert without_causes(replace(little, events=NAMED.events), idle(one)).verdict == "named"
+    assert without_causes(replace(little, shape=NAMED.curves[0]), idle(one)).verdict == "unknown"
 
 
 def test_what_a_rejected_cause_explained_is_left() -> None:
     minor = replace(cause(0.0), effect="motor.cogging", explained=0.2)
     first = replace(STRIBECK, explained=0.7)
-    found = without_causes(replace(NAMED, causes=(first, minor), remaining_share=0.1), [minor])
+    found = without_causes(replace(NAMED, causes=(first, minor), remaining_share=0.1), idle(minor))
     assert found.causes == (first,)
     assert found.remaining_share + sum(one.explained for one in found.causes) == pytest.approx(1.0)
     assert NAMED.remaining < found.remaining < NAMED.misfit
     assert found.verdict == "named"
+
+
+@pytest.mark.parametrize(("apart", "none"), [(0.05, False), (-0.15, False), (0.25, True), (-0.3, True)])
+def test_a_cause_of_another_size_on_a_held_out_record_imitates_something(apart: float, none: bool) -> None:
+    """0.2 Nm in every record but one."""
+    first = replace(cause(4.0), explained=0.9)
+    assert first.parameters[0].value == 0.2
+    found = replace(NAMED, causes=(first, change(apart), PAYLOAD), remaining_share=0.1)
+    why = unconfirmed(found)
+    assert set(why) == ({first.effect, change(apart).effect, PAYLOAD.effect} if none else set())
+    left = without_causes(found, why)
+    assert left.verdict == ("unknown" if none else "named")
+    assert left.remaining_share == pytest.approx(1.0 if none else 0.1)
+    if none:
+        assert "dFs of day2" in left.rejected[0].why
+
+
+def test_what_rests_on_a_cause_goes_with_it() -> None:
+    found = replace(NAMED, causes=(cause(0.0), change(0.05)), remaining_share=0.03)
+    left = without_causes(found, unconfirmed(found))
+    assert left.causes == ()
+    assert left.remaining_share == pytest.approx(1.0)
