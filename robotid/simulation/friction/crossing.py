@@ -20,7 +20,7 @@ from robotid.simulation.friction.step import StepInputs, Steps
 MAX_CROSSINGS = 3  # in one interval
 FURTHER_ITERATIONS = 1  # of a crossing after another in its interval: the iteration over the whole window goes on
 ROOT_ITERATIONS = 3  # of the instant as a cubic shows it
-FIRST_ITERATIONS = 2  # of the first crossing in an interval, likewise
+FIRST_ITERATIONS = 5  # of the first crossing in an interval
 INSTANT_TOLERANCE = 1e-3  # of the interval, before the last, quadratically convergent, correction
 CHANGE_ITERATIONS = 5  # of the state at which the torque changes
 BLOCK_ENTRIES = 200_000  # derivatives at once: more do not stay in a processor's second cache
