@@ -23,7 +23,8 @@ HIDDEN = [
     ("motor.known_torque[cell]", {"g": 0.3}),
     ("torque.voltage_sag[bus]", {"c": 0.03, "w0": 48.0}),
     ("motor.known_inertia[pose]", {"s": 1.0}),
-    ("motor.coupling[q3]", {"H": 0.05, "A": 0.0, "B": 0.0}),
+    ("motor.coupling[q3]", {"H": 0.02, "A": 0.0, "B": 0.06, "n": 0.0}),
+    ("motor.coupling[q2]", {"H": 0.03, "A": 0.02, "B": -0.04, "n": 1.0}),
 ]
 
 
