@@ -26,6 +26,7 @@ DAMPING_GROWTH = 4  # at a step without gain; twice as fast at each further one 
 GOOD, FAIR, POOR = 0.75, 0.25, 1e-4  # gain over predicted reduction: damping falls, stays, rises; the step is refused
 NOISE_SHARE = 0.1  # of the decrease that fitting pure noise brings, unknowns / samples: less is not worth a step
 NO_REDUCTION = 1e-14  # of the cost: rounding
+MAX_FALL = 10.0  # factor of one step on what is positive by its bound, as masses are: no linearisation sees further
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +68,12 @@ class Bounds:
     def clip(self, unknowns: Array) -> Array:
         """The nearest point within, (m,)."""
         return np.asarray(np.clip(unknowns, self.lower, self.upper))
+
+    def stepped(self, before: Array, step: Array) -> Array:
+        """The nearest point within to that after a step, (m,). Where the bound keeps an unknown positive, it falls by a
+        factor of MAX_FALL at most: a mass that a step takes away does not come back."""
+        least = np.where(self.lower > 0.0, np.maximum(self.lower, before / MAX_FALL), self.lower)
+        return np.asarray(np.clip(before + step, least, self.upper))
 
     def active(self, at: Linearisation) -> Mask:
         """Unknowns at a bound that the descent would cross, (m,)."""
@@ -233,7 +240,7 @@ def next_iterate(
         whole = damped_step(at, active, damping)
         if _promised(at, whole) < least:
             break
-        step = bounds.clip(before.unknowns + whole) - before.unknowns
+        step = bounds.stepped(before.unknowns, whole) - before.unknowns
         predicted = _promised(at, step)
         if predicted > NO_REDUCTION * before.cost:  # cut off at its bounds, a step may lead uphill; a shorter one not
             try:

@@ -96,3 +96,29 @@ def test_a_damping_that_leaves_no_promise_is_lowered_first() -> None:
     tried = next(next_iterate(at, 1e6, Bounds(*problem.bounds()), least))
     assert isinstance(tried, Point)
     assert start.cost - problem.evaluate(tried.unknowns).cost >= least  # a linear problem keeps what it promises
+
+
+@dataclass
+class Vanishing(Linear):
+    """The logarithm of a positive unknown: from far above, a straight line leads below zero."""
+
+    def evaluate(self, unknowns: Array, near: Linearisation | None = None, *, max_cost: float = np.inf) -> Evaluation:
+        if unknowns[0] < 1e-2:
+            raise AssertionError("a step took the unknown away")
+        return Evaluation(unknowns, (np.log(unknowns),), ())
+
+    def jacobian(self, at: Evaluation, k: int, steps: None) -> Jacobian:
+        return Jacobian(np.arange(1), 1.0 / at.unknowns[:, None])
+
+
+def test_what_is_positive_falls_to_a_tenth_at_most_in_one_step() -> None:
+    bounds = Bounds(np.array([1e-9, 0.0, -np.inf, 0.3]), np.full(4, np.inf))
+    before = np.array([2.0, 2.0, 2.0, 2.0])
+    assert bounds.stepped(before, np.full(4, -5.0)) == pytest.approx([0.2, 0.0, -3.0, 0.3])
+    assert np.array_equal(bounds.stepped(before, np.full(4, -1.5)), np.full(4, 0.5))
+
+
+def test_a_mass_that_a_step_would_take_away_comes_back() -> None:
+    problem = Vanishing(np.zeros((1, 1)), np.zeros(1), np.array([1e-9]))
+    solution = solve(problem, np.array([40.0]))  # type: ignore[arg-type]
+    assert solution.evaluation.unknowns == pytest.approx([1.0], rel=1e-3)

@@ -253,7 +253,8 @@ class Descent:
         fixed = bounds.active(at.linear)
         if not self.near and at.defect > LARGE_DEFECT * at.cost:
             fixed[len(self.problem.columns) :] = True
-        return np.asarray(bounds.clip(at.unknowns + damped_step(at.linear, fixed, self.damping)) - at.unknowns)
+        whole = damped_step(at.linear, fixed, self.damping)
+        return np.asarray(bounds.stepped(at.unknowns, whole) - at.unknowns)
 
     def advance(self, tolerance: float) -> bool:
         """Try one step; whether it was taken. A step that gains less than the tolerance is a small one."""
