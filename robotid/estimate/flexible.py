@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -140,7 +140,44 @@ def fit_flexible(
     total = rigid_inertia(linear, {name: values[name] for name in linear.names}, rigid)
     found = _responses(joint, parameters, records, options)
     fitted = [_fit(linear, parts, values, fixed, total, response) for response in found]
-    return _result(linear, joint, parameters, total[0], fitted)
+    result = _result(linear, joint, parameters, total[0], fitted)
+    if not any(place.term.companion for place in joint.placed):
+        return result
+    return _without_pose(result, joint, parts.arm, _inertia_of_poses(joint, parameters, records))
+
+
+def _inertia_of_poses(joint: Joint, parameters: Parameters, records: Sequence[Record]) -> Array:
+    """What effects that read a companion add to the inertia of the arm, (n,) samples of all records [kg m2]."""
+    resting = linear_part(joint)
+    known = dict(zip(parameters.names, parameters.values.tolist(), strict=True))
+    none, theta = np.zeros((resting.nx, 1)), np.array([known[name] for name in resting.names])
+    own = resting.slopes(none, none[: resting.masses], none[0], theta)[1][1, 1, 0]
+    added = []
+    for record in records:
+        along, still = joint.along(record), np.zeros((joint.nx, len(record)))
+        s = along.directions(still, still[: joint.masses], record.t, parameters.values)
+        mass = along.slopes(still, s, record.t, parameters.values)[1][1, 1] - own
+        added.append(np.broadcast_to(mass, len(record)))
+    return np.concatenate(added)
+
+
+def _without_pose(result: FlexResult, joint: Joint, arm: str, added: Array) -> FlexResult:
+    """The inertia of the arm (its name) without what its poses added to it in the responses, (n,). Where no mass would
+    be left, step 1 did not tell inertia, pose and coupling apart: what reads a companion starts absent."""
+    if arm not in result.guesses:
+        return result
+    mean = float(added.mean())
+    if result.guesses[arm] - mean + min(0.0, float(added.min())) > 0.0:
+        guesses = result.guesses | {arm: result.guesses[arm] - mean}
+        estimates = tuple(replace(e, value=e.value - mean) if e.name == arm else e for e in result.parameters)
+        return replace(result, guesses=guesses, parameters=estimates)
+    absent: dict[str, float] = {}
+    for place in joint.placed:
+        if place.term.companion:
+            pairs = zip(joint.names[place.at], place.term.parameters, strict=True)
+            absent |= {name: p.null for name, p in pairs if p.null is not None}
+    remark = f"slow motion does not tell inertia and pose apart: {', '.join(absent)} start absent"
+    return replace(result, guesses=result.guesses | absent, remarks=(*result.remarks, remark))
 
 
 def _responses(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robotid.errors import NumericsError
 from robotid.model import signal_matrix
 from robotid.model.array import Array, Mask
 from robotid.model.channel import Channel
@@ -204,10 +205,13 @@ class Joint(Layout):
     def _gain(
         self, linear: LinearPart, sampled: Sequence[tuple[Placed, PortMotion]], theta: Array, sticking: Mask | None
     ) -> Rows:
-        """The inverse of the mass matrix, sticking coordinates cut off; of a diagonal one these need no cutting."""
+        """The inverse of the mass matrix, sticking coordinates cut off; of a diagonal one these need no cutting. Raises
+        NumericsError where a mass that changes is not positive: such a motion explodes."""
         if linear.gain is not None and (sticking is None or linear.diagonal):
             return linear.gain
         mass = linear.mass[:, :, None] + self._mass_matrix(sampled, theta)
+        if any(mass[j, j].real.min() <= 0.0 for j in range(self.masses)):
+            raise NumericsError("a mass is not positive in every pose", hint="check the parameters' guesses and bounds")
         if sticking is not None:
             mass = with_sticking(mass, sticking)
         return signal_matrix.of_signals(inverse(mass))

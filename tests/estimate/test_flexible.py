@@ -18,7 +18,9 @@ from robotid.estimate.notch import read_off
 from robotid.estimate.responses import ResponseOptions, responses
 from robotid.estimate.rigid import RigidResult, fit_rigid
 from robotid.model.array import Array
+from robotid.model.companion import CompanionKind
 from robotid.model.structure import Structure
+from robotid.signals.companion import Companion
 from robotid.signals.frf import Complex, Frf
 from robotid.signals.record import Record
 from robotid.simulation.simulate import simulate
@@ -28,6 +30,7 @@ OMEGA = 2 * np.pi * np.arange(1.0, 40.2, 0.2)
 THREE = replace(STRUCTURE, terms=(*STRUCTURE.terms, "link.spring", "link.damper", "tool.inertia"))
 THIRD = replace(STRUCTURE, terms=(*STRUCTURE.terms, "link.third_mass"))
 TOOL = {"arm.inertia.J": 800.0, "tool.inertia.J": 330.0, "link.spring.k1": 2.3e6, "link.damper.d": 1500.0}
+POSED = "arm.pose_lever[q2].A"
 HUNG = {"arm.inertia.J": 800.0, "link.third_mass.Jb": 330.0, "link.third_mass.wb": 80.0, "link.third_mass.zeta": 0.03}
 
 
@@ -192,6 +195,30 @@ def test_a_fixed_parameter_is_held() -> None:
     assert "motor.inertia.J" not in flex.guesses
     assert flex.readings[0].values["motor.inertia.J"] == 0.0121
     assert flex.guesses["arm.inertia.J"] == pytest.approx(1130, rel=0.05)
+
+
+@pytest.mark.parametrize(("amplitude", "arm"), [(300.0, 830.0), (-200.0, 1330.0)])
+def test_a_response_shows_the_arm_with_what_its_pose_adds(amplitude: float, arm: float) -> None:
+    flex = posed(amplitude)
+    assert flex.guesses["arm.inertia.J"] == pytest.approx(arm, rel=0.05)
+    assert {e.name: e.value for e in flex.parameters}["arm.inertia.J"] == flex.guesses["arm.inertia.J"]
+    assert POSED not in flex.guesses
+
+
+def test_a_pose_that_would_leave_no_mass_starts_absent() -> None:
+    flex = posed(1500.0)
+    assert (flex.guesses["arm.inertia.J"], flex.guesses[POSED]) == (pytest.approx(1130, rel=0.05), 0.0)
+    assert any(f"{POSED} start absent" in remark for remark in flex.remarks)
+
+
+def posed(amplitude: float) -> FlexResult:
+    """The start of the joint beside an axis at a right angle, whose pose step 1 gave this amplitude [kg m2]."""
+    set1, set2, _ = true_records()
+    upright = Companion.of(CompanionKind.ANGLE, np.full(len(set2), 0.5 * np.pi), SAMPLING_TIME)
+    rigid = fit_rigid(assemble(STRUCTURE), assemble(STRUCTURE).parameters(), [set1])
+    joint = assemble(STRUCTURE.extended("arm.pose_lever[q2]"))
+    parameters = joint.parameters().with_values(rigid.guesses | {POSED: amplitude})
+    return fit_flexible(joint, parameters, rigid, [replace(set2, companions={"q2": upright})])
 
 
 def test_slow_motion_tells_no_stiffness() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from robotid.catalogue import assemble
-from robotid.errors import ConfigError, InputError
+from robotid.errors import ConfigError, InputError, NumericsError
 from robotid.model.companion import Course, companion_of, with_companion
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.structure import Structure
@@ -66,13 +66,13 @@ def test_an_effect_names_a_companion_if_and_only_if_it_reads_one(effect: str, wo
 
 
 def test_the_joint_moves_with_the_inertia_of_the_pose() -> None:
-    """J(w) a + dJ/dw dw v = u, with J = 2 + 3 sin(w)."""
+    """J(w) a + dJ/dw dw v = u, with J = 4 + 3 sin(w)."""
     joint = assemble(AXIS).along(Log(courses={"q2": RAMP}))
-    theta = joint.parameters().with_values([2.0, 3.0, 0.0, 1.0]).values
+    theta = joint.parameters().with_values([4.0, 3.0, 0.0, 1.0]).values
     t, v, u = np.array([10.0, 10.25, 11.0]), np.array([[5.0, -1.0, 2.0]]), np.array([7.0, 7.0, 7.0])
     w, dw = np.array([1.0, 1.5, 4.0]), np.array([0.1, 0.15, 0.4])
     found = joint.evaluate(v, u, np.sign(v), t, theta, columns=DerivativeColumns((0, 1, 2)))
-    inertia = 2.0 + 3.0 * np.sin(w)
+    inertia = 4.0 + 3.0 * np.sin(w)
     np.testing.assert_allclose(found.f[0], (u - 3.0 * np.cos(w) * dw * v[0]) / inertia, rtol=1e-14)
     assert found.B is not None
     np.testing.assert_allclose(found.B[0, 0], -found.f[0] / inertia, rtol=1e-14)
@@ -83,3 +83,13 @@ def test_a_linear_response_is_that_at_the_mean_pose() -> None:
     resting = joint.at_mean_companions()
     w, dw, ddw = resting.companions["q2"].at(np.zeros(1))
     assert (w.item(), dw.item(), ddw.item()) == (pytest.approx(7 / 3), 0.0, 0.0)
+
+
+def test_a_mass_that_some_pose_takes_away_is_refused() -> None:
+    joint = assemble(AXIS).along(Log(courses={"q2": RAMP}))
+    theta = joint.parameters().with_values([2.0, 3.0, 0.0, 1.0]).values
+    t = np.array([10.0, 10.5, 11.0])
+    one = np.ones((1, 2))
+    joint.evaluate(one, one[0], one, t[:2], theta)
+    with pytest.raises(NumericsError, match="a mass is not positive in every pose"):
+        joint.evaluate(one, one[0], one, t[1:], theta)  # 2 + 3 sin(4) < 0
