@@ -77,7 +77,7 @@ def starting_parameters(
         one = known.get(name, KnownParameter())
         if name in found and one.guess is None:
             values[k] = found[name]
-        free[k] = name not in fixed and not one.fixed
+        free[k] &= name not in fixed and not one.fixed
     return replace(parameters, values=np.clip(values, parameters.lower, parameters.upper), free=free)
 
 

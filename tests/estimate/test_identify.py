@@ -28,6 +28,13 @@ def test_a_parameter_fixed_without_a_guess_keeps_what_was_found() -> None:
     assert (start[J], start.free.tolist()) == (0.011, [False, True, False])
 
 
+def test_a_shape_that_says_which_law_it_is_is_not_estimated() -> None:
+    joint = assemble(AXIS.extended("motor.pose_inertia[q2]"))
+    start = starting_parameters(joint, {"motor.pose_inertia[q2].n": KnownParameter(guess=2.0)}, FOUND)
+    estimated = dict(zip(start.names, start.free.tolist(), strict=True))
+    assert estimated == dict.fromkeys(joint.names, True) | {"motor.pose_inertia[q2].n": False}
+
+
 def test_a_start_lies_within_its_bounds() -> None:
     assert starting_parameters(JOINT, {J: KnownParameter(bounds=(0.015, 1.0))}, FOUND)[J] == 0.015
 
