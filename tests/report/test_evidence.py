@@ -14,14 +14,18 @@ from support.judged_records import CONTROLLER, clean_records, clean_responses, m
 from support.report_findings import findings
 
 from robotid.catalogue import assemble
+from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import simulate_record
 from robotid.estimate.grey_box import FitOptions, fit_model
+from robotid.estimate.least_squares import Solution, SolveOptions, solve
+from robotid.estimate.residual import OutputError
 from robotid.estimate.responses import nonlinear_torque
 from robotid.estimate.result import FitResult
+from robotid.model.array import Array
 from robotid.model.structure import Structure
 from robotid.report.evidence.companions import companion_curves
 from robotid.report.evidence.gather import with_evidence
-from robotid.report.evidence.profile import doubtful, profile_intervals
+from robotid.report.evidence.profile import PATIENCE, doubtful, profile_intervals
 from robotid.report.evidence.response import coherence, simulated_response
 from robotid.report.evidence.samples import in_bins, samples, stretches
 from robotid.report.evidence.spectrum import residual_spectra
@@ -218,6 +222,24 @@ def test_a_profile_ends_where_the_fit_is_worse_than_chance_allows() -> None:
         left = [100.0 - fit.fit_percent["short"], 100.0 - other.fit_percent["short"]]
         excess = np.sqrt(((left[1] / left[0]) ** 2 - 1) * len(record)) * p.std / p.std_robust
         assert excess == pytest.approx(2.0, rel=0.2)
+
+
+def test_a_profile_gives_up_what_is_simulated_too_slowly(monkeypatch: pytest.MonkeyPatch) -> None:
+    record, fit = slippery()
+    patience: list[int | None] = []
+
+    def spied(problem: OutputError, start: Array, options: SolveOptions) -> Solution:
+        patience.append(problem.max_failed_windows)
+        if len(patience) > 1:
+            raise NumericsError("the simulation settles too slowly to be of use")
+        return solve(problem, start, options)
+
+    monkeypatch.setattr("robotid.report.evidence.profile.solve", spied)
+    found = profile_intervals(fit, (record,), None)
+    assert (patience[0], set(patience[1:])) == (None, {PATIENCE})
+    for p in doubtful(fit):  # the ends are those at which it was given up
+        ends = (p.value - 2 * p.std_robust, p.value + 2 * p.std_robust)
+        assert (found[p.name].lower, found[p.name].upper) == pytest.approx(np.clip(ends, p.lower, p.upper))
 
 
 def test_an_interval_that_is_not_symmetric_is_told_in_the_table() -> None:

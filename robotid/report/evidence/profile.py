@@ -27,6 +27,7 @@ MAX_SAMPLES = 100_000  # of all records together, beyond which a refit takes too
 MAX_REFITS = 6  # for one end of an interval
 CLOSE = 0.05  # of the distance to an end: so close it need not be found
 UNLIKE = 0.2  # of the symmetric interval's half: a profile that differs by more is not the same interval
+PATIENCE = 8  # windows of a simulation that may fail to settle: a model near its best has three at most
 REFIT = SolveOptions(max_iterations=10, tolerance=1e-7)
 
 
@@ -106,12 +107,14 @@ class _Profile:
         return float(at)
 
     def _excess(self, name: str, value: float) -> float | None:
-        """How much worse the fit is with a parameter there, in standard deviations; None where it diverges."""
+        """How much worse the fit is with a parameter there, in standard deviations; None where it diverges, or
+        is simulated so slowly that it leads nowhere."""
         joint, parameters = self.problem.joint, self.problem.parameters
         k = joint.names.index(name)
         values, free = parameters.values.copy(), parameters.free.copy()
         values[k], free[k] = value, False
-        problem = replace(self.problem, parameters=replace(parameters, values=values, free=free))
+        there = replace(parameters, values=values, free=free)
+        problem = replace(self.problem, parameters=there, max_failed_windows=PATIENCE)
         start = np.delete(self.unknowns, self.problem.columns.index(k))
         try:
             cost = solve(problem, start, REFIT).evaluation.cost
