@@ -119,7 +119,21 @@ def accept_pair(state: SearchState, refits: Sequence[CandidateRefit], criteria: 
         second = step_to(beside, one)
         if objection(replace(second, before=state.model), criteria) is None:
             return state.with_cause(alone).with_cause(as_cause(beside, pairs[k:], second))
-    return state
+    return _by_itself(pairs[0], alone.effect, refits, state, criteria) if pairs else state
+
+
+def _by_itself(
+    one: CandidateRefit, first: str, refits: Sequence[CandidateRefit], state: SearchState, criteria: Criteria
+) -> SearchState:
+    """The state with the second of a pair alone, where it stands all tests without the first, which had scored better
+    and led to it."""
+    score = next((s for s in state.round.scores if s.candidate.name == one.effect), None)
+    lean = None if score is None else _without(one.model, first, state.data)
+    if score is None or lean is None:
+        return state
+    found = CandidateRefit(score, lean)
+    step = step_to(state, found)
+    return state if objection(step, criteria) is not None else state.with_cause(as_cause(state, [found, *refits], step))
 
 
 def step_to(state: SearchState, one: CandidateRefit) -> Step:
