@@ -12,7 +12,7 @@ from robotid.model.array import Array
 from robotid.signals.differentiate import central_difference
 from robotid.signals.plausibility.alignment import Alignment, align_speed
 from robotid.signals.plausibility.delay import torque_delay
-from robotid.signals.plausibility.regression import Determined, TorqueRegression, regress_torque
+from robotid.signals.plausibility.regression import Determined, FilteredMotion, TorqueRegression, regress_torque
 from robotid.signals.plausibility.rivals import Rival, angle_as_speed, torque_shifted
 from robotid.signals.quality import Report
 from robotid.signals.record import Record
@@ -60,29 +60,34 @@ class Evidence:
     @cached_property
     def regression(self) -> TorqueRegression:
         """The torque against the motion."""
-        return regress_torque(self.record, self._turns)
+        return regress_torque(self.record, self._filtered)
 
     @cached_property
     def regression_exchanged(self) -> TorqueRegression:
         """The same with the columns of torque and angle exchanged."""
         record = self.record
         other = replace(record, tau_m=record.phi_m, phi_m=record.tau_m)
-        return regress_torque(other, self._turns)
+        return regress_torque(other, FilteredMotion.of(other, self._turns))
 
     @cached_property
     def angle_as_speed(self) -> Rival | None:
         """The record with the column of its angle taken for its speed."""
-        return angle_as_speed(self.record, self._turns)
+        return angle_as_speed(self.record, self._filtered, self._turns)
 
     @cached_property
     def torque_shifted(self) -> Rival | None:
         """The record with its torque moved in time to where the motion explains it best."""
-        return torque_shifted(self.record, self._turns)
+        return torque_shifted(self._filtered, self.record.duration)
 
     @cached_property
     def torque_delay(self) -> Determined:
         """By how much the torque is late against the motion [s]."""
         return torque_delay(self.record)
+
+    @cached_property
+    def _filtered(self) -> list[FilteredMotion]:
+        """The record at all cut-offs."""
+        return FilteredMotion.of(self.record, self._turns)
 
     @property
     def _turns(self) -> float | None:

@@ -10,7 +10,7 @@ where the inertia that shows is negative, between an antiresonance and a resonan
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -59,10 +59,8 @@ class TorqueRegression:
     delay: Determined
 
 
-def regress_torque(record: Record, turns: float | None) -> TorqueRegression:
-    """Regression of a record's torque. turns : angle of the arm for one radian of the motor, whose sine and cosine
-    gravity follows; None for an axis that slides."""
-    tried = [FilteredMotion.at(record, cutoff, turns) for cutoff in cutoffs(record)]
+def regress_torque(record: Record, tried: Sequence[FilteredMotion]) -> TorqueRegression:
+    """Regression of a record's torque. tried : the record at several cut-offs."""
     best = max(tried, key=lambda one: one.adjusted)
     solution = LeastSquares.of(best.columns, best.torque)
     explained, by_chance = _explained(record, best)
@@ -97,6 +95,12 @@ class FilteredMotion:
     columns: Array
     torque: Array
     jerk: Array
+
+    @classmethod
+    def of(cls, record: Record, turns: float | None) -> list[FilteredMotion]:
+        """A record at all cut-offs. turns : angle of the arm for one radian of the motor, whose sine and cosine gravity
+        follows; None for an axis that slides."""
+        return [cls.at(record, cutoff, turns) for cutoff in cutoffs(record)]
 
     @classmethod
     def at(cls, record: Record, cutoff: float, turns: float | None) -> FilteredMotion:

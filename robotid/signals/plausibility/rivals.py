@@ -7,7 +7,7 @@ Mariano 1995 compare forecasts; logarithms, lest the few blocks in which the mot
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil
@@ -20,7 +20,6 @@ from robotid.signals.plausibility.regression import (
     Determined,
     FilteredMotion,
     LeastSquares,
-    cutoffs,
     explained_share,
 )
 from robotid.signals.plausibility.settings import REGRESSION
@@ -42,26 +41,23 @@ class Rival:
     shift: float = 0.0
 
 
-def angle_as_speed(record: Record, turns: float | None) -> Rival | None:
-    """The column of the angle taken for the speed. turns : as of `regress_torque`; None for a record too short."""
+def angle_as_speed(record: Record, recorded: Sequence[FilteredMotion], turns: float | None) -> Rival | None:
+    """The column of the angle taken for the speed; None for a record too short. recorded : the record at all cut-offs;
+    turns : as of `FilteredMotion.of`."""
     other = replace(record, phi_m=np.cumsum(record.phi_m - record.phi_m.mean()) * record.sampling_time)
-    return _best(_as_speed(record, other, turns, cutoff) for cutoff in cutoffs(record))
+    rivals = (FilteredMotion.at(other, one.cutoff, turns) for one in recorded)
+    return _best(_rival(one.columns, one.torque, r.columns, r.torque) for one, r in zip(recorded, rivals, strict=True))
 
 
-def torque_shifted(record: Record, turns: float | None) -> Rival | None:
+def torque_shifted(recorded: Sequence[FilteredMotion], duration: float) -> Rival | None:
     """The torque moved in time against the motion, by what makes the motion explain most of it; None for a record too
-    short."""
-    return _best(_shifted(FilteredMotion.at(record, cutoff, turns), record.duration) for cutoff in cutoffs(record))
+    short. recorded : the record at all cut-offs; duration : its own [s]."""
+    return _best(_shifted(one, duration) for one in recorded)
 
 
 def _best(rivals: Iterable[Rival | None]) -> Rival | None:
     """That of several cut-offs which explains most."""
     return max((one for one in rivals if one is not None), key=lambda one: one.explained, default=None)
-
-
-def _as_speed(record: Record, other: Record, turns: float | None, cutoff: float) -> Rival | None:
-    recorded, rival = (FilteredMotion.at(one, cutoff, turns) for one in (record, other))
-    return _rival(recorded.columns, recorded.torque, rival.columns, rival.torque)
 
 
 def _shifted(recorded: FilteredMotion, duration: float) -> Rival | None:
