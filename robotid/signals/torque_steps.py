@@ -55,8 +55,7 @@ class TorqueSteps:
         mean[within.same] = torque[::parts][within.same]
         if within.same.all():
             return mean, None
-        share = within.share
-        return mean, cls(share, within.moments(within.changes) / (share * (1.0 - share)))
+        return mean, cls(within.share, within.step)
 
     @staticmethod
     def change_of_parts(torque: Array, column: Array, parts: int) -> TorqueColumn:
@@ -67,8 +66,8 @@ class TorqueSteps:
         share, changing = within.share, np.diff(column.reshape(-1, parts), axis=1)
         changing[within.same] = 0.0
         moved = 2.0 * ((within.changes * changing * (within.at - share[:, None])).sum(axis=1) / within.energy)
-        lever, step = share * (1.0 - share), within.moments(within.changes) / (share * (1.0 - share))
-        return TorqueColumn(mean, (within.moments(changing) - step * (1.0 - 2.0 * share) * moved) / lever, moved)
+        turned = within.moments(changing) - within.step * (1.0 - 2.0 * share) * moved
+        return TorqueColumn(mean, turned / (share * (1.0 - share)), moved)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,6 +114,12 @@ class _Within:
     def share(self) -> Array:
         """The mean instant of the changes, weighted by their squares, (n,)."""
         return np.where(self.same, 0.5, np.square(self.changes) @ self.at / self.energy)
+
+    @property
+    def step(self) -> Array:
+        """The one change at that instant that has their first moment, (n,)."""
+        share = self.share
+        return np.asarray(self.moments(self.changes) / (share * (1.0 - share)))
 
     def moments(self, changes: Array) -> Array:
         """Twice the first moment that such changes (n, parts - 1) make, (n,)."""

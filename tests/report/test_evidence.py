@@ -14,6 +14,7 @@ from support.judged_records import CONTROLLER, clean_records, clean_responses, m
 from support.report_findings import findings
 
 from robotid.catalogue import assemble
+from robotid.diagnosis.refit.settings import REFIT
 from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import simulate_record
 from robotid.estimate.grey_box import FitOptions, fit_model
@@ -25,7 +26,7 @@ from robotid.model.array import Array
 from robotid.model.structure import Structure
 from robotid.report.evidence.companions import companion_curves
 from robotid.report.evidence.gather import with_evidence
-from robotid.report.evidence.profile import PATIENCE, doubtful, profile_intervals
+from robotid.report.evidence.profile import doubtful, profile_intervals
 from robotid.report.evidence.response import coherence, simulated_response
 from robotid.report.evidence.samples import in_bins, samples, stretches
 from robotid.report.evidence.spectrum import residual_spectra
@@ -236,7 +237,7 @@ def test_a_profile_gives_up_what_is_simulated_too_slowly(monkeypatch: pytest.Mon
 
     monkeypatch.setattr("robotid.report.evidence.profile.solve", spied)
     found = profile_intervals(fit, (record,), None)
-    assert (patience[0], set(patience[1:])) == (None, {PATIENCE})
+    assert (patience[0], set(patience[1:])) == (None, {REFIT.patience})
     for p in doubtful(fit):  # the ends are those at which it was given up
         ends = (p.value - 2 * p.std_robust, p.value + 2 * p.std_robust)
         assert (found[p.name].lower, found[p.name].upper) == pytest.approx(np.clip(ends, p.lower, p.upper))

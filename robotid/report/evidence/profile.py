@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robotid.diagnosis.refit.settings import REFIT
 from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import fitted_model
 from robotid.estimate.least_squares import SolveOptions, solve
@@ -27,8 +28,7 @@ MAX_SAMPLES = 100_000  # of all records together, beyond which a refit takes too
 MAX_REFITS = 6  # for one end of an interval
 CLOSE = 0.05  # of the distance to an end: so close it need not be found
 UNLIKE = 0.2  # of the symmetric interval's half: a profile that differs by more is not the same interval
-PATIENCE = 8  # windows of a simulation that may fail to settle: a model near its best has three at most
-REFIT = SolveOptions(max_iterations=10, tolerance=1e-7)
+EFFORT = SolveOptions(max_iterations=10, tolerance=1e-7)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +81,7 @@ class _Profile:
         weights = np.array([1 / (fit.noise_std.get(piece.name, 0.0) or 1.0) for piece in pieces])
         problem = OutputError(model.joint, model.parameters, pieces, fit.output, weights)
         try:
-            best = solve(problem, problem.start(), REFIT).evaluation
+            best = solve(problem, problem.start(), EFFORT).evaluation
         except NumericsError:
             return None
         return cls(problem, np.asarray(best.unknowns), best.cost, sum(map(len, pieces)))
@@ -114,10 +114,10 @@ class _Profile:
         values, free = parameters.values.copy(), parameters.free.copy()
         values[k], free[k] = value, False
         there = replace(parameters, values=values, free=free)
-        problem = replace(self.problem, parameters=there, max_failed_windows=PATIENCE)
+        problem = replace(self.problem, parameters=there, max_failed_windows=REFIT.patience)
         start = np.delete(self.unknowns, self.problem.columns.index(k))
         try:
-            cost = solve(problem, start, REFIT).evaluation.cost
+            cost = solve(problem, start, EFFORT).evaluation.cost
         except NumericsError:
             return None
         return float(np.sqrt(max(0.0, cost / self.cost - 1) * self.samples))

@@ -164,27 +164,18 @@ def _first_crossing(inputs: StepInputs, mode: FrictionMode, way: Way, crosses: M
     bare = replace(inputs, columns=None)
     start, end = (_switching_surface(bare, x, mode.s, row) for x in (way.x0, way.x1))
     d0, d1 = (inputs.h * (at.slopes * f).sum(axis=0) for at, f in ((start, way.f0), (end, way.f1)))
+    back = (start.value == 0.0) & (
+        d0 * end.value < 0.0
+    )  # from rest and to it again: the start is a root, and not meant
+    share = np.where(back, d0 / np.where(back, d0 - end.value, 1.0), share)
     for _ in range(ROOT_ITERATIONS):
         value, slope = (
             _cubic(share, start.value, end.value, d0, d1),
             _cubic_slope(share, start.value, end.value, d0, d1),
         )
+        slope = slope - np.where(back, value / np.where(share == 0.0, 1.0, share), 0.0)
         share = np.clip(share - value / np.where(slope == 0.0, np.inf, slope), 0.0, 1.0)
-    back = (start.value == 0.0) & (d0 * end.value < 0.0)
-    if back.any():
-        share[back] = _return(end.value[back], d0[back], d1[back])
     return Crossing(row, share, way.at(share, inputs.h))
-
-
-def _return(y1: Array, d0: Array, d1: Array) -> Array:
-    """Where Hermite's cubic from zero, with slopes d0, d1, passes zero again on its way to y1 on the other side."""
-    share = d0 / (d0 - y1)
-    for _ in range(ROOT_ITERATIONS):
-        rest = 1.0 - share
-        value = share * (3.0 - 2.0 * share) * y1 + rest * rest * d0 - share * rest * d1
-        slope = (3.0 - 4.0 * share) * y1 - 2.0 * rest * d0 - (1.0 - 2.0 * share) * d1
-        share = np.clip(share - value / np.where(slope == 0.0, np.inf, slope), 0.0, 1.0)
-    return np.asarray(share)
 
 
 def _switching_functions(inputs: StepInputs, x: Array, s: Array) -> Array:
