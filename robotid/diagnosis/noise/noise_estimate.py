@@ -49,13 +49,22 @@ def estimate_noise(
     and free curves leave more than the sensors' noise, the model lacks what no catalogue has: that may count as a white
     error of the torque, as large as it takes, lest its every detail be explained.
     """
-    noise = noise_levels(segments, output)
-    sensors = Variances(output_variances(noise), noise[0].torque ** 2)  # the torque's is the same in all
+    sensors = _of_sensors(segments, output)
     if _excess(left, output, sensors) > NOISE.unexplained_energy:
         left = left_by_curves()
     reached = is_reached(_excess(left, output, sensors), _excess(segments, output, sensors))
     variances = _as_left(left, output, sensors) if torque_errors and not reached else sensors
     return NoiseEstimate(_whitened(segments, output, variances), reached)
+
+
+def sensor_noise(segments: Sequence[SimulatedSegment], output: Quantity) -> tuple[Segment, ...]:
+    """The whitening of every segment by the noise of the sensors, as it shows in the residuals."""
+    return _whitened(segments, output, _of_sensors(segments, output))
+
+
+def _of_sensors(segments: Sequence[SimulatedSegment], output: Quantity) -> Variances:
+    noise = noise_levels(segments, output)
+    return Variances(output_variances(noise), noise[0].torque ** 2)  # the torque's is the same in all
 
 
 def output_variances(noise: Sequence[Noise]) -> tuple[float, ...]:

@@ -40,6 +40,13 @@ class Projected:
         """Energy of the projected residual, in variances of the noise."""
         return float(self.residual @ self.residual)
 
+    def visible_length(self, at: slice) -> float:
+        """Length that one unit of the columns `at` leaves after projection, zero where nothing is left. Several, as of
+        sine and cosine, count as one in any proportion."""
+        left = np.linalg.norm(self.missing[:, at], axis=0)
+        visible = np.where(left > SCORING.dependent * np.linalg.norm(self.whole[:, at], axis=0), left, 0.0)
+        return float(np.sqrt(np.mean(np.square(visible))))
+
     def moved(self, amplitude: Array, at: slice) -> Array:
         """How far the fitted parameters go, (k,), with these amplitudes of the columns `at`."""
         goal = self.shaped[:, -1] - self.shaped[:, at] @ amplitude

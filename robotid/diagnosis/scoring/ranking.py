@@ -34,7 +34,7 @@ class CandidateScan:
     def whitened_as(self, segments: Sequence[Segment]) -> CandidateScan:
         """The same columns under the noise of these segments."""
         pairs = zip(self.scans, segments, strict=True)
-        return replace(self, scans=tuple(replace(one, whitening=segment.whitening) for one, segment in pairs))
+        return replace(self, scans=tuple(one.whitened_as(segment) for one, segment in pairs))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.refitted_model import SegmentFit, Unknowns
 from robotid.diagnosis.scoring.candidate import EffectCandidate
 from robotid.diagnosis.scoring.columns import columns
@@ -53,6 +54,15 @@ class Scan:
     def with_columns(self, more: Array) -> Scan:
         """The segment with further columns (k, n)."""
         return replace(self, signals=np.concatenate([self.signals[:-1], more, self.signals[-1:]]))
+
+    def with_only(self, at: slice) -> Scan:
+        """The segment with what the fit has shaped, the candidates' columns `at`, and its residual."""
+        own = self.signals[self.known : -1][at]
+        return replace(self, signals=np.concatenate([self.signals[: self.known], own, self.signals[-1:]]))
+
+    def whitened_as(self, segment: Segment) -> Scan:
+        """The same columns under the noise of another segment."""
+        return replace(self, whitening=segment.whitening)
 
     def with_segment(self, segment: SegmentFit) -> Scan:
         """The same columns beside the residual that a similar model leaves, through the whitening of that."""

@@ -44,7 +44,7 @@ def left_by(model: RefittedModel, forces: Sequence[Array] | None = None) -> Left
     """
     seen = scans(model.fitted, model.unknowns, (), forces)
     noise = coloured_noise(model.fitted, [one.signals[:-1] for one in seen], model.output)
-    whitened = [replace(one, whitening=segment.whitening) for one, segment in zip(seen, noise.segments, strict=True)]
+    whitened = [one.whitened_as(segment) for one, segment in zip(seen, noise.segments, strict=True)]
     projected = project(whitened)
     return Left(projected.blocks, noise, projected.energy / model.samples)
 

@@ -8,33 +8,25 @@ cause follows without a refit: its energy beside the noise of that colour, and i
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf
+from operator import itemgetter
 
 import numpy as np
 from scipy.stats import f as fisher
 
 from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.results import DetectionLimit
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
 from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate, columns_of
 from robotid.diagnosis.scoring.projection import Projected, project
 from robotid.diagnosis.scoring.ranking import Round
-from robotid.diagnosis.scoring.scan import scans
-from robotid.diagnosis.scoring.settings import SCORING
+from robotid.diagnosis.scoring.scan import Scan, scans
 from robotid.diagnosis.search.coloured import Tried, are_too_few
+from robotid.diagnosis.search.least_scored import least_scored
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import SearchResult
-from robotid.model.array import Array
-
-
-@dataclass(frozen=True, slots=True)
-class Shape:
-    """A typical shape of an effect. length : of what one unit of it leaves by the noise of the sensors, after
-    projection, 0 where nothing is left."""
-
-    candidate: EffectCandidate
-    length: float
 
 
 def detection_limits(found: SearchResult, criteria: Criteria) -> tuple[DetectionLimit, ...]:
@@ -43,45 +35,49 @@ def detection_limits(found: SearchResult, criteria: Criteria) -> tuple[Detection
     Of shapes on a grid the typical one counts, the median over those that are visible.
     """
     seen, model = found.rounds[-1], found.last
-    shapes = list(typical_shapes(seen, model.structure.effects))
-    candidates = [one.candidate for one in shapes]
+    missing = list(typical_shapes(seen, model.structure.effects))
+    columns = scans(model.fitted, model.unknowns, missing)
     coloured = found.data if found.coloured is None else found.coloured
-    segments = [replace(one, whitening=s.whitening) for one, s in zip(model.fitted, coloured.fitted, strict=True)]
-    projected = project(scans(segments, model.unknowns, candidates))
-    tried, usual = Tried.of(seen), max(1.0, projected.energy / model.samples)
-    improvement = criteria.min_improvement_sigma * float(np.sqrt(found.data.samples))
+    searched, judged = _Seen.by(found.data, columns), _Seen.by(coloured, columns)
+    tried, usual = Tried.of(seen), max(1.0, judged.projected.energy / model.samples)
+    improvement = criteria.min_improvement_sigma**2 * found.data.samples
     limits = []
-    lengths = visible_lengths(projected, candidates).tolist()
-    for one, length, own in zip(shapes, lengths, columns_of(candidates), strict=True):
-        k, size = len(one.candidate.scored), inf
-        if length > 0.0 and one.length > 0.0:
+    for one, own in zip(missing, columns_of(missing), strict=True):
+        k, length = len(one.scored), judged.projected.visible_length(own)
+        size = inf
+        if length > 0.0:
             energy = least_energy(k, usual, criteria, tried.candidates, model.samples)
-            spread = least_size(projected.beside_fitted(own), k, criteria.significance / tried.effects)
+            spread = least_size(judged.projected.beside_fitted(own), k, criteria.significance / tried.effects)
             if spread == inf and coloured.validation:  # records that were held out tell of it instead
                 spread = 0.0
-            size = max(improvement / one.length, float(np.sqrt(energy)) / length, spread)
-        limits.append(_limit(one.candidate, size))
+            scored = least_scored(searched.scans, searched.projected, own, improvement, found.data)
+            size = max(scored, float(np.sqrt(energy)) / length, spread)
+        limits.append(_limit(one, size))
     return tuple(limits)
 
 
-def typical_shapes(seen: Round, present: Collection[str] = ()) -> Iterator[Shape]:
-    """The typical shape of every candidate effect of a round, by name. present : effects that the model has since."""
-    lengths = visible_lengths(seen.projected, seen.candidates)
-    found: dict[str, list[Shape]] = {}
-    for one, length in zip(seen.candidates, lengths.tolist(), strict=True):
+@dataclass(frozen=True, slots=True, eq=False)
+class _Seen:
+    """Columns by the noise of some data, and projected."""
+
+    scans: tuple[Scan, ...]
+    projected: Projected
+
+    @classmethod
+    def by(cls, data: EvaluationData, columns: Sequence[Scan]) -> _Seen:
+        whitened = tuple(one.whitened_as(segment) for one, segment in zip(columns, data.fitted, strict=True))
+        return cls(whitened, project(whitened))
+
+
+def typical_shapes(seen: Round, present: Collection[str] = ()) -> Iterator[EffectCandidate]:
+    """The candidate of typical shape of every effect of a round, by name. present : effects that are not asked for."""
+    found: dict[str, list[tuple[float, EffectCandidate]]] = {}
+    for one, at in zip(seen.candidates, columns_of(seen.candidates), strict=True):
         if isinstance(one, EffectCandidate) and one.name not in present:
-            found.setdefault(one.name, []).append(Shape(one, length))
+            found.setdefault(one.name, []).append((seen.projected.visible_length(at), one))
     for _, shapes in sorted(found.items()):
-        visible = sorted((one for one in shapes if one.length > 0.0), key=lambda one: one.length)
-        yield visible[len(visible) // 2] if visible else shapes[0]
-
-
-def visible_lengths(projected: Projected, candidates: Sequence[Candidate]) -> Array:
-    """Length that one unit of each candidate's size leaves after projection, (len(candidates),), zero where nothing is
-    left. Several amplitudes, as of sine and cosine, count as one size in any proportion."""
-    left, whole = np.linalg.norm(projected.missing, axis=0), projected.length
-    visible = np.where(left > SCORING.dependent * whole, left, 0.0)
-    return np.array([float(np.sqrt(np.mean(visible[at] ** 2))) for at in columns_of(candidates)])
+        visible = sorted((shape for shape in shapes if shape[0] > 0.0), key=itemgetter(0))
+        yield (visible[len(visible) // 2] if visible else shapes[0])[1]
 
 
 def least_energy(parameters: int, usual: float, criteria: Criteria, tries: int, samples: int) -> float:

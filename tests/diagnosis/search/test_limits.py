@@ -71,7 +71,7 @@ def test_every_effect_of_the_catalogue_that_the_model_lacks_has_one_limit() -> N
     names = [one.effect for one in detection_limits(clean(), CRITERIA)]
     seen = clean().rounds[-1]
     assert names == sorted({one.name for one in seen.candidates})
-    lacking = [one.candidate.name for one in typical_shapes(seen, present=("motor.stribeck",))]
+    lacking = [one.name for one in typical_shapes(seen, present=("motor.stribeck",))]
     assert set(names) - set(lacking) == {"motor.stribeck"}
 
 
@@ -82,11 +82,12 @@ def test_what_the_fitted_parameters_do_as_well_is_invisible() -> None:
     assert not isinf(found["motor.stribeck"])
 
 
-def test_a_larger_least_improvement_makes_the_limits_larger_in_proportion() -> None:
+def test_a_larger_least_improvement_makes_the_limits_larger_at_least_in_proportion() -> None:
+    """A larger effect makes more noise, beside which it must be larger yet."""
     once, twice = (limits(clean(), replace(CRITERIA, min_improvement_sigma=size)) for size in (2.0, 4.0))
     ratios = [twice[name] / once[name] for name in once if not isinf(twice[name])]
     assert len(ratios) > 3
-    assert np.allclose(ratios, 2.0)
+    assert min(ratios) > 2.0 - 1e-9
 
 
 def test_a_search_that_ran_out_of_time_has_limits_too() -> None:

@@ -1,0 +1,60 @@
+"""The size at which an effect scores enough to be refitted, beside the noise that it makes itself.
+
+Until it is named, an effect is part of the residual from which the noise is read: what it adds below the lowest
+frequency that looks like noise counts as a misfit, the rest as a noise of the torque. So the noise of the search is
+estimated again with the effect in the residual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf
+
+import numpy as np
+
+from robotid.diagnosis.noise.noise_estimate import sensor_noise
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.scoring.projection import Projected, project
+from robotid.diagnosis.scoring.scan import Scan
+from robotid.estimate.fitted_model import SimulatedSegment
+from robotid.model.array import Array
+
+ROUNDS = 2  # of the noise beside an effect, and of its size by that: the next would add a few hundredths
+
+
+def least_scored(scans: Sequence[Scan], projected: Projected, at: slice, energy: float, data: EvaluationData) -> float:
+    """The least size of the amplitudes of the columns `at`, in any proportion, whose score reaches an energy, in
+    variances of the noise as it is estimated beside them; infinite where nothing of them is visible.
+
+    scans : every segment with all columns, through the whitening of the search; projected : these; data : of the
+    search. Where these allow for errors of the torque, what candidates explain is no part of the noise.
+    """
+    size = _least(projected, at, energy)
+    for _ in range(0 if size == inf or data.torque_errors else ROUNDS):
+        amplitude = np.full(at.stop - at.start, size / np.sqrt(at.stop - at.start))
+        noisy = sensor_noise(residuals_with(scans, projected, at, amplitude), data.output)
+        own = [one.with_only(at).whitened_as(segment) for one, segment in zip(scans, noisy, strict=True)]
+        size = max(size, _least(project(own), slice(0, len(amplitude)), energy))
+    return size
+
+
+def residuals_with(
+    scans: Sequence[Scan], projected: Projected, at: slice, amplitude: Array
+) -> tuple[SimulatedSegment, ...]:
+    """The segments with amplitudes of the columns `at` in their residuals, less what the fit and the first states would
+    take of them."""
+    taken = projected.moved(-amplitude, at) - projected.moved(np.zeros(len(amplitude)), at)
+    found = []
+    for one in scans:
+        states, fitted, missing, residual = np.split(one.signals, [one.states, one.known, len(one.signals) - 1])
+        added = amplitude @ missing[at] - taken @ fitted
+        if one.states:
+            white = one.whitening(np.concatenate([states, added[None]]))
+            added = added - np.linalg.lstsq(white[:-1].T, white[-1], rcond=None)[0] @ states
+        found.append(SimulatedSegment(one.segment.record, one.segment.trajectory, residual[0] + added))
+    return tuple(found)
+
+
+def _least(projected: Projected, at: slice, energy: float) -> float:
+    length = projected.visible_length(at)
+    return float(np.sqrt(energy)) / length if length > 0.0 else inf
