@@ -60,24 +60,24 @@ class Evidence:
     @cached_property
     def regression(self) -> TorqueRegression:
         """The torque against the motion."""
-        return regress_torque(self.record, self._filtered)
+        return self._regressed[0]
 
     @cached_property
     def regression_exchanged(self) -> TorqueRegression:
         """The same with the columns of torque and angle exchanged."""
         record = self.record
         other = replace(record, tau_m=record.phi_m, phi_m=record.tau_m)
-        return regress_torque(other, FilteredMotion.of(other, self._turns))
+        return regress_torque(other, self._turns)[0]
 
     @cached_property
     def angle_as_speed(self) -> Rival | None:
         """The record with the column of its angle taken for its speed."""
-        return angle_as_speed(self.record, self._filtered, self._turns)
+        return angle_as_speed(self._regressed[1], self._turns)
 
     @cached_property
     def torque_shifted(self) -> Rival | None:
         """The record with its torque moved in time to where the motion explains it best."""
-        return torque_shifted(self._filtered, self.record.duration)
+        return torque_shifted(self._regressed[1])
 
     @cached_property
     def torque_delay(self) -> Determined:
@@ -85,9 +85,9 @@ class Evidence:
         return torque_delay(self.record)
 
     @cached_property
-    def _filtered(self) -> list[FilteredMotion]:
-        """The record at all cut-offs."""
-        return FilteredMotion.of(self.record, self._turns)
+    def _regressed(self) -> tuple[TorqueRegression, list[FilteredMotion]]:
+        """The regression, and the record at all cut-offs as it takes it."""
+        return regress_torque(self.record, self._turns)
 
     @property
     def _turns(self) -> float | None:

@@ -2,27 +2,32 @@
 
     tau = J a + Fv v + Fc sgn v + c0 + c1 x + c2 sin x + c3 cos x
 
-over a low-pass band that all columns pass alike. The position's part stands for gravity and springs that a model may
-lack. Two numbers do not depend on it: the sign of J, and the power that friction takes, mean of (Fv v + Fc sgn v) v.
-Passivity demands that this power is not negative, for a rigid joint and for a flexible one at every frequency, also
-where the inertia that shows is negative, between an antiresonance and a resonance (Ortega et al. 1998).
+over a low-pass band that all columns pass alike. What the companions of a record can make of it is taken out of the
+torque and of all columns first, which leaves the coefficients of the regression on both (Frisch & Waugh 1933). The
+position's part stands for gravity and springs that a model may lack. Two numbers do not depend on it: the sign of J,
+and the power that friction takes, mean of (Fv v + Fc sgn v) v. Passivity demands that this power is not negative, for a
+rigid joint and for a flexible one at every frequency, also where the inertia that shows is negative, between an
+antiresonance and a resonance (Ortega et al. 1998).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 import scipy
 
 from robotid.model.array import Array
-from robotid.signals.differentiate import ParallelFilter, bandwidth
-from robotid.signals.plausibility.settings import REGRESSION
+from robotid.signals.differentiate import ParallelFilter, bandwidth, kept
+from robotid.signals.plausibility.companion_torques import companion_torques
+from robotid.signals.plausibility.settings import CHECK, REGRESSION
 from robotid.signals.record import Record
 
 MASS, VISCOUS, DRY = 0, 1, 2
+TINY = float(np.finfo(float).tiny)
+ROUNDING = 1e-8  # singular value, relative to the largest, of a column that repeats others
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,27 +49,56 @@ class Determined:
 class TorqueRegression:
     """The torque of one record on its motion.
 
-    inertia [kg m2], friction_power [W]. explained : share of the torque's variance that the regression explains, or
-    that is coherent with the speed, whichever is larger; by_chance : the same of a torque shifted in time, the largest
-    of several. white : whether successive samples of the torque have nothing to do with each other. cutoff [Hz].
+    inertia [kg m2], friction_power [W]. left : share of the torque's variance that companions leave, 1 without any;
+    explained : share of that which the regression explains, or that is coherent with the speed, whichever stands out
+    more; by_chance : the same of a torque shifted in time, the largest of several. white : whether successive samples
+    of the torque have nothing to do with each other. cutoff [Hz].
     delay [s] : by which the angle is late against the torque as the inertia shows it.
     """
 
     inertia: Determined
     friction_power: Determined
+    left: float
     explained: float
     by_chance: float
     white: bool
     cutoff: float
     delay: Determined
 
+    @property
+    def above_chance(self) -> float:
+        """How many times more the motion explains than of a shifted torque, as odds."""
+        return above(self.explained, self.by_chance)
 
-def regress_torque(record: Record, tried: Sequence[FilteredMotion]) -> TorqueRegression:
-    """Regression of a record's torque. tried : the record at several cut-offs."""
+
+def above(share: float, other: float) -> float:
+    """How many times larger one share is than another, as odds."""
+    return odds(share) / max(odds(other), TINY)
+
+
+def odds(share: float) -> float:
+    """A share over what it leaves: 99 % are eleven times more than 90 %."""
+    return share / max(1.0 - share, np.finfo(float).eps)
+
+
+def regress_torque(record: Record, turns: float | None) -> tuple[TorqueRegression, list[FilteredMotion]]:
+    """Regression of a record's torque, and the record at several cut-offs as the regression takes it. Companions are
+    asked where the motion alone leaves most of the torque or hardly stands out, and count where it then stands out
+    more. turns : as of `FilteredMotion.of`."""
+    alone = FilteredMotion.of(replace(record, companions={}), turns)
+    found = _regression(record, alone), alone
+    if not record.companions or (found[0].explained > CHECK.weak and found[0].above_chance > CHECK.lone_chance):
+        return found
+    first = max(0, len(record) - REGRESSION.beside_companions) // 2
+    beside = FilteredMotion.of(record.piece(first, first + REGRESSION.beside_companions), turns)
+    return max(found, (_regression(record, beside), beside), key=lambda one: one[0].above_chance)
+
+
+def _regression(record: Record, tried: Sequence[FilteredMotion]) -> TorqueRegression:
     best = max(tried, key=lambda one: one.adjusted)
     solution = LeastSquares.of(best.columns, best.torque)
     explained, by_chance = _explained(record, best)
-    v = best.columns[VISCOUS]
+    v = best.speed
     power = np.zeros(len(best.columns))
     power[VISCOUS], power[DRY] = np.mean(v**2), np.mean(np.abs(v))
     mass = np.zeros(len(best.columns))
@@ -72,6 +106,7 @@ def regress_torque(record: Record, tried: Sequence[FilteredMotion]) -> TorqueReg
     return TorqueRegression(
         inertia=solution.combination(mass),
         friction_power=solution.combination(power),
+        left=best.left,
         explained=explained,
         by_chance=by_chance,
         white=_white(record.tau_m),
@@ -89,12 +124,21 @@ def cutoffs(record: Record) -> list[float]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FilteredMotion:
-    """One cut-off. columns (p, n), torque (n,), jerk (n,), all filtered alike."""
+    """A record at one cut-off, all filtered alike.
 
+    spacing : of samples [s]; speed (n,). columns (p, n), torque (n,) and jerk (n,) : without what companions can make
+    of them; others (n, k) : an orthonormal basis of that. left : share of the torque's variance that they leave.
+    """
+
+    record: Record
     cutoff: float
+    spacing: float
+    speed: Array
     columns: Array
     torque: Array
     jerk: Array
+    others: Array
+    left: float
 
     @classmethod
     def of(cls, record: Record, turns: float | None) -> list[FilteredMotion]:
@@ -118,8 +162,14 @@ class FilteredMotion:
             rows += [lambda: np.sin(turns * motion.position), lambda: np.cos(turns * motion.position)]
         rows += [lambda: record.tau_m, lambda: np.gradient(motion.acceleration, h)]
         # one after the other, so that a long record's signals are not all in memory
-        *columns, torque, jerk = (_thinned(parallel.apply(row(), h)) for row in rows)
-        return cls(cutoff, np.array(columns), torque, jerk)
+        signals = np.array([_thinned(parallel.apply(row(), h)) for row in rows])
+        arm = (turns or 1.0) * motion.position
+        others = _basis([_thinned(parallel.apply(one, h)) for one in companion_torques(record, arm)], signals.shape[1])
+        *columns, torque, jerk = _without(others, signals)
+        left = float(np.var(torque)) / max(float(np.var(signals[-2])), TINY)
+        samples = range(*kept(len(record), h, cutoff).indices(len(record)))
+        spacing = samples.step * _thinning(len(samples)) * h
+        return cls(record, cutoff, spacing, signals[VISCOUS], np.array(columns), torque, jerk, others, left)
 
     @property
     def share(self) -> float:
@@ -129,13 +179,33 @@ class FilteredMotion:
     @property
     def adjusted(self) -> float:
         """The same, corrected for the number of columns."""
-        n, p = len(self.torque), len(self.columns)
+        n, p = len(self.torque) - self.others.shape[1], len(self.columns)
         return -np.inf if n < REGRESSION.samples_a_column * p else 1.0 - (1.0 - self.share) * n / (n - p)
 
 
 def _thinned(signal: Array) -> Array:
-    """Every k-th sample of a signal (n,), at most REGRESSION.max_samples of them."""
-    return signal[:: -(-len(signal) // REGRESSION.max_samples)].copy()
+    """Every k-th sample of a signal (n,)."""
+    return signal[:: _thinning(len(signal))].copy()
+
+
+def _thinning(samples: int) -> int:
+    """The least k of which every k-th leaves REGRESSION.max_samples at most."""
+    return -(-samples // REGRESSION.max_samples)
+
+
+def _basis(others: Sequence[Array], n: int) -> Array:
+    """Orthonormal basis (n, k) of what companions do, (n,) each, and of a constant; (n, 0) without any."""
+    if not others:
+        return np.zeros((n, 0))
+    columns = np.array([np.ones(n), *others])
+    columns /= np.maximum(np.linalg.norm(columns, axis=1, keepdims=True), TINY)
+    left, values, _ = scipy.linalg.svd(columns.T, full_matrices=False)
+    return np.asarray(left[:, values > ROUNDING * values[0]])
+
+
+def _without(basis: Array, signals: Array) -> Array:
+    """Signals (..., n) less what a basis (n, k) holds of them."""
+    return np.asarray(signals - signals @ basis @ basis.T)
 
 
 def explained_share(columns: Array, torque: Array) -> float:
@@ -165,7 +235,7 @@ class LeastSquares:
         scale = np.linalg.norm(columns, axis=1)
         scale = np.where(scale > 0.0, scale, 1.0)
         left, values, directions = scipy.linalg.svd((columns / scale[:, None]).T, full_matrices=False)
-        seen = values > REGRESSION.min_direction * max(float(values[0]), np.finfo(float).tiny)
+        seen = values > REGRESSION.min_direction * max(float(values[0]), TINY)
         return left[:, seen], scale, np.where(seen, values, 0.0), directions
 
     @classmethod
@@ -213,11 +283,10 @@ def _explained(record: Record, filtered: FilteredMotion) -> tuple[float, float]:
     for k in range(1, REGRESSION.shifts + 1):
         # unequal steps, lest a periodic excitation comes back to where it was
         shift = int(len(torque) * (k + 0.37 * np.sin(2.4 * k)) / (REGRESSION.shifts + 1))
-        moved = np.roll(torque, shift)
+        moved = _without(filtered.others, np.roll(torque, shift))
         found = [explained_share(columns, moved), coherent_share(moved, speed)]
         chance = [max(a, b) for a, b in zip(chance, found, strict=True)]
-    kept = int(np.argmax([share - other for share, other in zip(shares, chance, strict=True)]))
-    return shares[kept], chance[kept]
+    return max(zip(shares, chance, strict=True), key=lambda pair: above(*pair))
 
 
 def coherent_share(torque: Array, speed: Array) -> float:

@@ -23,7 +23,6 @@ from robotid.signals.plausibility.regression import (
     explained_share,
 )
 from robotid.signals.plausibility.settings import REGRESSION
-from robotid.signals.record import Record
 
 FINE = 16  # shifts within a sample: a low-pass filter leaves few samples
 
@@ -41,18 +40,19 @@ class Rival:
     shift: float = 0.0
 
 
-def angle_as_speed(record: Record, recorded: Sequence[FilteredMotion], turns: float | None) -> Rival | None:
+def angle_as_speed(recorded: Sequence[FilteredMotion], turns: float | None) -> Rival | None:
     """The column of the angle taken for the speed; None for a record too short. recorded : the record at all cut-offs;
     turns : as of `FilteredMotion.of`."""
+    record = recorded[0].record
     other = replace(record, phi_m=np.cumsum(record.phi_m - record.phi_m.mean()) * record.sampling_time)
     rivals = (FilteredMotion.at(other, one.cutoff, turns) for one in recorded)
     return _best(_rival(one.columns, one.torque, r.columns, r.torque) for one, r in zip(recorded, rivals, strict=True))
 
 
-def torque_shifted(recorded: Sequence[FilteredMotion], duration: float) -> Rival | None:
+def torque_shifted(recorded: Sequence[FilteredMotion]) -> Rival | None:
     """The torque moved in time against the motion, by what makes the motion explain most of it; None for a record too
-    short. recorded : the record at all cut-offs; duration : its own [s]."""
-    return _best(_shifted(one, duration) for one in recorded)
+    short. recorded : the record at all cut-offs."""
+    return _best(_shifted(one) for one in recorded)
 
 
 def _best(rivals: Iterable[Rival | None]) -> Rival | None:
@@ -60,7 +60,7 @@ def _best(rivals: Iterable[Rival | None]) -> Rival | None:
     return max((one for one in rivals if one is not None), key=lambda one: one.explained, default=None)
 
 
-def _shifted(recorded: FilteredMotion, duration: float) -> Rival | None:
+def _shifted(recorded: FilteredMotion) -> Rival | None:
     columns, n = recorded.columns, len(recorded.torque)
     basis, whole = LeastSquares.basis(columns)[0].T, np.fft.rfft(recorded.torque - recorded.torque.mean())
     shares = np.square(np.fft.irfft(np.fft.rfft(basis, axis=1).conj() * whole, n * FINE, axis=1)).sum(axis=0)
@@ -69,7 +69,7 @@ def _shifted(recorded: FilteredMotion, duration: float) -> Rival | None:
     moved = np.fft.irfft(whole * np.exp(2j * np.pi * np.fft.rfftfreq(n) * late), n)
     kept = slice(max(0, ceil(-late)), n - max(0, ceil(late)))  # the ends of a shifted torque belong to no motion
     found = _rival(columns[:, kept], recorded.torque[kept], columns[:, kept], moved[kept])
-    return found and replace(found, shift=late * duration / n)
+    return found and replace(found, shift=late * recorded.spacing)
 
 
 def _rival(columns: Array, torque: Array, other: Array, moved: Array) -> Rival | None:

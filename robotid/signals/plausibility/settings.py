@@ -12,6 +12,7 @@ class RegressionSettings:
     cutoffs: int = 6  # low-pass filters that are tried; the one at which the torque is explained best is kept
     min_periods: float = 10.0  # of the lowest cut-off in a record
     max_samples: int = 40_000  # of a record after decimation: more add nothing to a sign
+    beside_companions: int = 200_000  # samples from the middle of a record: a dozen columns a companion are dear
     samples_a_column: int = 8  # least number after decimation
     blocks: int = 24  # of a record, whose scores give the standard deviations
     min_direction: float = 0.03  # singular value, relative to the largest, below which columns are indistinguishable
@@ -26,9 +27,9 @@ class CheckSettings:
 
     sure: float = 5.0  # standard deviations by which a sign must be wrong
     unexplained: float = 0.03  # share of the torque's variance: less, and the motion does not explain the torque
-    chance: float = 1.5  # times what a shifted torque explains: less is chance
+    chance: float = 1.5  # times what a shifted torque explains, as odds: less is chance
     weak: float = 0.5  # share of the torque's variance: less is remarked
-    lone_chance: float = 2.0  # times what a shifted torque explains: less is chance, where no sign of a joint is sure
+    lone_chance: float = 2.0  # the same: less is chance, where no sign of a joint is sure
     copy: float = 1e-10  # share of a column's variance: a difference that is only rounding
     follows: float = 0.98  # share of the torque's variance that speed or angle alone explains
     same_numbers: float = 0.02  # deviation of a torque's slope over another column from 1: the same numbers

@@ -27,6 +27,7 @@ from robotid.config.load import load
 from robotid.errors import NumericsError
 from robotid.model.array import Array
 from robotid.signals.plausibility import CHECKS, Axis, Plausibility, check_records, refuse_meaningless
+from robotid.signals.plausibility.evidence import Evidence
 from robotid.signals.plausibility.finding import Finding
 from robotid.signals.quality import Recordings, inspect
 from robotid.signals.record import Record
@@ -120,6 +121,14 @@ def test_torque_and_angle_of_two_experiments_are_unrelated(seed: int) -> None:
     one, other = (log_of(RIGID, swing(seed=k) - swing(seed=k + 50)) for k in (10 + seed, 20 + seed))
     found = findings(record(one | {"tau_m": other["tau_m"]}))
     assert [f.name for f in found.fatal] == ["torque_unrelated"]
+
+
+@pytest.mark.parametrize("samples", [100, -400])
+def test_by_how_much_a_torque_is_of_another_time_is_measured(samples: int) -> None:
+    log = right_log("rigid")
+    found = Evidence(record(log | {"tau_m": np.roll(log["tau_m"], samples)}), inspect(record(log), "log"), Axis())
+    assert found.torque_shifted is not None
+    assert found.torque_shifted.shift == pytest.approx(samples * H, rel=0.01)
 
 
 @pytest.mark.parametrize(

@@ -112,10 +112,11 @@ def torque_unrelated(evidence: Evidence) -> Iterator[Remark]:
     """The motion explains the torque no better than one that was shifted in time."""
     found = evidence.regression
     share = found.explained
-    explained = f"{plain(100 * share, 2)} % of the torque"
-    unsure = max(abs(found.inertia.ratio), abs(found.friction_power.ratio)) < CHECK.sure
-    chance = share < CHECK.weak and share < max(CHECK.unexplained, CHECK.chance * found.by_chance)
-    lone = unsure and share < CHECK.lone_chance * found.by_chance
+    whose = "the torque" if found.left == 1.0 else "what companions leave of the torque"
+    explained = f"{plain(100 * share, 2)} % of {whose}"
+    unsure = max(found.inertia.ratio, found.friction_power.ratio) < CHECK.sure
+    chance = share < CHECK.weak and (share < CHECK.unexplained or found.above_chance < CHECK.chance)
+    lone = unsure and found.above_chance < CHECK.lone_chance
     # one sine wave explains every shift of another of its period, so that no torque could do better than a shifted one
     if lone and not chance and share > CHECK.follows and CHECK.lone_chance * found.by_chance >= 1.0:
         yield Remark(
@@ -143,7 +144,7 @@ def torque_unrelated(evidence: Evidence) -> Iterator[Remark]:
             "inertia and friction are what chance makes of them",
             "name the columns of one recording under columns: tau_m and phi_m",
         )
-    elif share < CHECK.weak:
+    elif found.left * (1.0 - share) > 1.0 - CHECK.weak:
         yield Remark(
             "warning",
             f"the motion explains {explained}",
