@@ -32,8 +32,8 @@ class RefitOptions:
 
     start_below : energy of a start that is low enough, so that no other start is tried. reject_above : energy that a
     refit must undercut. careful : the closer to the minimum the less misfit is left, and however many windows fail to
-    settle, as the model that is diagnosed deserves. patience : windows that may fail to settle, unless careful;
-    max_iterations : of the fit; both None where the settings of all refits will do.
+    settle, as the model that is diagnosed deserves. patience : windows that may fail to settle all the same, None where
+    the settings of all refits will do; max_iterations : of the fit, likewise.
     """
 
     start_below: float = 0.0
@@ -45,7 +45,8 @@ class RefitOptions:
     @property
     def max_failed_windows(self) -> int | None:
         """As of `simulate`, None for any number."""
-        return None if self.careful else self.patience or REFIT.patience
+        usual = None if self.careful else REFIT.patience
+        return usual if self.patience is None else self.patience
 
 
 class NoBetter(NumericsError):
@@ -54,6 +55,8 @@ class NoBetter(NumericsError):
 
 QUICK = RefitOptions()
 CAREFUL = RefitOptions(careful=True)
+CONFIRMING = RefitOptions(careful=True, patience=REFIT.patience)
+"""As exact, for a model that may turn out to be none."""
 AS_IT_IS = RefitOptions(careful=True, max_iterations=0)
 """Nothing is fitted: the model as it starts."""
 

@@ -111,15 +111,15 @@ def accept_pair(state: SearchState, refits: Sequence[CandidateRefit], criteria: 
     step = step_to(state, refits[0])
     if not (state.data.noise_reached or state.data.torque_errors) and is_not_physical(step, criteria) is not None:
         return state
-    alone = as_cause(state, refits, step)
-    log(f"looking for a second cause beside {alone.effect}")
-    beside = state.with_model(alone.after, criteria).scored(criteria)
+    first = refits[0].effect
+    log(f"looking for a second cause beside {first}")
+    beside = state.with_model(step.after, criteria).scored(criteria)
     pairs = refit_hopeful(beside, criteria, log).refits
     for k, one in enumerate(pairs):
         second = step_to(beside, one)
         if objection(replace(second, before=state.model), criteria) is None:
-            return state.with_cause(alone).with_cause(as_cause(beside, pairs[k:], second))
-    return _by_itself(pairs[0], alone.effect, refits, state, criteria) if pairs else state
+            return state.with_cause(as_cause(state, refits, step)).with_cause(as_cause(beside, pairs[k:], second))
+    return _by_itself(pairs[0], first, refits, state, criteria) if pairs else state
 
 
 def _by_itself(

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
-from robotid.diagnosis.refit.refit import CAREFUL, refit
+from robotid.diagnosis.refit.refit import CONFIRMING, refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, Trajectories
 from robotid.diagnosis.scoring.blocked_regression import Gain
 from robotid.diagnosis.search.coloured import ALONE, Left, Tried, left_by, p_value
@@ -44,7 +44,7 @@ class Step:
         own = replace(self.data, fitted=self.data.validation, validation=())
         near = Trajectories(tuple(one.trajectory for one in self.after.validation))
         try:
-            return refit(self.after.structure, [start], own, near, CAREFUL) if own.fitted else None
+            return refit(self.after.structure, [start], own, near, CONFIRMING) if own.fitted else None
         except NumericsError:
             return None
 

@@ -38,7 +38,7 @@ def check_eight_windows_may_fail_but_any_number_for_the_model_that_is_diagnosed(
     problem = refits._problem(assemble(AXIS := plain_model(1.0).structure), assemble(AXIS).parameters(), (), DATA, None)
     assert problem.max_failed_windows is None
     assert CAREFUL.max_failed_windows is None
-    assert RefitOptions(patience=4).max_failed_windows == 4
+    assert RefitOptions(patience=4).max_failed_windows == RefitOptions(careful=True, patience=4).max_failed_windows == 4
     assert 5 <= (QUICK.max_failed_windows or 0) <= 10  # a model near its best has three at most
 
 

@@ -1,0 +1,32 @@
+"""A step of the search: how a cause is confirmed on records that were held out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from support.small_bench import idle_then_stribeck
+
+from robotid.diagnosis.refit.refit import refit
+from robotid.diagnosis.search import step as steps
+from robotid.diagnosis.search.step import Step
+from robotid.errors import NumericsError
+
+
+def test_a_model_that_does_not_settle_on_records_held_out_is_not_simulated_for_ever(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    state, idle, both = idle_then_stribeck()
+    asked = []
+
+    def unsettled(*arguments: Any) -> Any:
+        asked.append(arguments[-1])
+        if arguments[-1].max_failed_windows is not None:
+            raise NumericsError("the simulation settles too slowly to be of use")
+        return refit(*arguments)
+
+    monkeypatch.setattr(steps, "refit", unsettled)
+    step = Step(state.first, idle, both, state.data)
+    assert step.elsewhere is None
+    assert [one.careful for one in asked] == [True]
+    assert Step(state.first, idle, both, state.data).p_value < 1e-6  # by the records of the fit
