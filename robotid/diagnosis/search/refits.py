@@ -280,10 +280,11 @@ def _refit_by_pieces(around: Around, one: _Attempt) -> RefittedModel | None:
 def _kept(after: RefittedModel | None, one: _Attempt, state: SearchState, explained: float) -> RefittedModel | None:
     """A direct refit, or one from short pieces where it breaks a large promise and that is better.
 
-    explained : energy that others explain.
+    Beside errors of the torque an effect may keep its promise and do harm elsewhere: then it has not lost its way, and
+    from pieces it would come to the same end. explained : energy that others explain.
     """
     large = one.promised > max(explained, CHOICE.doubtful_share * state.misfit)
-    if not large or (after is not None and keeps_promise(one.promised, state.model, after)):
+    if not large or (after is not None and keeps_promise(one.promised, state, after)):
         return after
     with ahead(_refit_by_pieces, (state.model, state.data), [one], samples=state.data.samples) as found:
         again = found[0]
@@ -292,11 +293,12 @@ def _kept(after: RefittedModel | None, one: _Attempt, state: SearchState, explai
     return again if again.energy < after.energy else after
 
 
-def keeps_promise(promised: float, before: RefittedModel, after: RefittedModel) -> bool:
-    """Whether a refit removes the energy that a score promises, or nearly so, and does no harm on validation
-    segments."""
-    removed = before.energy - after.energy
-    return removed > CHOICE.kept_promise * promised and after.validation_energy <= before.validation_energy
+def keeps_promise(promised: float, state: SearchState, after: RefittedModel) -> bool:
+    """Whether a refit removes the energy that a score promises, or nearly so, and, where nothing but the effect is
+    wrong, does no harm on validation segments."""
+    removed = state.model.energy - after.energy
+    harmless = state.data.torque_errors or after.validation_energy <= state.model.validation_energy
+    return removed > CHOICE.kept_promise * promised and harmless
 
 
 def _start(scanned: RefittedModel, one: Score, way: float) -> tuple[Structure, Parameters]:

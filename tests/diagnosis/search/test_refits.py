@@ -105,6 +105,24 @@ def test_a_boldest_start_that_leads_astray_is_followed_by_the_most_cautious(monk
     assert begun_at[:2] == [starts[0], starts[-1]]
 
 
+@pytest.mark.parametrize(("torque_errors", "again"), [(False, True), (True, False)])
+def test_a_refit_that_does_harm_elsewhere_has_lost_its_way_but_beside_errors_of_the_torque(
+    monkeypatch: pytest.MonkeyPatch, torque_errors: bool, again: bool
+) -> None:
+    state = begun(records(STRIBECK), QUICK).scored(QUICK)
+    data = replace(state.data, torque_errors=torque_errors)
+    one = refits._attempt(state.round.scores[0], state)
+    after = refits._refit_directly((state.model, state.data), one)
+    assert after is not None
+    harmed = [replace(s, energy=s.energy + state.model.validation_energy) for s in after.validation]
+    asked = list[object]()
+    monkeypatch.setattr(refits, "_refit_by_pieces", lambda *work: asked.append(work))
+    for end, tried in ((after, False), (replace(after, validation=tuple(harmed)), again)):
+        asked.clear()
+        assert refits._kept(end, one, replace(state, data=data), 0.0) is end
+        assert bool(asked) == tried
+
+
 def test_only_what_is_significant_and_worth_it_is_refitted() -> None:
     loose = replace(QUICK, min_improvement_sigma=0.0)
     state = begun(records({}), loose).scored(loose)

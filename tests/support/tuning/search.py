@@ -164,7 +164,7 @@ def check_a_periodic_effect_is_doubtful_below_half_of_the_misfit() -> None:
 
 @sees(CHOICE, "kept_promise")
 def check_a_refit_keeps_a_promise_by_four_fifths() -> None:
-    before = plain_model(2000.0)
+    before = state(2000.0)
     assert keeps_promise(1000.0, before, plain_model(1180.0))
     assert not keeps_promise(1000.0, before, plain_model(1220.0))
 
