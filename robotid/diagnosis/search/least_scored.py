@@ -19,23 +19,21 @@ from robotid.diagnosis.scoring.scan import Scan
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array
 
-ROUNDS = 2  # of the noise beside an effect, and of its size by that: the next would add a few hundredths
-
 
 def least_scored(scans: Sequence[Scan], projected: Projected, at: slice, energy: float, data: EvaluationData) -> float:
-    """The least size of the amplitudes of the columns `at`, in any proportion, whose score reaches an energy, in
-    variances of the noise as it is estimated beside them; infinite where nothing of them is visible.
+    """The least size of the amplitudes of the columns `at`, in any proportion, whose score reaches an energy in
+    variances of the noise, as it is estimated beside a size that would do without; infinite where nothing is visible.
 
     scans : every segment with all columns, through the whitening of the search; projected : these; data : of the
     search. Where these allow for errors of the torque, what candidates explain is no part of the noise.
     """
     size = _least(projected, at, energy)
-    for _ in range(0 if size == inf or data.torque_errors else ROUNDS):
-        amplitude = np.full(at.stop - at.start, size / np.sqrt(at.stop - at.start))
-        noisy = sensor_noise(residuals_with(scans, projected, at, amplitude), data.output)
-        own = [one.with_only(at).whitened_as(segment) for one, segment in zip(scans, noisy, strict=True)]
-        size = max(size, _least(project(own), slice(0, len(amplitude)), energy))
-    return size
+    if size == inf or data.torque_errors:
+        return size
+    amplitude = np.full(at.stop - at.start, size / np.sqrt(at.stop - at.start))
+    noisy = sensor_noise(residuals_with(scans, projected, at, amplitude), data.output)
+    own = [one.with_only(at).whitened_as(segment) for one, segment in zip(scans, noisy, strict=True)]
+    return max(size, _least(project(own), slice(0, len(amplitude)), energy))
 
 
 def residuals_with(
