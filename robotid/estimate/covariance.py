@@ -16,7 +16,6 @@ from scipy.optimize import minimize
 from robotid.model.array import Array
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
-from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
 
 MAX_ORDER = 30  # of an autoregression; residuals of machines need less than ten
 ABSORBED = 4  # lowest frequencies of a record, which the fit shapes
@@ -29,16 +28,21 @@ def autoregression(residual: Array) -> tuple[Array, float]:
     """
     n = len(residual)
     e = residual - residual.mean()
-    spectrum = np.abs(np.fft.rfft(e, 2 * n)) ** 2
-    c = np.fft.irfft(spectrum)[: MAX_ORDER + 1] / n
+    orders = min(MAX_ORDER, n // 10)
+    c = lagged_products(e, e, orders) / n
     best, best_bic = (np.zeros(0), float(c[0])), n * np.log(max(c[0], 1e-300))
-    for order in range(1, min(MAX_ORDER, n // 10) + 1):
+    for order in range(1, orders + 1):
         a = solve_toeplitz(c[:order], c[1 : order + 1]) if c[0] > 0 else np.zeros(order)
         variance = float(c[0] - a @ c[1 : order + 1])
         bic = n * np.log(max(variance, 1e-300)) + order * np.log(n)
         if bic < best_bic and variance > 0:
             best, best_bic = (a, variance), bic
     return best
+
+
+def lagged_products(a: Array, b: Array, lags: int) -> Array:
+    """sum over t of a[t] b[t - lag] for lags 0 to lags, (lags + 1,). a, b (n,)."""
+    return np.array([a[lag:] @ b[: len(b) - lag] for lag in range(lags + 1)])
 
 
 def zero_order_hold_response(joint: Joint, theta: Array, sampling_time: float) -> tuple[Array, Array]:
@@ -55,12 +59,19 @@ def zero_order_hold_response(joint: Joint, theta: Array, sampling_time: float) -
     return discrete[:d, :d], discrete[:d, d]
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of a joint that runs away
 def impulse_response(joint: Joint, theta: Array, row: int, sampling_time: float, n: int) -> Array:
     """State `row` after a torque of 1 Nm during one interval, while slipping with the spring at rest, (n,)."""
     A, b = zero_order_hold_response(joint, theta, sampling_time)
-    columns = np.zeros((joint.nx, 1, n))
-    columns[:, 0, 1:2] = b[:, None]
-    return np.asarray(solve_block_bidiagonal(A[:, :, None], columns)[row, 0])
+    stride = int(np.ceil(np.sqrt(n)))
+    # after stride j + k steps, (row of A^k) (A^(stride j) b): no state is kept but every stride samples
+    within, starts = np.empty((stride, len(b))), np.empty((len(b), stride))
+    power = np.eye(len(b))
+    for k in range(stride):
+        within[k], power = power[row], power @ A
+    for j in range(stride):
+        starts[:, j], b = b, power @ b
+    return np.concatenate([[0.0], (within @ starts).T.ravel()[: n - 1]])
 
 
 def coloured_information(jacobian: Array, residual: Array, impulse: Array | None = None) -> Array:

@@ -97,15 +97,20 @@ class Simulated:
 
     def measured(self, quantity: Quantity) -> Array:
         """Measured position or speed, (n,)."""
-        return np.concatenate([measured_output(piece, quantity) for piece in self.pieces])
+        return _in_a_row([measured_output(piece, quantity) for piece in self.pieces])
 
     def signal(self, quantity: Quantity) -> Array:
         """Simulated position or speed as its sensor would show it, (n,)."""
-        return np.concatenate([observed(t, quantity) for t in self.trajectories])
+        return _in_a_row([observed(t, quantity) for t in self.trajectories])
 
     def segments(self, quantity: Quantity) -> list[SimulatedSegment]:
         """Its pieces one by one, with the residuals of a quantity."""
         return [simulated_segment(*pair, quantity) for pair in zip(self.pieces, self.trajectories, strict=True)]
+
+
+def _in_a_row(parts: Sequence[Array]) -> Array:
+    """Signals one after the other, one alone as it is: that of a long record is large."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def simulated_segment(record: Record, trajectory: Trajectory, quantity: Quantity) -> SimulatedSegment:

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
+from contextlib import suppress
 
+from robotid.artifacts.provenance import Provenance
+from robotid.artifacts.store import Made, load, save, save_axes
 from robotid.config.suggest import suggest
-from robotid.errors import ConfigError, NumericsError, RobotidError
+from robotid.errors import ConfigError, InputError, NumericsError, RobotidError
 from robotid.pipeline.execute import execute, one_error, reader, status
 from robotid.pipeline.freshness import State
 from robotid.pipeline.run import Run, Runs
 from robotid.pipeline.table import COLLECT, EXCITE, STAGES
 from robotid.progress import Log
 from robotid.signals.plausibility import CHECKS, Axis, Plausibility, check_records, refuse_meaningless
-from robotid.signals.quality import Recordings
 
+FILE = "check.h5"
+"""Where the findings of a check are kept."""
 BEFORE = (EXCITE.name, COLLECT.name)
 """Stages that need no check."""
 
@@ -29,14 +33,14 @@ def check(run: Runs, accepted: Collection[str] = (), *, log: Log | None = None) 
         outcome = execute(run, stage, log=log)
         if outcome.failures:
             raise one_error(outcome.failures)
-    return _checked(run, list(run.axes), accepted)
+    return _checked(run, _collected(run), accepted, again=True)
 
 
 def check_collected(run: Runs, accepted: Collection[str] = ()) -> dict[str, Plausibility]:
-    """The same for the axes whose records are up to date: on others no stage works."""
+    """The same for the axes whose records are up to date: on others no stage works. Records that were checked before
+    are not checked again."""
     _require_known(accepted)
-    fresh = [s.axis for s in status(run) if s.stage == COLLECT.name and s.state is State.FRESH]
-    return _checked(run, fresh, accepted) if fresh else {}
+    return _checked(run, _collected(run), accepted)
 
 
 def _require_known(accepted: Collection[str]) -> None:
@@ -45,16 +49,48 @@ def _require_known(accepted: Collection[str]) -> None:
             raise ConfigError(f'there is no check "{name}"', where="--accept", hint=suggest(name, CHECKS, many=20))
 
 
-def _checked(run: Runs, axes: Sequence[str], accepted: Collection[str]) -> dict[str, Plausibility]:
-    found = reader(run, COLLECT, axes)()
-    recordings = found if run.several else {"": found}
-    return {axis: _check_axis(run.axes[axis], recordings[axis], accepted) for axis in axes}
+def _collected(run: Runs) -> dict[str, Provenance]:
+    """Where a check of an axis comes from, for the axes whose records are up to date."""
+    states = [s for s in status(run) if s.stage == COLLECT.name and s.state is State.FRESH]
+    return {s.axis: _provenance(run.axes[s.axis], s.header.digest) for s in states if s.header is not None}
 
 
-def _check_axis(run: Run, recordings: Recordings, accepted: Collection[str]) -> Plausibility:
+def _provenance(run: Run, digest: str) -> Provenance:
     config = run.loaded.config
-    known = {*accepted, *config.check.accept}
-    return check_records(recordings, Axis(config.robot.gear_ratio, config.robot.linear), known)
+    known = {"gear_ratio": repr(config.robot.gear_ratio), "linear": repr(config.robot.linear)}
+    return Provenance("check", run.public_command("check"), known, {COLLECT.name: digest}, run.loaded.resolved_text())
+
+
+def _checked(
+    run: Runs, origins: Mapping[str, Provenance], accepted: Collection[str], *, again: bool = False
+) -> dict[str, Plausibility]:
+    """The findings in records, by axis, and keep them. origins : of a check of each axis; again : also where they are
+    known."""
+    found = {} if again else _checked_before(run, origins)
+    if due := [axis for axis in origins if axis not in found]:
+        contents = reader(run, COLLECT, due)()
+        for axis in due:
+            robot = run.axes[axis].loaded.config.robot
+            recordings = contents[axis] if run.several else contents
+            found[axis] = check_records(recordings, Axis(robot.gear_ratio, robot.linear))
+        made = {axis: Made(found[axis], origins[axis]) for axis in due}
+        if run.several:
+            save_axes(run.out / FILE, made, run.names)
+        else:
+            save(run.out / FILE, made[""].content, made[""].provenance)
+    return {axis: found[axis].accepting({*accepted, *run.axes[axis].loaded.config.check.accept}) for axis in origins}
+
+
+def _checked_before(run: Runs, origins: Mapping[str, Provenance]) -> dict[str, Plausibility]:
+    """What a check by this version has found before in the same records."""
+    found: dict[str, Plausibility] = {}
+    for axis, origin in origins.items():
+        with suppress(InputError, ConfigError):
+            kept = load(run.out / FILE, Plausibility, axis)
+            made = kept.provenance
+            if (made.version, made.sections, made.inputs) == (origin.version, origin.sections, origin.inputs):
+                found[axis] = kept.content
+    return found
 
 
 def precedes_a_fit(run: Runs, stage: str | None = None, *, force: bool = False) -> bool:

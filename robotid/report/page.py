@@ -31,8 +31,9 @@ from robotid.report.summary import robot_summary, summary
 from robotid.report.tables.overview import overview
 from robotid.report.tables.table import Table
 
-MAX_SAMPLES = 100_000  # of all signals that can be zoomed, together
+MAX_VALUES = 400_000  # of all signals that can be zoomed, together, their times among them: 2.1 MB
 MIN_SAMPLES = 2000  # of one of them
+SAMPLES = tuple(round(MIN_SAMPLES * 1.1**k) for k in range(60))  # that a signal may keep, up to half a million
 MAX_UNFOLDED = 30  # characters of a cell that may be folded
 AXIS_FIGURES = 4  # narrow ones, and wide ones, of a section where there are several axes
 STATIC_POINTS = 1200  # points of a curve where the page cannot draw: without JavaScript
@@ -175,8 +176,8 @@ class _Part:
 
 
 def _rendered(head: Head, parts: Sequence[_Part], origin: Origin, overview: Table | None = None) -> str:
-    over_time = sum(spec.plot is not None for part in parts for one in part.sections for spec in one.figures)
-    most = max(MIN_SAMPLES, MAX_SAMPLES // max(1, over_time))
+    figures = [spec for part in parts for one in part.sections for spec in one.figures]
+    most = _samples_of_each([spec.plot for spec in figures if spec.plot is not None])
     return _template().render(
         title=head.title,
         summary=head.summary,
@@ -282,6 +283,19 @@ def _bins(spec: FigureSpec) -> dict[str, Any]:
             for one in spec.bins
         ]
     }
+
+
+def _samples_of_each(plots: Sequence[TimePlot]) -> int:
+    """How many samples of a signal plots can hold, so that all of them together have no more than MAX_VALUES."""
+    affordable = (most for most in SAMPLES if sum(_values(plot, most) for plot in plots) <= MAX_VALUES)
+    return max(affordable, default=MIN_SAMPLES)
+
+
+def _values(plot: TimePlot, most: int) -> int:
+    """Numbers that a plot holds, its curves thinned to so many samples: a thinned curve has times of its own."""
+    lengths = [len(series.t) for strip in plot.strips for series in strip.series]
+    whole = [n for n in lengths if n <= most]
+    return sum(whole) + max(whole, default=0) + 2 * most * (len(lengths) - len(whole))
 
 
 def _thinned(plot: TimePlot, most: int) -> TimePlot:

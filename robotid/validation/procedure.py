@@ -135,10 +135,11 @@ def _identifiability(fit: FitResult, simulated: Mapping[str, Simulated]) -> tupl
 def validate_record(model: FittedModel, simulated: Simulated, options: ValidationOptions) -> RecordValidation:
     """All that validation finds out of a model on a record that it was simulated on."""
     record, remarks = simulated.record, list[str]()
+    theta = model.joint.in_record(model.theta, record.name)
+    torque_error = _torque_error(model.joint, theta, simulated, options)
     position, speed = simulated.signal("position"), simulated.signal("speed")
     measured, output = simulated.measured(model.output), position if model.output == "position" else speed
     errors = {"position": rmse(record.phi_m, position), "speed": rmse(simulated.measured("speed"), speed)}
-    theta = model.joint.in_record(model.theta, record.name)
     closed_loop = None
     try:
         if options.controller is not None:
@@ -151,7 +152,7 @@ def validate_record(model: FittedModel, simulated: Simulated, options: Validatio
         fit_percent=fit_percent(measured, output),
         rmse_speed=errors["speed"],
         rmse_position=errors["position"],
-        torque_error_percent=_torque_error(model.joint, theta, simulated, options),
+        torque_error_percent=torque_error,
         closed_loop=closed_loop,
         residual=residual_test(measured - output, record.tau_m),
         perturbation=NOT_PERTURBED if options.perturbation is None else perturb(model, simulated, options.perturbation),

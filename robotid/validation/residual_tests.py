@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.fft import next_fast_len
 from scipy.special import ndtr, ndtri
 
-from robotid.estimate.covariance import autoregression
+from robotid.estimate.covariance import autoregression, lagged_products
 from robotid.model.array import Array
+from robotid.signals.differentiate import transform_length
 from robotid.validation.results import CONFIDENCE, ResidualTest
 
 LAGS = 25
@@ -20,8 +22,8 @@ def residual_test(residual: Array, torque: Array) -> ResidualTest:
     """
     e, u = residual - residual.mean(), torque - torque.mean()
     n, lags = len(e), min(LAGS, len(e) // 4)
-    auto = _covariance(e, e, lags)[lags:]
-    cross = _covariance(e, u, lags)
+    auto = lagged_products(e, e, lags) / n
+    cross = np.concatenate([lagged_products(u, e, lags)[:0:-1], lagged_products(e, u, lags)]) / n
     scale = float(auto[0]) or 1.0
     r = auto[1:] / scale
     deviation = float(np.sqrt(_cross_variance(e, u) / n))
@@ -37,14 +39,6 @@ def residual_test(residual: Array, torque: Array) -> ResidualTest:
         white_part=white,
         coloured_part=float(np.sqrt(max(0.0, auto[0] - white**2))),
     )
-
-
-def _covariance(a: Array, b: Array, lags: int) -> Array:
-    """sum over t of a[t] b[t - lag] / n for lags -lags to lags, (2 lags + 1,)."""
-    n = len(a)
-    spectrum = np.fft.rfft(a, n + lags) * np.fft.rfft(b, n + lags).conj()
-    c = np.fft.irfft(spectrum, n + lags) / n
-    return np.concatenate([c[len(c) - lags :], c[: lags + 1]])
 
 
 def quantile(lags: int) -> float:
@@ -65,7 +59,7 @@ def _cross_variance(e: Array, u: Array) -> float:
     """
     n = len(e)
     a, variance = autoregression(e)
-    length = n + max(LAGS, len(a) + 1)
+    length = next_fast_len(n + max(LAGS, len(a) + 1), real=True)
     density = variance / np.abs(np.fft.rfft(np.concatenate([[1.0], -a]), length)) ** 2
     power = np.abs(np.fft.rfft(u, length)) ** 2 / n
     return float(np.fft.irfft(density * power, length)[0])
@@ -73,5 +67,6 @@ def _cross_variance(e: Array, u: Array) -> float:
 
 def _white_part(e: Array) -> float:
     """Standard deviation of a white noise with the mean density of the upper half of the spectrum."""
-    power = np.abs(np.fft.rfft(e)) ** 2 / len(e)
+    n = transform_length(len(e))
+    power = np.abs(np.fft.rfft(e[:n])) ** 2 / n
     return float(np.sqrt(power[len(power) // 2 :].mean()))

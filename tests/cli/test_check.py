@@ -10,6 +10,8 @@ import pytest
 from support.mistaken_logs import configuration, right_log, write_csv
 
 from robotid.cli.app import main
+from robotid.signals.plausibility import Axis, Plausibility, check_records
+from robotid.signals.quality import Recordings
 
 
 @pytest.fixture
@@ -53,7 +55,7 @@ def test_what_is_accepted_does_not_stop(wrong: str, accept: list[str], capsys: p
 def test_a_run_stops_before_anything_is_fitted(wrong: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", wrong]) == 4
     assert "one of them has the wrong sign" in capsys.readouterr().err.splitlines()[-1]
-    assert sorted(path.name for path in Path("runs/axis").iterdir()) == ["excitation.h5", "records.h5"]
+    assert sorted(path.name for path in Path("runs/axis").iterdir()) == ["check.h5", "excitation.h5", "records.h5"]
 
 
 @pytest.mark.parametrize("stage", ["init-rigid", "fit"])
@@ -62,7 +64,7 @@ def test_a_single_stage_stops_as_a_run_does(wrong: str, stage: str, capsys: pyte
     assert main([stage, wrong]) == 4
     (line,) = capsys.readouterr().err.splitlines()
     assert "one of them has the wrong sign" in line
-    assert sorted(path.name for path in Path("runs/axis").iterdir()) == ["records.h5"]
+    assert sorted(path.name for path in Path("runs/axis").iterdir()) == ["check.h5", "records.h5"]
 
 
 def test_a_single_stage_goes_on_where_the_finding_is_accepted(wrong: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -72,6 +74,44 @@ def test_a_single_stage_goes_on_where_the_finding_is_accepted(wrong: str, capsys
     assert lines[0].startswith("check: estimate: torque and motion ask for an inertia of -0.012")
     assert lines[0].endswith("(accepted)")
     assert main(["init-rigid", wrong]) == 0  # up to date: nothing is computed from the records
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[Recordings]:
+    """The recordings that the checks are asked about, one entry each time."""
+    found = list[Recordings]()
+
+    def counted(recordings: Recordings, axis: Axis) -> Plausibility:
+        found.append(recordings)
+        return check_records(recordings, axis)
+
+    monkeypatch.setattr("robotid.pipeline.check.check_records", counted)
+    return found
+
+
+def test_records_are_checked_once_for_all_stages(wrong: str, asked: list[Recordings]) -> None:
+    assert main(["collect", wrong, "--quiet"]) == 0
+    for _ in range(2):  # and what was accepted before is not accepted for good
+        assert main(["init-rigid", wrong, "--quiet"]) == 4
+        assert main(["init-rigid", wrong, "--quiet", "--force", "--accept", "torque_sign"]) == 0
+        Path("runs/axis/rigid.h5").unlink()
+    assert len(asked) == 1
+    assert main(["check", wrong, "--quiet"]) == 4
+    assert len(asked) == 2  # whoever asks for a check gets one
+
+
+@pytest.mark.parametrize("change", ["damaged", "gear ratio", "records"])
+def test_what_a_check_found_before_does_not_count_for_others(wrong: str, asked: list[Recordings], change: str) -> None:
+    assert main(["run", wrong, "--quiet"]) == 4
+    if change == "damaged":
+        file = Path("runs/axis/check.h5")
+        file.write_bytes(file.read_bytes()[:-7])
+    options = {
+        "gear ratio": ["--set", "robot.gear_ratio=0.5"],
+        "records": ["--set", "records.0.columns.tau_m={name: tau_m, scale: -1}"],
+    }
+    main(["run", wrong, "--quiet", *options.get(change, [])])
+    assert len(asked) == 2
 
 
 def test_a_run_that_stops_prints_its_findings_as_json(wrong: str, capsys: pytest.CaptureFixture[str]) -> None:

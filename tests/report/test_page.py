@@ -17,7 +17,7 @@ from support.report_findings import findings
 from robotid.report.evidence.results import Evidence
 from robotid.report.findings import Findings
 from robotid.report.origin import Origin, Source
-from robotid.report.page import AXIS_FIGURES, MAX_SAMPLES, AxisPage, StageTables, page, robot_page
+from robotid.report.page import AXIS_FIGURES, MAX_VALUES, AxisPage, StageTables, page, robot_page
 from robotid.report.sections import figure_specs
 from robotid.report.stamp import Stamp, stamp_of
 from robotid.report.summary import summary
@@ -113,13 +113,32 @@ def test_a_long_record_is_thinned_without_losing_its_peaks() -> None:
     plot = json.loads(re.findall(r'<script type="application/json">(.*?)</script>', source)[0])
     drawn, at = plot["strips"][0]["series"][0], plot["times"][0]
     values, samples = unpacked(drawn["values"]), unpacked(at["samples"])
-    assert len(values) <= MAX_SAMPLES
+    assert _numbers(source) <= MAX_VALUES
     assert (values.max(), values.min()) == (7.5, -9.25)
     t = at["start"] + at["step"] * samples
     assert t[np.argmax(values)] == pytest.approx(long.t[123_457])
     assert len(source) < 2_500_000
     assert f"{len(values)} of 400000 samples, the extremes of every stretch among them." in source
     assert "the extremes" not in html("extension")
+
+
+def test_a_page_holds_so_many_numbers_however_many_long_records_there_are() -> None:
+    recordings = findings().recordings
+    waves = {name: np.sin(rate * np.arange(1e5)) for name, rate in (("tau_m", 0.01), ("phi_m", 0.02), ("dphi_m", 0.03))}
+    first = replace(recordings.records[0], ref=None, **waves)
+    records = [replace(first, name=f"long {k}") for k in range(12)]
+    short = replace(first, name="short", **{name: wave[:900] for name, wave in waves.items()})
+    source = page(Findings("irb", recordings=replace(recordings, records=(*records, short))), (), ORIGIN)
+    assert 0.8 * MAX_VALUES < _numbers(source) <= MAX_VALUES
+    assert len(source) < 5_000_000
+    assert "of 900 samples" not in source
+
+
+def _numbers(source: str) -> int:
+    """That the signals of a page hold, times among them."""
+    documents = [json.loads(text) for text in re.findall(r'<script type="application/json">(.*?)</script>', source)]
+    series = [one["values"] for plot in documents for strip in plot["strips"] for one in strip["series"]]
+    return sum(map(len, map(unpacked, [*series, *(t["samples"] for plot in documents for t in plot["times"])])))
 
 
 def test_provenance_and_what_is_left_out() -> None:

@@ -61,15 +61,17 @@ def _by_simulation(f: Findings) -> tuple[dict[str, Law], dict[str, ResidualSpect
     before = fitted_model(fit, estimate_states=f.estimate_states)
     after = None if extension is None else fitted_model(extension.fit, estimate_states=f.estimate_states)
     horizon = f.horizon or usable_horizon(fit.horizon, f.recordings.records)
+    missing = {} if f.diagnosis is None else f.diagnosis.missing
     for record in f.recordings.records:
         check()
-        left = _simulated(before, record, horizon)
         gained = None if after is None else _simulated(after, record, horizon)
-        if left is not None:
-            _put(spectra, record.name, partial(residual_spectra, left, gained, before.output))
         if gained is not None:
             runs[record.name] = gained
-            _put(laws, record.name, partial(law_of, before, gained))
+            if record.name in missing:
+                _put(laws, record.name, partial(law_of, before, gained, missing[record.name].t))
+        left = _simulated(before, record, horizon)
+        if left is not None:
+            _put(spectra, record.name, partial(residual_spectra, left, gained, before.output))
     return laws, spectra, runs
 
 

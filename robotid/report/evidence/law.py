@@ -14,7 +14,7 @@ import numpy as np
 
 from robotid.diagnosis.misfit.location import since_reversal
 from robotid.estimate.fitted_model import FittedModel, Simulated
-from robotid.model.array import Array
+from robotid.model.array import Array, Index
 from robotid.model.joint import Joint
 from robotid.signals.differentiate import Kinematics
 from robotid.signals.record import Record
@@ -23,44 +23,51 @@ from robotid.simulation.first_guess import initial_state
 from robotid.simulation.trajectory import Trajectory
 from robotid.validation.inverse_dynamics import required_torque
 
+CLOSE = 1e-9  # s: rounding of a time
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Law:
-    """What an extension adds along a record. t, torque : (n,) [s], [Nm] at the motor, signed as an applied torque; nan
-    where the motor sticks, as no torque moves it there. variables : what a curve may run along, (n,) each."""
+    """What an extension adds at n samples of a record. t, torque : (n,) [s], [Nm] at the motor, signed as an applied
+    torque; nan where the motor sticks, as no torque moves it there. variables : what a curve may run along, (n,)
+    each."""
 
     t: Array
     torque: Array
     variables: dict[str, Array]
 
 
-def law_of(before: FittedModel, after: Simulated) -> Law:
-    """The law that separates a model from its extension, simulated over a record. Raises NumericsError where the model
-    before follows no such motion."""
-    pairs = list(zip(after.pieces, after.trajectories, strict=True))
-    torques = [_lacking(before, piece, trajectory) for piece, trajectory in pairs]
-    moved = [variables_of(trajectory) for _, trajectory in pairs]
+def law_of(before: FittedModel, after: Simulated, times: Array) -> Law:
+    """The law that separates a model from its extension, simulated over a record, at times (n,) [s] of its samples.
+    Raises NumericsError where the model before follows no such motion."""
+    found, first = list[Law](), 0
+    at = np.clip(np.searchsorted(after.t, times - CLOSE), 0, len(after.record) - 1)
+    for piece, trajectory in zip(after.pieces, after.trajectories, strict=True):
+        inside = (at >= first) & (at < first + len(piece))
+        here = at[inside] - first
+        found.append(Law(times[inside], _lacking(before, piece, trajectory)[here], variables_of(trajectory, here)))
+        first += len(piece)
     return Law(
-        after.t,
-        np.concatenate(torques),
-        {name: np.concatenate([one[name] for one in moved]) for name in moved[0]},
+        np.concatenate([one.t for one in found]),
+        np.concatenate([one.torque for one in found]),
+        {name: np.concatenate([one.variables[name] for one in found]) for name in found[0].variables},
     )
 
 
-def variables_of(trajectory: Trajectory) -> dict[str, Array]:
-    """What a missing torque may be ordered by, along a simulated motion, (n,) each."""
-    joint, speed = trajectory.joint, trajectory.dphi_m
+def variables_of(trajectory: Trajectory, at: Index) -> dict[str, Array]:
+    """What a missing torque may be ordered by, at samples (n,) of a simulated motion, (n,) each."""
+    joint, phi_m, speed = trajectory.joint, trajectory.phi_m[at], trajectory.dphi_m
     found = {
-        "dphi_m": speed,
-        "phi_m": trajectory.phi_m,
-        "phi_m mod 2 pi": trajectory.phi_m % (2 * np.pi),
-        "ddphi_m": trajectory.ddphi_m,
-        "tau_m": trajectory.u,
-        "t": trajectory.t,
-        "reversal": since_reversal(speed, trajectory.sampling_time),
+        "dphi_m": speed[at],
+        "phi_m": phi_m,
+        "phi_m mod 2 pi": phi_m % (2 * np.pi),
+        "ddphi_m": trajectory.ddphi_m[at],
+        "tau_m": trajectory.u[at],
+        "t": trajectory.t[at],
+        "reversal": since_reversal(speed, trajectory.sampling_time)[at],
     }
     if trajectory.twist is not None:
-        found |= {"twist": trajectory.twist, "phi_a": joint.ratio * trajectory.phi_m - trajectory.twist}
+        found |= {"twist": trajectory.twist[at], "phi_a": joint.ratio * phi_m - trajectory.twist[at]}
     return found
 
 

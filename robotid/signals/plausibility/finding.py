@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from robotid.display import Displayed
@@ -48,6 +49,11 @@ class Plausibility(Displayed):
     def fatal(self) -> tuple[Finding, ...]:
         """The findings that make a result meaningless and were not accepted."""
         return tuple(finding for finding in self.findings if finding.stops)
+
+    def accepting(self, names: Collection[str]) -> Plausibility:
+        """With the fatal findings of these checks known to be right, and no others."""
+        marked = (replace(f, accepted=f.severity == "fatal" and f.name in names) for f in self.findings)
+        return replace(self, findings=tuple(marked))
 
     def named(self, name: str) -> tuple[Finding, ...]:
         """The findings of one check."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import replace
 from importlib import import_module
 from pkgutil import iter_modules
 
@@ -41,14 +40,15 @@ def check_records(recordings: Recordings, axis: Axis, accepted: Collection[str] 
     findings: list[Finding] = []
     for record, report in zip(recordings.records, recordings.reports, strict=True):
         others = fitted if record.role == "validate" else ()
-        findings += _found(Evidence(record, report, axis, others), accepted)
-    return Plausibility(
+        findings += _found(Evidence(record, report, axis, others))
+    found = Plausibility(
         tuple(record.name for record in recordings.records),
         tuple(sorted(findings, key=lambda finding: GRAVITY[finding.severity])),
     )
+    return found.accepting(accepted)
 
 
-def _found(evidence: Evidence, accepted: Collection[str]) -> Iterator[Finding]:
+def _found(evidence: Evidence) -> Iterator[Finding]:
     """The findings on one record, but those that a finding as grave of another check explains."""
     found: dict[str, Severity] = {}
     for one in CHECKS.values():
@@ -60,7 +60,7 @@ def _found(evidence: Evidence, accepted: Collection[str]) -> Iterator[Finding]:
                 continue
             if finding.severity != "note" and found.get(one.name) != "fatal":
                 found[one.name] = finding.severity
-            yield replace(finding, accepted=finding.severity == "fatal" and one.name in accepted)
+            yield finding
 
 
 def refuse_meaningless(found: Plausibility, check: str, accept: str) -> None:

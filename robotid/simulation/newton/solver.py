@@ -87,11 +87,11 @@ def integrating(problem: WindowProblem, x0: Array, fallback: Fallback) -> Course
     solver = TrajectoryNewton(
         _never_called, 0.0, x0, problem.intervals * problem.sampling_time, problem=problem, fallback=fallback
     )
-    parts = [np.array(x0, dtype=np.float64)[:, None]]
+    x = np.empty((len(x0), problem.intervals + 1))
+    x[:, 0] = x0
     while solver.node < problem.intervals:
         yield from solver.stepping()
-        parts.append(solver.x[:, 1:])
-    x = np.concatenate(parts, axis=1)
+        x[:, solver.first : solver.node + 1] = solver.x
     if not np.isfinite(x).all():
         raise NumericsError("the simulation diverges", hint="check the parameters' guesses and bounds")
     return x
@@ -118,7 +118,7 @@ def _never_called(t: float, x: Array) -> Array:
 
 def state_scale(x: Array) -> Array:
     """The size of each state along a trajectory x (states, n), (states,)."""
-    return np.asarray(np.maximum(np.abs(x).max(axis=1), MIN_SCALE))
+    return np.asarray(np.maximum(np.maximum(x.max(axis=1), -x.min(axis=1)), MIN_SCALE))
 
 
 def newton(problem: WindowProblem, first: int, start: Array, guess: Array, scale: Array) -> Course[NewtonResult]:
