@@ -114,7 +114,9 @@ def _best_of(problem: OutputError, options: FitOptions, log: Callable[[Iteration
     start, columns = problem.start(), len(problem.columns)
     elsewhere = (np.append(other.values[list(problem.columns)], start[columns:]) for other in options.other_starts)
     initial = _best_start(problem, [start, *elsewhere]) if options.other_starts else None
-    start = start if initial is None else initial.unknowns
+    if initial is not None:
+        start = initial.unknowns
+        initial = initial if lifted.fits_in_memory(problem) else None  # a long record is rather simulated once more
     best = _solve(problem, start, options, log, initial)
     rng = np.random.default_rng(SEED)
     for _ in range(options.multistart):

@@ -150,9 +150,10 @@ def solving(
     first = (yield Point(bounds.clip(start))) if initial is None else initial
     if not len(start):
         return Solution(first, np.zeros((0, 0)), (first.cost,), End.CONVERGED)
-    at = yield first
     damping, costs, end, small_steps = FIRST_DAMPING, [first.cost], End.ITERATIONS, 0
     in_noise = NOISE_SHARE * len(start) / sum(map(len, first.residuals))
+    at = yield first
+    del first, initial  # of a long record they are large, and only the latest evaluation is needed
     try:
         for number in range(1, options.max_iterations + 1):
             check()

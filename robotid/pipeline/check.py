@@ -16,7 +16,7 @@ from robotid.pipeline.table import COLLECT, EXCITE, STAGES
 from robotid.progress import Log
 from robotid.signals.plausibility import CHECKS, Axis, Plausibility, check_records, refuse_meaningless
 
-FILE = "check.h5"
+FILE = ".robotid.check"
 """Where the findings of a check are kept."""
 BEFORE = (EXCITE.name, COLLECT.name)
 """Stages that need no check."""

@@ -55,7 +55,11 @@ def test_what_is_accepted_does_not_stop(wrong: str, accept: list[str], capsys: p
 def test_a_run_stops_before_anything_is_fitted(wrong: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", wrong]) == 4
     assert "one of them has the wrong sign" in capsys.readouterr().err.splitlines()[-1]
-    assert sorted(path.name for path in Path("runs/axis").iterdir()) == ["check.h5", "excitation.h5", "records.h5"]
+    assert sorted(path.name for path in Path("runs/axis").iterdir()) == [
+        ".robotid.check",
+        "excitation.h5",
+        "records.h5",
+    ]
 
 
 @pytest.mark.parametrize("stage", ["init-rigid", "fit"])
@@ -64,7 +68,7 @@ def test_a_single_stage_stops_as_a_run_does(wrong: str, stage: str, capsys: pyte
     assert main([stage, wrong]) == 4
     (line,) = capsys.readouterr().err.splitlines()
     assert "one of them has the wrong sign" in line
-    assert sorted(path.name for path in Path("runs/axis").iterdir()) == ["check.h5", "records.h5"]
+    assert sorted(path.name for path in Path("runs/axis").iterdir()) == [".robotid.check", "records.h5"]
 
 
 def test_a_single_stage_goes_on_where_the_finding_is_accepted(wrong: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -104,7 +108,7 @@ def test_records_are_checked_once_for_all_stages(wrong: str, asked: list[Recordi
 def test_what_a_check_found_before_does_not_count_for_others(wrong: str, asked: list[Recordings], change: str) -> None:
     assert main(["run", wrong, "--quiet"]) == 4
     if change == "damaged":
-        file = Path("runs/axis/check.h5")
+        file = Path("runs/axis/.robotid.check")
         file.write_bytes(file.read_bytes()[:-7])
     options = {
         "gear ratio": ["--set", "robot.gear_ratio=0.5"],

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
 
-from robotid.estimate.covariance import autoregression, coloured_information
+from robotid.catalogue import assemble
+from robotid.estimate.covariance import (
+    autoregression,
+    coloured_information,
+    impulse_response,
+    zero_order_hold_response,
+)
 
 N = 2000
 T = np.linspace(0, 1, N)
@@ -28,6 +37,31 @@ def test_autoregression_finds_a_known_one() -> None:
 def test_white_residuals_give_the_classical_information() -> None:
     e = np.random.default_rng(1).standard_normal(N)
     assert coloured_information(JACOBIAN, e) == pytest.approx(np.var(e) * JACOBIAN @ JACOBIAN.T, rel=0.05)
+
+
+def test_a_response_to_an_impulse_is_that_of_the_steps_one_by_one() -> None:
+    joint = assemble(STRUCTURE, angle=True)
+    theta = joint.parameters().with_values(TRUTH).values
+    A, b = zero_order_hold_response(joint, theta, SAMPLING_TIME)
+    x = np.zeros(joint.nx)
+    expected = np.empty((1000, joint.nx))
+    for k in range(len(expected)):
+        expected[k] = x
+        x = A @ x + (b if k == 0 else 0.0)
+    for row in range(joint.nx):
+        for n in (1, 2, 999, 1000):
+            found = impulse_response(joint, theta, row, SAMPLING_TIME, n)
+            np.testing.assert_allclose(found, expected[:n, row], rtol=1e-9, atol=1e-12 * np.abs(expected[:, row]).max())
+
+
+def test_a_response_to_an_impulse_takes_no_more_memory_than_a_few_signals() -> None:
+    joint, n = assemble(STRUCTURE, angle=True), 200_000
+    theta = joint.parameters().with_values(TRUTH).values
+    tracemalloc.start()
+    impulse_response(joint, theta, joint.motor_speed, SAMPLING_TIME, n)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 4 * 8 * n
 
 
 def test_coloured_residuals_give_the_scatter_of_repetitions() -> None:

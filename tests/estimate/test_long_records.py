@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +12,8 @@ from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
 
 from robotid.catalogue import assemble
 from robotid.estimate import grey_box, least_squares, residual, spans
-from robotid.estimate.residual import OutputError
+from robotid.estimate.residual import Evaluation, OutputError
+from robotid.model.array import Array
 from robotid.signals.record import Record
 from robotid.simulation.simulate import simulate
 
@@ -43,6 +46,22 @@ def test_a_long_record_is_linearised_block_by_block(derived: bool, monkeypatch: 
     scale = np.abs(derivatives).max(axis=1, keepdims=True)
     np.testing.assert_allclose(one.jacobian(at, 0).values / scale, derivatives / scale, atol=1e-9)
     assert max(part.shape[1] for _, part in one.derivative_blocks(at, 0)) < len(one.records[0])
+
+
+def test_of_all_evaluations_only_the_latest_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    one, made, alive = problem(), list[weakref.ref[Array]](), list[int]()
+    evaluate = OutputError.evaluate
+
+    def noted(*arguments: Any, **options: Any) -> Evaluation:
+        found = evaluate(*arguments, **options)
+        made.append(weakref.ref(found.residuals[0]))
+        return found
+
+    monkeypatch.setattr(OutputError, "evaluate", noted)
+    start = one.start() * np.where(np.arange(len(one.start())) < len(one.columns), 1.3, 1.0)
+    least_squares.solve(one, start, log=lambda _: alive.append(sum(ref() is not None for ref in made)))
+    assert len(alive) > 2
+    assert set(alive) == {1}
 
 
 @pytest.mark.parametrize("wave", [0.0, 0.05])  # [rad/s] of an error that no noise explains

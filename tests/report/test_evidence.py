@@ -75,6 +75,19 @@ def test_the_law_is_that_of_the_added_effect(name: str) -> None:
     assert np.sqrt(np.mean((law.torque - expected)[known] ** 2)) < 0.02 * dFs
 
 
+def test_a_law_is_kept_at_the_samples_that_are_drawn() -> None:
+    f = found()
+    assert f.diagnosis is not None
+    whole, few = f.diagnosis.missing["large"], f.diagnosis.missing["large"].t[3::100]
+    thinned = Trace(few, whole.measured[3::100], whole.simulated[3::100], whole.unit)
+    diagnosis = replace(f.diagnosis, missing={**f.diagnosis.missing, "large": thinned})
+    law = with_evidence(replace(findings(), diagnosis=diagnosis)).evidence.laws["large"]
+    np.testing.assert_array_equal(law.t, few)
+    np.testing.assert_array_equal(law.torque, f.evidence.laws["large"].torque[3::100])
+    for name, values in law.variables.items():
+        np.testing.assert_array_equal(values, f.evidence.laws["large"].variables[name][3::100])
+
+
 def test_the_law_is_drawn_and_not_what_is_asked_less_what_is_left() -> None:
     shown, law = curves(drawn("missing-large")), found().evidence.laws["large"].torque
     np.testing.assert_array_equal(shown["law of the extension"][: len(law)], law)

@@ -29,6 +29,15 @@ def test_white_noise_is_called_coloured_in_one_of_a_hundred():
     assert independence <= 0.03 * DRAWS
 
 
+def test_correlations_are_those_of_all_pairs_of_samples():
+    rng = np.random.default_rng(3)
+    e, u = rng.standard_normal((2, 301))
+    found, (e, u) = residual_test(e, u), (e - e.mean(), u - u.mean())
+    auto, cross = np.correlate(e, e, "full")[300:], np.correlate(e, u, "full")[300 - LAGS : 301 + LAGS]
+    np.testing.assert_allclose(found.autocorrelation, auto[1 : LAGS + 1] / auto[0], atol=1e-12)
+    np.testing.assert_allclose(found.crosscorrelation, cross / np.sqrt((e @ e) * (u @ u)), atol=1e-12)
+
+
 def test_coloured_noise_is_found_and_is_not_laid_to_the_torque():
     whiteness, independence = alarms(0.8)
     assert whiteness == DRAWS

@@ -79,7 +79,7 @@ def residual_spectrum(
         response = _squared_response(trajectory, row, n)
     else:
         impulse = impulse_response(trajectory.joint, trajectory.theta, row, trajectory.sampling_time, n)
-        response = (np.abs(np.fft.rfft(impulse, 2 * n)) ** 2)[::2]
+        response = np.abs(np.fft.rfft(impulse)) ** 2
     power = np.abs(np.fft.rfft(taper * residual)) ** 2 / np.sum(taper**2)
     return Spectrum(power if weight is None else power / weight, response, weight)
 
