@@ -21,7 +21,7 @@ REST = 3.0  # standard deviations of the speed's noise below which a speed count
 
 def initial_state(joint: Joint, theta: Array, record: Record) -> Array:
     """First state as measured, the arm moving rigidly with the motor and the gear untwisted, (nx,)."""
-    return measured_guess(joint, joint.in_record(theta, record.name), record)[:, 0]
+    return _as_measured(joint, joint.in_record(theta, record.name), record, slice(0, 1))[:, 0]
 
 
 def measured_guess(joint: Joint, theta: Array, record: Record) -> Array:
@@ -30,15 +30,21 @@ def measured_guess(joint: Joint, theta: Array, record: Record) -> Array:
     A speed lost in its own noise counts as rest: where friction makes the motor stick, noise would look like a host of
     reversals.
     """
-    joint = joint.along(record)
-    x = np.zeros((joint.nx, len(record)))
-    row = joint.motor_speed
+    return _as_measured(joint, theta, record, slice(None))
+
+
+def _as_measured(joint: Joint, theta: Array, record: Record, at: slice) -> Array:
+    """These samples of `measured_guess`."""
+    joint, speed = joint.along(record), record.dphi_m[at]
+    if joint.dry:
+        noise = np.median(np.abs(np.diff(record.dphi_m, 2))) / (MAD_OF_NORMAL * np.sqrt(6.0))
+        speed = np.where(np.abs(speed) > REST * noise, speed, 0.0)
+    x = np.zeros((joint.nx, len(speed)))
     if joint.keeps_angle:
-        x[joint.motor_angle] = record.phi_m
-    noise = np.median(np.abs(np.diff(record.dphi_m, 2))) / (MAD_OF_NORMAL * np.sqrt(6.0))
-    x[row] = np.where(np.abs(record.dphi_m) > REST * noise, record.dphi_m, 0.0) if joint.dry else record.dphi_m
-    x[row + 1 : joint.speeds.stop] = joint.ratio * x[row]
-    return joint.settled(x, np.sign(x[joint.speeds]), record.t, theta)
+        x[joint.motor_angle] = record.phi_m[at]
+    x[joint.motor_speed] = speed
+    x[joint.motor_speed + 1 : joint.speeds.stop] = joint.ratio * speed
+    return joint.settled(x, np.sign(x[joint.speeds]), record.t[at], theta)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,9 @@ from robotid.errors import NumericsError
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.structure import Structure
+from robotid.signals.record import Record
 from robotid.simulation.fallback.lsoda import lsoda
+from robotid.simulation.first_guess import initial_state, measured_guess
 from robotid.simulation.newton.problem import Problem
 from robotid.simulation.simulate import simulate
 from robotid.simulation.trajectory import Trajectory
@@ -39,6 +41,16 @@ def test_a_wild_guess_leads_to_the_same_motion(wrong: float, structure: Structur
     found = simulate(joint, theta, RECORD, np.zeros(joint.nx), guess)
     assert found.dphi_m == pytest.approx(known.dphi_m, abs=SAME)
     assert found.twist == pytest.approx(known.twist, abs=SAME * float(np.abs(known.x[0]).max()))
+
+
+@pytest.mark.parametrize("effect", ["motor.presliding", "arm.coulomb", "arm.third_mass"])
+def test_a_first_state_is_that_of_the_measured_motion(effect: str) -> None:
+    joint = assemble(STRUCTURE.extended(effect), angle=True)
+    angle = 0.3 + np.sin(6.0 * RECORD.t)
+    moving = Record.from_arrays(RECORD.tau_m, angle, RECORD.sampling_time)
+    guess = measured_guess(joint, values(joint), moving)
+    assert np.abs(guess[:, 0]).max() > 0
+    np.testing.assert_array_equal(initial_state(joint, values(joint), moving), guess[:, 0])
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf], ids=str)
