@@ -26,6 +26,9 @@ from robotid.simulation.simulate import Start, integrated, simulate_together
 from robotid.simulation.trajectory import Trajectory, linearised_together, share_dynamics
 
 FARTHEST_PREDICTION = 1.0  # root mean square of a predicted change, of the state's own
+TRIAL_PATIENCE = (
+    8  # windows that may fail to settle in a trial, however few do close by; near a minimum it is three at most
+)
 SENSOR_MARGIN = 2_000  # samples on either side of a block, across which a sensor's delay or operator reaches
 MAX_PREDICTION = 5_000_000  # derivatives kept of one record to predict its next trajectory: 40 MB
 
@@ -152,18 +155,25 @@ class OutputError:
         guesses: Sequence[Array] = (),
         *,
         max_cost: float = np.inf,
+        trial: bool = False,
     ) -> Evaluation:
         """Simulate all records at unknowns (m,).
 
         near : a point close by, whose trajectories are carried on to first order as guesses; guesses : of the states of
         each record, (nx, n), where there is none. max_cost : once the cost exceeds it, the other records are left out.
-        Raises NumericsError where a simulation diverges.
+        trial : the point is one of several that could be next, as all are that have one close by: where its simulation
+        settles much worse than there, it is not worth the time. Raises NumericsError where a simulation diverges, or
+        settles so.
         """
         theta, cost = self.theta(unknowns), 0.0
         residuals, trajectories = [], []
         known = guesses if near is None else [self._predict(k, near, unknowns) for k in range(len(self.records))]
         starts = [Start(self.first_state(unknowns, k), known[k] if known else None) for k in range(len(self.records))]
-        found = simulate_together(self.joint, theta, self.records, starts, self.max_failed_windows)
+        limit = self.max_failed_windows
+        if limit is None and (trial or near is not None):
+            before = () if near is None else near.evaluation.trajectories
+            limit = max(TRIAL_PATIENCE, *(t.failed_windows for t in before), 0)
+        found = simulate_together(self.joint, theta, self.records, starts, limit)
         for k, trajectory in enumerate(found):
             residuals.append(self.residual(k, trajectory))
             trajectories.append(trajectory)

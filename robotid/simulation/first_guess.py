@@ -85,6 +85,6 @@ def following_motor(problem: Problem, x0: Array) -> Course[Array]:
         return np.asarray(np.concatenate([start[:, None], guess[:, first + 1 : stop + 1]], axis=1))
 
     try:
-        return (yield from integrating(prescribed, x0, as_guessed))
+        return (yield from integrating(prescribed, x0, as_guessed))[0]
     except NumericsError:
         return guess

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import ceil
 
 import numpy as np
 
@@ -80,8 +81,7 @@ def _simulating(
     torque = acting_torque(joint, theta, record)
     if not np.isfinite(x0).all():
         raise NumericsError("the first state is not finite", hint="check the parameters' guesses and bounds")
-    if max_failed_windows is not None:
-        max_failed_windows = round(max_failed_windows * max(1.0, len(record) / PATIENCE_SAMPLES))
+    share = max(1.0, len(record) / PATIENCE_SAMPLES)
     known = start.guess is not None and np.isfinite(start.guess).all()
     problem = Problem(
         joint,
@@ -91,20 +91,19 @@ def _simulating(
         start.guess if known and start.guess is not None else measured_guess(joint, theta, record),
         begin=record.begin,
         torque_steps=torque.steps,
-        max_failed_windows=max_failed_windows,
+        max_failed_windows=None if max_failed_windows is None else round(max_failed_windows * share),
         first_window=NEAR_WINDOW if known else FIRST_WINDOW,
     )
     if not known:
         problem = replace(problem, guess=(yield from following_motor(problem, x0)))
-    x, fallback_windows = yield from _integrating(problem, x0)
+    x, failed, fallback_windows = yield from _integrating(problem, x0)
     if np.any(state_scale(problem.guess) > MAX_GUESS * state_scale(x)):
-        x, fallback_windows = yield from _integrating(replace(problem, guess=x), x0)
-    return trajectory_of(problem, torque, record, x, fallback_windows)
+        x, failed, fallback_windows = yield from _integrating(replace(problem, guess=x), x0)
+    found = trajectory_of(problem, torque, record, x)
+    return replace(found, fallback_windows=fallback_windows, failed_windows=ceil(failed / share))
 
 
-def trajectory_of(
-    problem: Problem, torque: ActingTorque, record: Record, x: Array, fallback_windows: tuple[tuple[int, int], ...] = ()
-) -> Trajectory:
+def trajectory_of(problem: Problem, torque: ActingTorque, record: Record, x: Array) -> Trajectory:
     """The trajectory of a record that states x (nx, n) make under the torque that acts."""
     joint, theta = problem.joint, problem.theta
     dphi = x[joint.motor_speed]
@@ -118,7 +117,6 @@ def trajectory_of(
         phi_m=phi,
         dphi_m=dphi,
         twist=x[0] if joint.masses > 1 else None,
-        fallback_windows=fallback_windows,
         begin=record.begin,
         speed_origin=record.speed_origin,
         torque_steps=torque.steps,
@@ -131,13 +129,13 @@ def integrated(speed: Array, sampling_time: float) -> Array:
     return np.concatenate([np.zeros_like(speed[..., :1]), np.cumsum(step, axis=-1)], axis=-1)
 
 
-def _integrating(problem: Problem, x0: Array) -> Course[tuple[Array, tuple[tuple[int, int], ...]]]:
-    """All nodes (nx, n), and the windows that LSODA integrated."""
+def _integrating(problem: Problem, x0: Array) -> Course[tuple[Array, int, tuple[tuple[int, int], ...]]]:
+    """All nodes (nx, n), the least max_failed_windows that allows them, and the windows that LSODA integrated."""
     windows: list[tuple[int, int]] = []
 
     def fallback(first: int, stop: int, start: Array) -> Array:
         windows.append((first, stop))
         return lsoda(problem, first, stop, start)
 
-    x = yield from integrating(problem, x0, fallback)
-    return x, tuple(windows)
+    x, failed = yield from integrating(problem, x0, fallback)
+    return x, failed, tuple(windows)

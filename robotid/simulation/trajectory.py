@@ -27,9 +27,9 @@ class Trajectory:
     """A simulated motion at the n samples of a record.
 
     x : (nx, n) states; phi_m, dphi_m : (n,) [rad, rad/s]; twist : (n,) of the gear [rad], None for a rigid joint;
-    u : (n,) effective torque; fallback_windows : samples (first, stop) that LSODA had to integrate; begin [s] : of the
-    record; speed_origin : how the record has its speed; torque_steps : how u changes within the intervals, None where
-    it is held.
+    u : (n,) effective torque; fallback_windows : samples (first, stop) that LSODA had to integrate; failed_windows :
+    the least max_failed_windows of `simulate` that allows it; begin [s] : of the record; speed_origin : how the record
+    has its speed; torque_steps : how u changes within the intervals, None where it is held.
     """
 
     joint: Joint
@@ -41,6 +41,7 @@ class Trajectory:
     dphi_m: Array
     twist: Array | None
     fallback_windows: tuple[tuple[int, int], ...] = ()
+    failed_windows: int = 0
     begin: float = 0.0
     speed_origin: SpeedOrigin = "sensor"
     torque_steps: TorqueSteps | None = None
@@ -71,6 +72,7 @@ class Trajectory:
             dphi_m=self.dphi_m[at],
             twist=None if self.twist is None else self.twist[at],
             fallback_windows=(),
+            failed_windows=0,
             begin=self.begin + at.start * self.sampling_time,
             torque_steps=None if self.torque_steps is None else self.torque_steps.take(at),
         )

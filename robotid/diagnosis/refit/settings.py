@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from robotid.estimate.residual import TRIAL_PATIENCE
+
 
 @dataclass(frozen=True, slots=True)
 class RefitSettings:
     """How long and how exactly a model is refitted."""
 
     unidentifiable: float = 1e-9  # smallest singular value of the scaled Jacobian that counts as information
-    patience: int = 8  # windows that may fail to settle; a model near its best has three at most
+    patience: int = TRIAL_PATIENCE  # windows that may fail to settle
     max_iterations: int = 12  # of the fit; one that is on its way needs half of them
     tolerance: float = 1e-4  # of the cost: least decrease that is worth another step
     careful_tolerance: float = 1e-5  # the same for the model that is diagnosed, once little misfit is left

@@ -82,7 +82,7 @@ def solve(
         try:
             ended = _solve(problem, Bounds(*problem.bounds()).clip(start), options, log)
             with _keeping(ended.end):
-                at = _simulation(problem, ended.at)
+                at = _simulation(problem, ended.at, ended.end is not End.INTERRUPTED)
             if ended.end in (End.CONVERGED, End.INTERRUPTED):
                 return Solution(at, ended.at.factor, (*ended.cost[:-1], at.cost), ended.end)
             initial, cost = at, ended.cost[:-1]
@@ -279,7 +279,8 @@ def _settled(problem: OutputError, at: Iterate, before: Iterate | None) -> Itera
     """The iterate with simulations for nodes, or the one before it whose nodes were, if that was better. Raises
     NumericsError where there is neither."""
     try:
-        there = problem.evaluate(at.unknowns, guesses=at.nodes, max_cost=np.inf if before is None else before.cost)
+        most = np.inf if before is None else before.cost
+        there = problem.evaluate(at.unknowns, guesses=at.nodes, max_cost=most, trial=True)
         if before is None or there.cost < before.cost:
             return iterate(problem, at.unknowns, [t.x for t in there.trajectories])
     except NumericsError:
@@ -319,7 +320,7 @@ def attempt(problem: OutputError, at: Iterate, step: Array, *, settling: bool) -
         if after.defect < UNSETTLED * at.merit:
             return Trial(None, gain, True)
     try:
-        there = problem.evaluate(unknowns, guesses=moved, max_cost=at.merit)
+        there = problem.evaluate(unknowns, guesses=moved, max_cost=at.merit, trial=True)
     except NumericsError:
         return Trial(None, -np.inf, False)
     gain = (at.merit - there.cost) / max(predicted, 1e-300)
@@ -344,10 +345,11 @@ def _defect(problem: OutputError, nodes: Sequence[Array], at: Evaluation) -> flo
     return total
 
 
-def _simulation(problem: OutputError, at: Iterate) -> Evaluation:
-    """The iterate with its trajectories as simulations: corrected once more where they all but are, else integrated."""
+def _simulation(problem: OutputError, at: Iterate, trial: bool) -> Evaluation:
+    """The iterate with its trajectories as simulations: corrected once more where they all but are, else integrated.
+    trial : as of `OutputError.evaluate`."""
     if at.largest > TOLERANCE:
-        return problem.evaluate(at.unknowns, guesses=at.nodes)
+        return problem.evaluate(at.unknowns, guesses=at.nodes, trial=trial)
     trajectories, residuals = [], []
     for k, part in enumerate(at.parts):
         t, record = part.trajectory, problem.records[k]

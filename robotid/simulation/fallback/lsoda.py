@@ -27,13 +27,15 @@ from robotid.simulation.newton.solver import MAX_STATE
 _lsoda: Any = LSODA  # its types take every right-hand side for complex
 
 RTOL, ATOL = 1e-8, 1e-11
+MAX_STEPS = 500  # in one sampling interval, ODEPACK's own default: some ten oscillations, which no record shows
 SMOOTHING = 1e-4  # rad/s: LSODA needs a continuous friction law
 
 
 def lsoda(problem: Problem, first: int, stop: int, start: Array) -> Array:
     """Nodes first .. stop by LSODA from the state start (nx,), (nx, stop - first + 1).
 
-    The answer comes from the cache where the same question was asked before. Raises NumericsError on divergence.
+    The answer comes from the cache where the same question was asked before. Raises NumericsError on divergence, and
+    for a motion that takes more than MAX_STEPS steps an interval.
     """
     if len(problem.joint.terms) != len(problem.joint.structure.terms):  # a term that has no name yet
         return _integrate(problem, first, stop, start)
@@ -64,9 +66,16 @@ def _integrate(problem: Problem, first: int, stop: int, start: Array) -> Array:
                     rtol=RTOL,
                     atol=ATOL,
                 )
-                while solver.status == "running":
+                for _ in range(MAX_STEPS):
                     check()
                     solver.step()
+                    if solver.status != "running":
+                        break
+                else:
+                    raise NumericsError(
+                        f"the simulation moves much faster than it is sampled at t = {k * h:.4g} s",
+                        hint="check the parameters' guesses and bounds",
+                    )
             state = solver.y
             if solver.status == "failed" or not np.abs(state).max() < MAX_STATE:
                 raise NumericsError(

@@ -82,8 +82,8 @@ def integrate(problem: WindowProblem, x0: Array, fallback: Fallback) -> Array:
     return np.asarray(solution.y)
 
 
-def integrating(problem: WindowProblem, x0: Array, fallback: Fallback) -> Course[Array]:
-    """The course of what `integrate` does."""
+def integrating(problem: WindowProblem, x0: Array, fallback: Fallback) -> Course[tuple[Array, int]]:
+    """The course of what `integrate` does, with the least max_failed_windows that allows it."""
     solver = TrajectoryNewton(
         _never_called, 0.0, x0, problem.intervals * problem.sampling_time, problem=problem, fallback=fallback
     )
@@ -94,7 +94,7 @@ def integrating(problem: WindowProblem, x0: Array, fallback: Fallback) -> Course
         x[:, solver.first : solver.node + 1] = solver.x
     if not np.isfinite(x).all():
         raise NumericsError("the simulation diverges", hint="check the parameters' guesses and bounds")
-    return x
+    return x, solver.needed_failures
 
 
 @np.errstate(all="ignore")  # an iterate may overflow before its window is shortened
@@ -228,13 +228,16 @@ class TrajectoryNewton(OdeSolver):
         self._advance(self.fallback(self.node, stop, self.y))
         self.window = 4 * MIN_WINDOW
 
+    @property
+    def needed_failures(self) -> int:
+        """The least max_failed_windows that allows what there was so far."""
+        return max(self.failed_windows, -(-self.slow_iterations // SLOW_ITERATIONS) - 1)
+
     def _count(self, found: NewtonResult, *, failed: bool) -> None:
         limit = self.problem.max_failed_windows
         self.failed_windows += failed
         self.slow_iterations += max(0, found.iterations - QUICK_ITERATIONS)
-        if limit is None:
-            return
-        if self.failed_windows > limit or self.slow_iterations > SLOW_ITERATIONS * (limit + 1):
+        if limit is not None and self.needed_failures > limit:
             raise NumericsError(
                 "the simulation settles too slowly to be of use", hint="check the parameters' guesses and bounds"
             )

@@ -12,6 +12,9 @@ from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
 
 from robotid.catalogue import assemble
 from robotid.errors import NumericsError
+from robotid.estimate import residual
+from robotid.estimate.least_squares import linearise
+from robotid.estimate.residual import TRIAL_PATIENCE, OutputError
 from robotid.interrupt import Interrupted, interruptible
 from robotid.model.array import Array
 from robotid.model.joint import Joint
@@ -22,6 +25,7 @@ from robotid.simulation.newton import solver
 from robotid.simulation.newton.problem import Problem, WindowProblem
 from robotid.simulation.newton.solver import Course, NewtonResult
 from robotid.simulation.simulate import simulate
+from robotid.simulation.trajectory import Trajectory
 from robotid.terms import TERMS
 
 JOINT = assemble(STRUCTURE)
@@ -62,6 +66,44 @@ def test_a_stretch_by_lsoda_agrees_with_newton(monkeypatch: pytest.MonkeyPatch) 
     plain = simulate(JOINT, THETA, RECORD, START)
     assert plain.fallback_windows == ()
     assert by_lsoda.dphi_m == pytest.approx(plain.dphi_m, abs=2e-5)
+
+
+@pytest.mark.usefixtures("newton_fails")
+def test_a_simulation_is_allowed_as_many_failed_windows_as_it_needed() -> None:
+    needed = simulate(JOINT, THETA, RECORD, START).failed_windows
+    assert needed > 0
+    assert simulate(JOINT, THETA, RECORD, START, max_failed_windows=needed).failed_windows == needed
+    with pytest.raises(NumericsError, match="settles too slowly"):
+        simulate(JOINT, THETA, RECORD, START, max_failed_windows=needed - 1)
+
+
+@pytest.mark.parametrize(("needed", "allowed"), [(0, TRIAL_PATIENCE), (TRIAL_PATIENCE + 5, TRIAL_PATIENCE + 5)])
+def test_a_trial_may_need_as_many_as_the_point_beside_it(
+    needed: int, allowed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem = OutputError(JOINT, JOINT.parameters().with_values(TRUTH), (RECORD,), "speed", np.ones(1))
+    plain, asked = simulate(JOINT, THETA, RECORD, START), list[int | None]()
+
+    def simulated(joint: Joint, theta: Array, records: object, starts: object, limit: int | None) -> list[Trajectory]:
+        asked.append(limit)
+        return [replace(plain, failed_windows=needed)]
+
+    monkeypatch.setattr(residual, "simulate_together", simulated)
+    at = linearise(problem, problem.evaluate(problem.start()), [None])
+    problem.evaluate(problem.start(), at)
+    problem.evaluate(problem.start(), trial=True)
+    replace(problem, max_failed_windows=2).evaluate(problem.start(), at)
+    assert asked == [None, allowed, TRIAL_PATIENCE, 2]
+
+
+def test_a_motion_much_faster_than_its_samples_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A motor of hardly any inertia on a hard spring: LSODA would follow millions of oscillations."""
+    light = TRUTH | {"motor.inertia.J": 1e-9, "arm.inertia.J": 3e-5, "gear.spring.k1": 1e9, "gear.damper.d": 0.0}
+    monkeypatch.setattr(fallback, "cached", lambda key, shape, make: make())
+    theta = JOINT.parameters().with_values(light).values
+    problem = Problem(JOINT, theta, RECORD.tau_m, SAMPLING_TIME, np.zeros((3, len(T))))
+    with pytest.raises(NumericsError, match="much faster than it is sampled"):
+        fallback.lsoda(problem, 0, 8, START)
 
 
 def test_a_reversal_by_lsoda_agrees_with_newton(monkeypatch: pytest.MonkeyPatch) -> None:
