@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from typing import Any
 
@@ -34,7 +34,8 @@ class FittedModel:
     """A joint with its values, as it is validated and diagnosed.
 
     output : what its fit compared. records : those of its fit. first_states : record name to (nx,), where known.
-    estimate_states : whether first states are found by least squares or taken as measured.
+    estimate_states : whether first states are found by least squares or taken as measured. start : values from which
+    its fit started, by parameter, where known.
     """
 
     name: str
@@ -44,6 +45,7 @@ class FittedModel:
     records: tuple[str, ...]
     first_states: Mapping[str, Array]
     estimate_states: bool = True
+    start: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def theta(self) -> Array:
@@ -66,7 +68,8 @@ def fitted_model(fit: FitResult, *, estimate_states: bool = True) -> FittedModel
         upper=np.array([p.upper for p in estimates]),
         free=np.array([not p.fixed for p in estimates]),
     )
-    return FittedModel(fit.name, joint, parameters, fit.output, fit.records, fit.initial_states, estimate_states)
+    model = FittedModel(fit.name, joint, parameters, fit.output, fit.records, fit.initial_states, estimate_states)
+    return replace(model, start=fit.start)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

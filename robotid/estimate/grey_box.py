@@ -239,6 +239,7 @@ def _result(name: str, problem: OutputError, solution: Solution, seconds: float)
         iterations=len(solution.cost) - 1,
         end=solution.end,
         seconds=seconds,
+        start=dict(zip(problem.parameters.names, problem.parameters.values.tolist(), strict=True)),
         keeps_angle=problem.joint.keeps_angle,
     )
 

@@ -46,8 +46,8 @@ class FitResult(Displayed):
 
     covariance, covariance_robust : (p, p) over all parameters in order, zero where fixed. initial_states : record
     name to (nx,) in the joint's state order. noise_std : per record, in the unit of the output. cost : (iterations +
-    1,). fit_percent : per record of the fit, eq. (15). remarks : what makes the
-    fit doubtful. horizon : of the pieces that the fit itself took because an open simulation is unstable.
+    1,). fit_percent : per record of the fit, eq. (15). remarks : what makes the fit doubtful. start : values from which
+    it started, by parameter. horizon : of the pieces that the fit itself took because an open simulation is unstable.
     keeps_angle : the motor's angle is a state of its joint.
     """
 
@@ -66,6 +66,7 @@ class FitResult(Displayed):
     end: End
     seconds: float = field(metadata={"unit": "s"})
     remarks: tuple[str, ...] = field(default=(), kw_only=True)
+    start: dict[str, float] = field(default_factory=dict, kw_only=True, metadata={"unit": "SI"})
     horizon: float | None = field(default=None, kw_only=True, metadata={"unit": "s"})
     keeps_angle: bool = field(default=False, kw_only=True)
 

@@ -18,7 +18,7 @@ from robotid.diagnosis.search.carry_over import held_out_gain, proven
 from robotid.diagnosis.search.coloured import Tried
 from robotid.diagnosis.search.constancy import is_not_constant
 from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
-from robotid.diagnosis.search.refits import CandidateRefit, refit_hopeful
+from robotid.diagnosis.search.refits import CandidateRefit, from_the_start, refit_hopeful
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import (
     AcceptedCause,
@@ -98,6 +98,21 @@ def accept_best(state: SearchState, refits: Sequence[CandidateRefit], criteria: 
             return state.with_cause(as_cause(state, refits[k:], step))
         state = state.with_rejected(RejectedCause(one.effect, step.share, step.gain, why))
     return state
+
+
+def accept_from_the_start(
+    state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria, log: Log
+) -> SearchState:
+    """The state with the best cause of a round where it stands all tests once it is fitted from where the fit of the
+    model itself started."""
+    if not refits or state.share_removed(state.model, refits[0].model) < ACCEPTANCE.unknown_share:
+        return state
+    log(f"refitting with {refits[0].effect} from the first start")
+    found = from_the_start(refits[0], state)
+    if found is None:
+        return state
+    step = step_to(state, found)
+    return state if objection(step, criteria) is not None else state.with_cause(as_cause(state, [found, *refits], step))
 
 
 def accept_pair(state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria, log: Log) -> SearchState:

@@ -99,22 +99,31 @@ def are_too_few(telling: float, amplitudes: int) -> bool:
 
 def confirmation(other: RefittedModel, effect: str, sizes: Mapping[int, float]) -> float:
     """p-value of an effect being absent from records that served for no fit, by a model fitted to these alone, beside
-    noise of any colour; one where they find it of another size.
+    noise of any colour; one where they find it of another size. Several amplitudes are compared by what they do in
+    these records, for two that hardly differ there may take each other's place.
 
     sizes : its amplitudes by the fit of the other records, by number of the fitted parameter.
     """
-    found = amplitudes(other, effect)
-    own, before = np.array([found[k] for k in sizes]), np.array(list(sizes.values()))
-    if np.linalg.norm(own - before) > ACCEPTANCE.constant_spread * np.linalg.norm(before):
+    found, left = amplitudes(other, effect), left_by(other)
+    apart = {k: found[k] - size for k, size in sizes.items()}
+    if _energy(left, apart) > ACCEPTANCE.constant_spread**2 * _energy(left, sizes):
         return 1.0
-    left = left_by(other)
     return by_noise(_blocks_with(left, found), list(found), left.energy, other.samples)
+
+
+def _energy(left: Left, sizes: Mapping[int, float]) -> float:
+    """What amplitudes do that no other parameter can, in variances of the noise. sizes : by their number."""
+    return replace(left.blocks, moment=_moment(left, sizes)).energy_of(list(sizes))
 
 
 def _blocks_with(left: Left, sizes: Mapping[int, float]) -> BlockedRegression:
     """The regression of what a model leaves, with what amplitudes of it explain put back. sizes : by their number."""
-    put_back = left.blocks.information[:, :, list(sizes)] @ np.array(list(sizes.values()))
-    return replace(left.blocks, moment=left.blocks.moment + put_back)
+    return replace(left.blocks, moment=left.blocks.moment + _moment(left, sizes))
+
+
+def _moment(left: Left, sizes: Mapping[int, float]) -> Array:
+    """The moment of what amplitudes do, (blocks, m)."""
+    return np.asarray(left.blocks.information[:, :, list(sizes)] @ np.array(list(sizes.values())))
 
 
 def curve_p_value(model: RefittedModel, forces: Sequence[Array]) -> float:

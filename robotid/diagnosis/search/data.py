@@ -69,9 +69,9 @@ def first_state(evidence: Evidence, criteria: Criteria, *, torque_errors: bool =
         first = refit(model.joint.structure, [model.parameters], data, near, CAREFUL)
     except NumericsError:  # the whitening has led it where some record runs away
         first = refit(model.joint.structure, [model.parameters], data, near, AS_IT_IS)
-    if _is_unchanged(simulated, first):
-        return SearchState(first, first, data, with_residuals_of(first, missing, seen))
-    return SearchState(first, first, data, scan_candidates(first, criteria.skip))
+    unchanged = _is_unchanged(simulated, first)
+    columns = with_residuals_of(first, missing, seen) if unchanged else scan_candidates(first, criteria.skip)
+    return SearchState(first, first, data, columns, start=model.start)
 
 
 def renew_noise(state: SearchState) -> SearchState:

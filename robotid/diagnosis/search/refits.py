@@ -198,6 +198,21 @@ def _announced(state: SearchState, one: Score, count: str) -> str:
     return text if at is None else f"{text}, {max(0.0, at - time.monotonic()):.0f} s left"
 
 
+def from_the_start(one: CandidateRefit, state: SearchState) -> CandidateRefit | None:
+    """The same candidate, fitted by short pieces from where the fit of the model itself started; None where that leads
+    nowhere, or the start is not known.
+
+    A fit that lacks most of what moves a joint ends at parameters of another joint, from where none comes back.
+    """
+    if not state.start:
+        return None
+    score, structure = one.score, one.model.structure
+    effect = score.candidate.start([min(CHOICE.start_ways) * a for a in score.amplitude])
+    parameters = carried(state.model.parameters.with_values(state.start), structure, effect)
+    found = _refit_by_pieces((state.model, state.data), _Attempt(structure, (parameters,), score.energy))
+    return None if found is None else replace(one, model=found)
+
+
 def rivals(one: Score, best: Score) -> bool:
     """Whether a candidate scores nearly as well as the best, so that it may be the cause as well."""
     return one.energy >= CHOICE.rival_share * best.energy

@@ -9,7 +9,7 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
 from robotid.diagnosis.results import Event
-from robotid.diagnosis.search.acceptance import accept_best, accept_pair, drop_worthless
+from robotid.diagnosis.search.acceptance import accept_best, accept_from_the_start, accept_pair, drop_worthless
 from robotid.diagnosis.search.coloured import in_colour, left_by
 from robotid.diagnosis.search.data import Evidence, first_state, renew_noise
 from robotid.diagnosis.search.events import largest_event, placed_again, resized, without_event
@@ -168,12 +168,15 @@ def usual_energy(result: SearchResult) -> float:
 
 
 def add_cause(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
-    """The state with the best cause of the last round, or with two that carry over only beside each other; where none
-    stands its tests, with those that were rejected."""
+    """The state with the best cause of the last round, from where the model is or from where its fit started, or with
+    two that carry over only beside each other; where none stands its tests, with those that were rejected."""
     found = refit_hopeful(state, criteria, log)
     extended = replace(accept_best(state, found.refits, criteria), unexamined=found.unexamined)
     if len(extended.causes) > len(state.causes) or found.unexamined:
         return extended
+    again = accept_from_the_start(extended, found.refits, criteria, log)
+    if len(again.causes) > len(state.causes):
+        return again
     return accept_pair(extended, found.refits, criteria, log)
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -59,7 +59,7 @@ class SearchState:
     first : the model that is diagnosed; model : it with all causes so far; data : the records, with the noise as it
     shows behind `model`; scan : the columns of all candidates through `model`, whitened as `data` are; rounds : of the
     score so far, the last one of `scan` once it is scored; unexamined : candidates of a round for which no time was
-    left.
+    left; start : values from which the fit of the model that is diagnosed started, by parameter, where known.
     """
 
     first: RefittedModel
@@ -70,6 +70,7 @@ class SearchState:
     rejected: tuple[RejectedCause, ...] = ()
     rounds: tuple[Round, ...] = ()
     unexamined: tuple[str, ...] = ()
+    start: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def round(self) -> Round:

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from support.small_bench import AXIS, QUICK, idle_then_stribeck
+import pytest
+from support.small_bench import AXIS, QUICK, STRIBECK, TRUTH, begun, idle_then_stribeck, records
 
-from robotid.diagnosis.search.acceptance import Step, drop_worthless, objection
+from robotid.diagnosis.refit.refit import RefitOptions, refit
+from robotid.diagnosis.refit.refitted_model import extended
+from robotid.diagnosis.search.acceptance import Step, accept_from_the_start, drop_worthless, objection
+from robotid.diagnosis.search.refits import CandidateRefit
 from robotid.diagnosis.search.state import AcceptedCause
+
+ONE_STEP = RefitOptions(max_iterations=1)
 
 
 def stribeck_step() -> Step:
@@ -43,3 +49,17 @@ def test_a_cause_that_explains_a_thousandth_is_an_error_of_the_simulation() -> N
     wild = replace(step.first, fitted=tuple(replace(one, residual=100.0 * one.residual) for one in step.first.fitted))
     assert objection(step, QUICK) is None
     assert "of the misfit" in str(objection(replace(step, first=wild), QUICK))
+
+
+def test_a_cause_is_found_from_where_the_fit_started_when_the_fit_has_led_astray() -> None:
+    state = begun(records(STRIBECK), QUICK).scored(QUICK)
+    (score,) = [one for one in state.round.best_of_each if one.candidate.name == "motor.stribeck"]
+    structure, start = extended(state.first, "motor.stribeck", STRIBECK)
+    astray = CandidateRefit(score, refit(structure, [start], state.data, state.first.trajectories, ONE_STEP))
+    (found,) = accept_from_the_start(state, [astray], QUICK, lambda _: None).causes
+    assert found.effect == "motor.stribeck"
+    assert found.after.parameters["motor.stribeck.dFs"] == pytest.approx(0.15, rel=0.05)
+    unknown = replace(state, start={})
+    assert accept_from_the_start(unknown, [astray], QUICK, lambda _: None) is unknown
+    nowhere = replace(state, start={name: 1e3 * value for name, value in TRUTH.items()})
+    assert accept_from_the_start(nowhere, [astray], QUICK, lambda _: None) is nowhere

@@ -15,6 +15,7 @@ from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.procedure import diagnose
 from robotid.diagnosis.refit.refit import refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
+from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
 from robotid.diagnosis.search import coloured
 from robotid.diagnosis.search.coloured import Tried, confirmation, left_by, p_value
 from robotid.diagnosis.search.physical_sense import amplitudes
@@ -74,6 +75,23 @@ def test_records_that_were_held_out_confirm_an_effect_only_where_it_is_as_large(
         held_out = records(there)[2:]
         other = with_effect([replace(one, role="estimate") for one in held_out], STRIBECK)
         p.append(confirmation(other, "motor.stribeck", sizes))
+    assert p[0] < 1e-6
+    assert p[1] == 1.0
+
+
+def test_amplitudes_that_take_each_others_place_are_of_the_same_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As the constant and the cosine of a coupling, where the angle hardly moves."""
+    rng = np.random.default_rng(1)
+    motion = rng.standard_normal((20, 1, 200))
+    columns = np.concatenate([motion, motion + 0.05 * rng.standard_normal(motion.shape)], axis=1)
+    information = columns @ columns.transpose(0, 2, 1)
+    blocks = BlockedRegression(information, np.zeros((20, 2)), np.zeros(20))
+    model = with_effect(records(STRIBECK), STRIBECK)
+    monkeypatch.setattr(coloured, "left_by", lambda _: replace(left_by(model), blocks=blocks, energy=1.0))
+    p = []
+    for found in ({0: 0.0, 1: 1.6}, {0: 0.0, 1: 4.0}):
+        monkeypatch.setattr(coloured, "amplitudes", lambda *_, found=found: found)
+        p.append(confirmation(model, "arm.coupling[a1]", {0: 0.7, 1: 0.9}))
     assert p[0] < 1e-6
     assert p[1] == 1.0
 
