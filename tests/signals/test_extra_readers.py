@@ -88,8 +88,10 @@ def test_parquet_of_every_type(tmp_path: Path) -> None:
     np.testing.assert_array_equal(table.pick("pair[1]"), [2, 4, 6])
 
 
-def test_joints_go_by_their_names(tmp_path: Path) -> None:
-    extra_files.mcap(tmp_path / "a.mcap")
+@pytest.mark.parametrize("compression", ["NONE", "LZ4", "ZSTD"])
+def test_joints_go_by_their_names(compression: str, tmp_path: Path) -> None:
+    extra_files.mcap(tmp_path / "a.mcap", compression)
+    assert (compression.lower().encode() in (tmp_path / "a.mcap").read_bytes()) is (compression != "NONE")
     table = read(tmp_path / "a.mcap")
     joints = {f"/joint_states.{joint}.{field}" for joint in ("wrist", "elbow") for field in M if field != "t"}
     assert set(table.columns) == joints | {"/joint_states.t"}
@@ -242,7 +244,7 @@ records:
     assert main(["collect", str(config), "--out", str(tmp_path / "run"), "--quiet"]) == 0
 
 
-BAGS = [("SQLITE3", 8, ""), ("SQLITE3", 9, ""), ("MCAP", 9, ""), ("SQLITE3", 9, "MESSAGE"), ("SQLITE3", 9, "FILE")]
+BAGS = [("SQLITE3", 8, ""), *[(storage, 9, how) for storage in ("SQLITE3", "MCAP") for how in ("", "MESSAGE", "FILE")]]
 
 
 @pytest.mark.parametrize(("storage", "version", "compression"), BAGS)
@@ -263,6 +265,12 @@ records:
   - {name: log, file: bag, columns: {tau_m: /drive.torque, phi_m: /joint_states.elbow.position, dphi_m: null}}
 """)
     assert main(["collect", str(config), "--out", str(tmp_path / "run"), "--quiet"]) == 0
+
+
+def test_a_compressed_file_of_a_bag_asks_for_its_folder(tmp_path: Path) -> None:
+    extra_files.ros2_folder(tmp_path / "bag", "MCAP", compression="FILE")
+    with pytest.raises(InputError, match=r"a compressed file of a ROS 2 bag; name its folder"):
+        read(tmp_path / "bag" / "bag.mcap.zstd")
 
 
 @pytest.mark.parametrize("damage", ["cut", "emptied", "overwritten", "no metadata", "foreign metadata", "lost file"])

@@ -60,11 +60,14 @@ uint32 nanosec
 """
 
 
-def mcap(path: Path) -> None:
-    """JointState, stamped evenly and logged a little late, with the second joint named first."""
+def mcap(path: Path, compression: str = "ZSTD") -> None:
+    """JointState, stamped evenly and logged a little late, with the second joint named first. compression : of chunks,
+    "NONE", "LZ4" or "ZSTD"."""
     writer = pytest.importorskip("mcap_ros2.writer", reason="needs the extra mcap")
+    from mcap.writer import CompressionType
+
     m = motion()
-    with path.open("wb") as file, writer.Writer(file) as bag:
+    with path.open("wb") as file, writer.Writer(file, compression=CompressionType[compression]) as bag:
         schema = bag.register_msgdef("sensor_msgs/msg/JointState", JOINT_STATE)
         for k in range(N):
             message = {

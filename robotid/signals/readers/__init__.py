@@ -34,6 +34,8 @@ def read(path: Path) -> Table:
         raise InputError(
             "there is no such file", where=str(path), hint="a record's file is relative to the configuration"
         )
+    if path.suffix == ".zstd" and path.with_suffix("").suffix in BAGS:
+        raise InputError("this is a compressed file of a ROS 2 bag", where=str(path), hint="name its folder")
     known = formats()
     if path.suffix.lower() not in known:
         hint = f"known are {', '.join(sorted(known))}"

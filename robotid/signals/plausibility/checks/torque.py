@@ -114,11 +114,12 @@ def torque_unrelated(evidence: Evidence) -> Iterator[Remark]:
     share = found.explained
     whose = "the torque" if found.left == 1.0 else "what companions leave of the torque"
     explained = f"{plain(100 * share, 2)} % of {whose}"
-    unsure = max(found.inertia.ratio, found.friction_power.ratio) < CHECK.sure
+    signs = np.array([found.inertia.ratio, found.friction_power.ratio])
     chance = share < CHECK.weak and (share < CHECK.unexplained or found.above_chance < CHECK.chance)
-    lone = unsure and found.above_chance < CHECK.lone_chance
-    # one sine wave explains every shift of another of its period, so that no torque could do better than a shifted one
-    if lone and not chance and share > CHECK.follows and CHECK.lone_chance * found.by_chance >= 1.0:
+    lone = signs.max() < CHECK.sure and found.above_chance < CHECK.lone_chance
+    # one sine wave explains most of every shift of another of its period
+    periodic = np.abs(signs).max() < CHECK.sure and CHECK.lone_chance * found.by_chance >= 1.0
+    if periodic and not chance and share > CHECK.follows:
         yield Remark(
             "warning",
             f"the motion explains {explained}, and {plain(100 * found.by_chance, 2)} % of a torque that is shifted in"
