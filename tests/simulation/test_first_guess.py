@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 from support.extended_joint import open_loop, values
@@ -51,6 +54,19 @@ def test_a_first_state_is_that_of_the_measured_motion(effect: str) -> None:
     guess = measured_guess(joint, values(joint), moving)
     assert np.abs(guess[:, 0]).max() > 0
     np.testing.assert_array_equal(initial_state(joint, values(joint), moving), guess[:, 0])
+
+
+def test_a_simulation_leaves_nothing_of_its_guess_behind() -> None:
+    joint, theta, known = joint_of(STRUCTURE)
+    guess = known.x.copy()
+    left = weakref.ref(guess)
+    gc.disable()  # arrays as large as records must not wait for a collection
+    try:
+        simulate(joint, theta, RECORD, np.zeros(joint.nx), guess)
+        del guess
+        assert left() is None
+    finally:
+        gc.enable()
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf], ids=str)

@@ -193,6 +193,8 @@ class TrajectoryNewton(OdeSolver):
         fallback: Fallback,
     ) -> None:
         super().__init__(fun, t0, y0, t_bound, vectorized)
+        # scipy's own refer to the solver: in a cycle, the arrays of a problem would outlive it by far
+        self.fun = self.fun_single = self.fun_vectorized = fun
         self.problem, self.fallback = problem, fallback
         self.node, self.window = 0, problem.first_window
         self.failed_windows = self.slow_iterations = 0
