@@ -139,21 +139,26 @@ def _refits(chosen: Sequence[Score], state: SearchState, log: Log) -> RefitRound
                 continue
             log(_announced(state, one, f"{k + 1} of {len(chosen)}"))
             try:
-                try:
-                    simulated = direct[k]
-                except NumericsError:
-                    simulated = None
-                    astray.add(one.candidate.name)
+                simulated, strays = _simulated(direct, k)
                 after = _kept(simulated, attempts[k], state, explained)
             except OutOfTime:
                 unexamined = dict.fromkeys(other.candidate.name for other in chosen[k:])
                 return RefitRound(tuple(found), tuple(unexamined))
+            if after is None and strays:
+                astray.add(one.candidate.name)
             if after is not None:
-                astray.discard(one.candidate.name)
                 found.append(CandidateRefit(one, after))
                 if carries_over(state.model, after):
                     explained = max(explained, state.model.energy - after.energy)
     return RefitRound(tuple(found))
+
+
+def _simulated(direct: Sequence[RefittedModel | None], k: int) -> tuple[RefittedModel | None, bool]:
+    """A direct refit, None where it explains nothing, and whether that is because no simulation follows."""
+    try:
+        return direct[k], False
+    except NumericsError:
+        return None, True
 
 
 def _at_extremes(refits: Sequence[CandidateRefit], state: SearchState, log: Log) -> Iterator[CandidateRefit]:
