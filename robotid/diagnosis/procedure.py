@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from robotid.diagnosis.clock import recorded_late
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.applied import without_events
 from robotid.diagnosis.experiment import Experiments, with_experiments
@@ -75,9 +76,14 @@ def diagnose(
         diagnosis = all_explained(model, simulated)
         return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
     validation = [part for part in parts if part.name not in model.records]
+    evidence = Evidence(model, fitted, validation, options.horizon)
+    late = recorded_late(evidence, criteria)
+    if late is not None:
+        log(late.remark)
+        remarks, parts, evidence = (*remarks, late.remark), [*map(late.corrected, parts)], evidence.on(late.corrected)
     with deadline(None if options.budget is None else begin + options.budget):
-        found = search(Evidence(model, fitted, validation, options.horizon), criteria, log)
-    if found.events:
+        found = search(evidence, criteria, log)
+    if found.events or late is not None:
         model = replace(model, parameters=found.first.parameters, first_states={})
         simulated = [simulate_record(model, without_events(part, found.events), options.horizon) for part in parts]
     log("measuring where the misfit sits")

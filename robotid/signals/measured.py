@@ -33,6 +33,7 @@ from robotid.signals.repair import RepairedSignals, repair
 from robotid.signals.resampling import mean_over_intervals, speed_error
 from robotid.signals.sampling import HELD, NOTABLE_JITTER, ROUNDED, Findings, Grid, Policy, in_order, uninterrupted
 from robotid.signals.speed_check import speed_lag, speed_origin, speed_scale
+from robotid.signals.torque_steps import TorqueSteps, moved
 
 ANGLES = ("phi_m", "phi_a", "ref")
 NOTABLE = 0.03  # deviation of the recorded over the derived speed from 1 that is remarked
@@ -264,8 +265,7 @@ def _kept(chosen: Selection, table: Table, n: int, t: Array | None) -> Mask:
 
 def _record(chosen: Selection, repaired: RepairedSignals, found: Mapping[str, Signal]) -> Record:
     h = repaired.grid.sampling_time
-    signals = _without_torque_delay(chosen, repaired.signals, h)
-    steps = repaired.torque_steps if chosen.torque_delay == 0.0 else None  # of a torque that is moved, means are left
+    signals, steps = _without_torque_delay(chosen, repaired)
     late = chosen.speed_delay if "dphi_m" in signals else 0
     n = len(signals["phi_m"])
     if abs(late) > n // 2:
@@ -306,20 +306,26 @@ def _companions(chosen: Selection, signals: Mapping[str, Array], h: float) -> di
     return {name: Companion.of(kind, signals[name], h) for name, kind in kinds.items()}
 
 
-def _without_torque_delay(chosen: Selection, signals: dict[str, Array], h: float) -> dict[str, Array]:
-    """Signals where the torque, and what is part of it, is that of its time; the ends where it is not known are cut."""
+def _without_torque_delay(chosen: Selection, repaired: RepairedSignals) -> tuple[dict[str, Array], TorqueSteps | None]:
+    """Signals where the torque, and what is part of it, is that of its time, and how the torque changes within
+    intervals; the ends where it is not known are cut."""
+    h, signals, steps = repaired.grid.sampling_time, repaired.signals, repaired.torque_steps
     late, n = chosen.torque_delay / h, len(signals["phi_m"])
     if late == 0.0:
-        return signals
+        return signals, steps
     if abs(late) > n / 2:
         what = f"torque_delay is {chosen.torque_delay:g} s, of {n * h:.6g} s"
         raise ConfigError(what, where=chosen.name, hint="give seconds")
     first, last = max(0, ceil(-late)), n - max(0, ceil(late))
-    at, moved = np.arange(n, dtype=np.float64), np.arange(first, last, dtype=np.float64) + late
-    return {
-        name: mean_over_intervals(at, values, moved) if name in HELD else values[first:last]
+    at, then = np.arange(n, dtype=np.float64), np.arange(first, last, dtype=np.float64) + late
+    found = {
+        name: mean_over_intervals(at, values, then) if name in HELD else values[first:last]
         for name, values in signals.items()
     }
+    if steps is not None:
+        torque, steps = moved(signals["tau_m"], steps, -late)
+        found["tau_m"], steps = torque[first:last], None if steps is None else steps.take(slice(first, last))
+    return found, steps
 
 
 def _derived(angle: Array, h: float, origin: SpeedOrigin) -> Array:

@@ -9,11 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import ceil, log, pi, sqrt
 
 import numpy as np
 
 from robotid.model.array import Array, Index, Mask
 
+PARTS = 16  # of an interval, over which a torque that is moved is constant
+SCATTERED = 1e-9  # length of the mean of unit vectors that point everywhere
 ROUNDING = 1e-9  # of the largest torque: what changes less within an interval is constant
 
 
@@ -38,6 +41,14 @@ class TorqueSteps:
         before, _ = self.around(mean)
         after = np.clip(np.arange(1, parts + 1) - parts * self.share[:, None], 0.0, 1.0)
         return np.asarray((before[:, None] + self.step[:, None] * after).ravel())
+
+    @property
+    def spread(self) -> float:
+        """How far apart the instants of the steps lie, as a share of the interval: the width of a uniform distribution
+        that deviates as they do around the interval, which is a circle; 0 without any."""
+        turns = np.exp(2j * np.pi * self.share[self.step != 0.0])
+        together = min(1.0, float(np.abs(turns.mean()))) if len(turns) else 1.0
+        return min(1.0, sqrt(12.0) * sqrt(-2.0 * log(max(together, SCATTERED))) / (2.0 * pi))
 
     @classmethod
     def none(cls, n: int) -> TorqueSteps:
@@ -141,6 +152,20 @@ def torque_steps(at: Array, torque: Array, grid: Array) -> TorqueSteps:
     share[interval[order]] = shares[order]  # of several in an interval the last one written, the largest
     lever = share * (1.0 - share)
     return TorqueSteps(share, np.divide(moment, lever, out=np.zeros(len(grid)), where=lever > 0.0))
+
+
+def moved(mean: Array, steps: TorqueSteps | None, late: float) -> tuple[Array, TorqueSteps | None]:
+    """A torque, by mean (n,) and step of each interval, that acts `late` intervals later, earlier where negative.
+    Outside of the record it rests at its first and last values."""
+    n, steps = len(mean), TorqueSteps.none(len(mean)) if steps is None else steps
+    before, after = steps.around(mean)
+    knots = (np.arange(n)[:, None] + np.stack([np.zeros(n), steps.share], axis=1)).ravel()
+    levels = np.stack([before, after], axis=1).ravel()
+    reach = ceil(abs(late)) + 1.0
+    times = np.concatenate([[-reach], knots, [n + reach]])
+    impulse = np.concatenate([[0.0], np.cumsum(np.diff(times) * np.concatenate([before[:1], levels]))])
+    edges = np.arange(n * PARTS + 1) / PARTS - late
+    return TorqueSteps.of_parts(np.diff(np.interp(edges, times, impulse)) * PARTS, PARTS)
 
 
 def in_a_row(parts: Sequence[tuple[TorqueSteps | None, int]]) -> TorqueSteps | None:

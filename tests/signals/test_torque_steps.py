@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robotid.signals.resampling import mean_over_intervals
-from robotid.signals.torque_steps import TorqueSteps, in_a_row, torque_steps
+from robotid.signals.torque_steps import TorqueSteps, in_a_row, moved, torque_steps
 
 GRID = np.arange(4.0)
 
@@ -72,3 +72,41 @@ def test_parts_that_are_alike_have_no_steps() -> None:
     mean, steps = TorqueSteps.of_parts(np.repeat([0.1, -0.3], 16), 16)
     np.testing.assert_array_equal(mean, [0.1, -0.3])
     assert steps is None
+
+
+@pytest.mark.parametrize("late", [0.25, -0.25, 1.75, -2.5])
+def test_a_held_torque_that_is_moved_has_its_steps_where_they_are_then(late: float) -> None:
+    torque = np.array([1.0, 5.0, 2.0, 2.5, -1.0, 0.0])
+    mean, steps = moved(torque, None, late)
+    at = np.arange(6.0) + late
+    assert steps is not None
+    held = np.concatenate([torque[:1], torque])[np.searchsorted(at, np.arange(6.0), side="right")]
+    np.testing.assert_allclose(steps.around(mean)[0], held, atol=1e-12)
+    np.testing.assert_allclose(steps.share[steps.step != 0.0], late % 1.0, atol=1e-12)
+
+
+def test_a_torque_of_several_steps_an_interval_keeps_its_impulse_when_it_is_moved() -> None:
+    rng, parts = np.random.default_rng(1), 1000
+    torque, steps = rng.standard_normal(50), TorqueSteps(rng.uniform(0.0, 1.0, 50), rng.standard_normal(50))
+    found, _ = moved(torque, steps, 0.3)
+    fine = np.concatenate([np.full(300, steps.around(torque)[0][0]), steps.in_parts(torque, parts)])[: 50 * parts]
+    np.testing.assert_allclose(found, fine.reshape(-1, parts).mean(axis=1), atol=1e-12)
+
+
+def test_a_torque_that_is_not_moved_is_as_it_was() -> None:
+    rng = np.random.default_rng(1)
+    torque, steps = rng.standard_normal(50), TorqueSteps(np.full(50, 0.5), rng.standard_normal(50))
+    mean, same = moved(torque, steps, 0.0)
+    assert same is not None
+    np.testing.assert_allclose(np.stack([mean, same.step]), np.stack([torque, steps.step]), atol=1e-12)
+
+
+@pytest.mark.parametrize(("width", "center"), [(0.2, 0.5), (0.2, 0.0), (0.06, 0.9)])
+def test_the_instants_of_steps_spread_as_wide_as_their_stamps_vary(width: float, center: float) -> None:
+    share = (center + width * np.random.default_rng(1).uniform(-0.5, 0.5, 20_000)) % 1.0
+    assert TorqueSteps(share, np.ones(20_000)).spread == pytest.approx(width, rel=0.03)
+
+
+def test_instants_everywhere_spread_over_the_interval_and_none_over_nothing() -> None:
+    assert TorqueSteps(np.linspace(0.0, 1.0, 1000, endpoint=False), np.ones(1000)).spread == 1.0
+    assert TorqueSteps.none(5).spread == 0.0

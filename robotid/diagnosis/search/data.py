@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +20,7 @@ from robotid.diagnosis.scoring.scan import Scan, scan, scans
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import SearchState
 from robotid.errors import NumericsError
-from robotid.estimate.fitted_model import FittedModel, Simulated, SimulatedSegment
+from robotid.estimate.fitted_model import FittedModel, Simulated, SimulatedSegment, simulate_record
 from robotid.estimate.residual import OutputError
 from robotid.model.array import Array
 from robotid.model.joint import Joint
@@ -38,6 +38,33 @@ class Evidence:
     fitted: Sequence[Simulated]
     validation: Sequence[Record]
     horizon: float | None = None
+
+    def on(self, changed: Callable[[Record], Record]) -> Evidence:
+        """The same of changed records, the model fitted to those of them that it was fitted to; records that stay as
+        they are, are returned as they are. Raises NumericsError where it cannot be simulated on them."""
+        records = [changed(run.record) for run in self.fitted]
+        validation = [changed(record) for record in self.validation]
+        same = all(record is run.record for record, run in zip(records, self.fitted, strict=True))
+        model = self.model if same else _fitted_to(records, self)
+        fitted = [simulate_record(model, record, self.horizon) for record in records]
+        return replace(self, model=model, fitted=fitted, validation=validation)
+
+
+def _fitted_to(records: Sequence[Record], evidence: Evidence) -> FittedModel:
+    """The model of the evidence fitted to other records, by plain least squares of the output as fits are: the noise
+    behind parameters that something else has led astray is not known."""
+    model = evidence.model
+    pieces = [piece for record in records for piece in record.pieces(evidence.horizon)]
+    data = EvaluationData(
+        fitted=tuple(Segment(piece, UNIT_WHITENING) for piece in pieces),
+        validation=(),
+        output=model.output,
+        estimate_states=model.estimate_states,
+        noise_reached=False,
+        torque_errors=False,
+    )
+    refitted = refit(model.joint.structure, [model.parameters], data, options=CAREFUL)
+    return replace(model, parameters=refitted.parameters, first_states={})
 
 
 def first_state(evidence: Evidence, criteria: Criteria, *, torque_errors: bool = False) -> SearchState:

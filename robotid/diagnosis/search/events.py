@@ -12,9 +12,7 @@ from robotid.diagnosis.events.applied import event_torque, without_events
 from robotid.diagnosis.events.detection import find_event, placed_events
 from robotid.diagnosis.events.pieces import scan_pieces, simulated_pieces
 from robotid.diagnosis.events.settings import EVENTS
-from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
-from robotid.diagnosis.refit.refit import CAREFUL, refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate
@@ -24,9 +22,7 @@ from robotid.diagnosis.scoring.scan import scans
 from robotid.diagnosis.scoring.score_test import Score, score
 from robotid.diagnosis.search.data import Evidence
 from robotid.errors import NumericsError
-from robotid.estimate.fitted_model import FittedModel, simulate_record
 from robotid.interrupt import OutOfTime
-from robotid.signals.record import Record
 
 CERTAINLY = 2.0  # times the energy of whole records: no event explains more of their pieces
 RIVALS = 2  # effects, with which an event is compared before it is with the whole catalogue
@@ -151,25 +147,4 @@ def leaves_something(model: RefittedModel, data: EvaluationData) -> bool:
 
 def without_event(evidence: Evidence, event: Event) -> Evidence:
     """The evidence as it would be without an event, the model fitted to the records without it."""
-    records = [without_events(run.record, [event]) for run in evidence.fitted]
-    validation = [without_events(record, [event]) for record in evidence.validation]
-    model = _fitted_to(records, evidence) if event.record in {r.name for r in records} else evidence.model
-    fitted = [simulate_record(model, record, evidence.horizon) for record in records]
-    return replace(evidence, model=model, fitted=fitted, validation=validation)
-
-
-def _fitted_to(records: Sequence[Record], evidence: Evidence) -> FittedModel:
-    """The model of the evidence fitted to other records, by plain least squares of the output as fits are: the noise
-    behind parameters that an event has led astray is not known."""
-    model = evidence.model
-    pieces = [piece for record in records for piece in record.pieces(evidence.horizon)]
-    data = EvaluationData(
-        fitted=tuple(Segment(piece, UNIT_WHITENING) for piece in pieces),
-        validation=(),
-        output=model.output,
-        estimate_states=model.estimate_states,
-        noise_reached=False,
-        torque_errors=False,
-    )
-    refitted = refit(model.joint.structure, [model.parameters], data, options=CAREFUL)
-    return replace(model, parameters=refitted.parameters, first_states={})
+    return evidence.on(lambda record: without_events(record, [event]))

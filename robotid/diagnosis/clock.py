@@ -1,0 +1,69 @@
+"""The torque of an irregular log, put where it acts.
+
+Stamps that vary are those of a recorder with a clock of its own. It reads the torque of the controller's last cycle,
+which began up to an interval before, so that all torques may be recorded late by some part of an interval, or early by
+as much as the stamps vary. No cause in the machine is to be sought for that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.scoring.candidate import columns_of
+from robotid.diagnosis.scoring.projection import project
+from robotid.diagnosis.search.data import Evidence, first_state
+from robotid.diagnosis.search.settings import ACCEPTANCE
+from robotid.numerals import plain
+from robotid.signals.record import Record
+from robotid.signals.torque_steps import moved
+
+DELAY = "torque.torque_delay"
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedLate:
+    """By how much the torque of irregular logs is recorded late [s], early where negative."""
+
+    late: float
+
+    def corrected(self, record: Record) -> Record:
+        """An irregular record with its torque where it acts; another as it is."""
+        if record.torque_steps is None:
+            return record
+        torque, steps = moved(record.tau_m, record.torque_steps, -self.late / record.sampling_time)
+        return replace(record, tau_m=torque, torque_steps=steps)
+
+    @property
+    def remark(self) -> str:
+        """In a sentence."""
+        way = "late" if self.late > 0.0 else "early"
+        return (
+            f"the sampling intervals vary, and the torque is recorded {plain(1e3 * abs(self.late), 2)} ms {way}:"
+            f" moved by as much before causes were sought (in all stages: torque_delay: {self.late:.3g} in the records)"
+        )
+
+
+def recorded_late(evidence: Evidence, criteria: Criteria) -> RecordedLate | None:
+    """By how much the torque of the irregular logs is late, None where it is not significantly, by more than a clock
+    explains, or where the model has a delay of its own. Raises NumericsError where the model cannot be simulated."""
+    irregular = [run.record for run in evidence.fitted if run.record.torque_steps is not None]
+    if not irregular or DELAY in criteria.skip:
+        return None
+    state = first_state(evidence, criteria)
+    places = zip(state.scan.candidates, columns_of(state.scan.candidates), strict=True)
+    at = next((at for one, at in places if one.name == DELAY), None)
+    if at is None:
+        return None
+    regression = project(state.scan.scans).beside_fitted(at)
+    late, std = -float(regression.estimate()[-1]), float(np.sqrt(regression.covariance()[-1, -1]))
+    explained = (-interval * spread <= late <= interval for interval, spread in _clocks(irregular))
+    certain = abs(late) > ACCEPTANCE.amplitude_sigma * std
+    return RecordedLate(late) if certain and all(explained) else None
+
+
+def _clocks(irregular: list[Record]) -> list[tuple[float, float]]:
+    """Sampling time [s] of each record, and the share of it by which its stamps vary."""
+    return [(one.sampling_time, one.torque_steps.spread) for one in irregular if one.torque_steps is not None]

@@ -1,0 +1,101 @@
+"""The torque of an irregular log may be recorded late or early, and no cause is sought for that."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.dry_axis import DryAxis
+from support.small_bench import QUICK, evidence, fitted, records
+
+from robotid.catalogue import assemble
+from robotid.diagnosis.clock import recorded_late
+from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.procedure import diagnose
+from robotid.diagnosis.search.data import Evidence
+from robotid.estimate.fitted_model import fitted_model, simulate_record
+from robotid.estimate.grey_box import FitOptions, fit_model
+from robotid.model.array import Array
+from robotid.model.structure import Structure
+from robotid.signals.measured import Selection, measured_records
+from robotid.signals.readers.table import Table
+from robotid.signals.record import Record
+from robotid.signals.torque_steps import moved
+
+H = 0.01  # [s]
+
+
+def with_torque_moved(made: list[Record], late: float) -> list[Record]:
+    """Records whose torque is recorded so many intervals late, as of an irregular log."""
+    pairs = [(one, *moved(one.tau_m, None, late)) for one in made]
+    return [replace(one, tau_m=torque, torque_steps=steps) for one, torque, steps in pairs]
+
+
+def irregular(late: float, **settings: float) -> Evidence:
+    """A rigid axis with dry friction, its motion recorded up to 0.24 intervals later than its torque acts, and `late`
+    intervals besides, the model fitted. settings : of the record."""
+    n, rng, axis = 1000, np.random.default_rng(2), DryAxis()
+    cycles = np.arange(n) * H
+    stamps = cycles + H * (late + rng.uniform(0.0, 0.24, n))
+    speed, angle = axis.motion(cycles, waves(cycles), stamps)
+    log = {"t": stamps - stamps[0], "tau_m": waves(cycles), "phi_m": angle}
+    log["dphi_m"] = speed + 0.002 * rng.standard_normal(n)
+    ((record, _),) = measured_records(Selection("a", **settings), Table("a.csv", log))
+    joint = assemble(Structure(("motor.inertia", "motor.viscous", "motor.coulomb")))
+    start = joint.parameters().with_values(
+        {"motor.inertia.J": 0.02, "motor.viscous.Fv": axis.Fv, "motor.coulomb.Fc": axis.Fc}
+    )
+    model = fitted_model(fit_model("m", joint, start, [record], FitOptions()))
+    return Evidence(model, [simulate_record(model, record)], [])
+
+
+def waves(t: Array) -> Array:
+    """A torque [Nm] of three frequencies."""
+    found = 1.4 * np.sin(2 * np.pi * 0.9 * t + 0.4) + np.sin(2 * np.pi * 3.1 * t) + 0.6 * np.sin(2 * np.pi * 7.3 * t)
+    return np.asarray(found)
+
+
+@pytest.mark.parametrize("late", [0.0, 0.5])
+def test_a_recorder_with_a_clock_of_its_own_is_late(late: float) -> None:
+    seen = irregular(late)
+    found = recorded_late(seen, Criteria())
+    assert found is not None
+    assert found.late == pytest.approx((late + 0.12) * H, rel=0.15)
+    before, after = (np.std(one.fitted[0].segments("speed")[0].residual) for one in (seen, seen.on(found.corrected)))
+    assert after < 0.65 * before
+
+
+def test_a_delay_that_is_given_is_taken_out_within_intervals() -> None:
+    before, after = (
+        np.std(irregular(0.5, torque_delay=late).fitted[0].segments("speed")[0].residual) for late in (0.0, 0.62 * H)
+    )
+    assert after < 0.2 * before
+
+
+def test_what_a_clock_does_not_explain_is_left_alone() -> None:
+    assert recorded_late(irregular(1.2), Criteria()) is None
+
+
+def test_of_a_regular_log_every_delay_may_have_a_cause() -> None:
+    late = [replace(one, torque_steps=None) for one in with_torque_moved(records({}), 1.0)]
+    assert recorded_late(evidence(late), QUICK) is None
+
+
+def test_a_torque_in_time_stays_as_it_is() -> None:
+    assert recorded_late(evidence(with_torque_moved(records({}), 1e-9)), QUICK) is None
+
+
+def test_no_delay_is_taken_out_that_is_not_to_be_looked_for() -> None:
+    made = with_torque_moved(records({}), 0.3)
+    assert recorded_late(evidence(made), replace(QUICK, skip=(*QUICK.skip, "torque.torque_delay"))) is None
+
+
+def test_a_diagnosis_says_by_how_much_the_torque_was_moved_and_finds_nothing_else() -> None:
+    made = with_torque_moved(records({}), 0.3)
+    said: list[str] = []
+    found = diagnose(fitted(made), made, QUICK, log=said.append)
+    assert found.verdict == "clean"
+    remark = next(one for one in found.remarks if " ms late: moved by as much" in one)
+    assert remark in said
+    assert float(remark.split("recorded ")[1].split()[0]) == pytest.approx(0.6, abs=0.05)
