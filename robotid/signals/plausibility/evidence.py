@@ -63,6 +63,13 @@ class Evidence:
         return self._regressed[0]
 
     @cached_property
+    def regression_alone(self) -> TorqueRegression:
+        """The torque against the motion, with nothing taken out for companions."""
+        if self.regression.left == 1.0:
+            return self.regression
+        return regress_torque(replace(self.record, companions={}), self._turns)[0]
+
+    @cached_property
     def regression_exchanged(self) -> TorqueRegression:
         """The same with the columns of torque and angle exchanged."""
         record = self.record

@@ -95,3 +95,13 @@ def test_shares_are_compared_by_what_they_leave() -> None:
     assert above(0.99, 0.9) == pytest.approx(11.0)
     assert above(0.02, 0.01) == pytest.approx(2.0, rel=0.02)
     assert above(0.99, 0.9) > above(0.5, 0.37)
+
+
+def test_the_rest_that_companions_leave_does_not_turn_the_sign_of_a_torque(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a heavy axis dozens of columns of other axes take nearly all, and the rest may be their errors."""
+    record, log = beside(-1.0, coupled(), other_angle()), right_log("rigid")
+    right = Record.from_arrays(log["tau_m"], log["phi_m"], H, speed=log["dphi_m"], name="log")
+    whole = Evidence(right, inspect(right, "log"), Axis()).regression
+    assert whole.inertia.ratio > 10.0
+    monkeypatch.setattr(Evidence, "regression_alone", whole)
+    assert fatal(record) == []

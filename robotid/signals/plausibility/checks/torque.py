@@ -171,10 +171,14 @@ def torque_levels(evidence: Evidence) -> Iterator[Remark]:
 
 @check(unless=("torque_copy", "torque_unrelated", "torque_follows", "speed_exchanged"))
 def torque_sign(evidence: Evidence) -> Iterator[Remark]:
-    """The torque takes power from a joint that can only absorb it (passivity), or drives it backwards."""
-    found = evidence.regression
+    """The torque takes power from a joint that can only absorb it (passivity), or drives it backwards.
+
+    What companions leave is no evidence against the sign of a torque that has the right one as a whole.
+    """
+    found, whole = evidence.regression, evidence.regression_alone
     inertia, power = found.inertia.ratio, found.friction_power.ratio
-    if max(inertia, power) < CHECK.sure and min(inertia, power) < -CHECK.sure:
+    right = max(inertia, power, whole.inertia.ratio, whole.friction_power.ratio) > CHECK.sure
+    if not right and min(inertia, power) < -CHECK.sure:
         parts = []
         if inertia < -CHECK.sure:
             parts.append(f"an inertia of {plain(found.inertia.value)} {evidence.units['inertia']}{_sure(inertia)}")
