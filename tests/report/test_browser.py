@@ -210,6 +210,18 @@ def test_a_phone_needs_no_scrolling_sideways(dark: bool, tab: Page, file: Path) 
     assert (background == "rgb(255, 255, 255)") is not dark
 
 
+def test_on_paper_a_note_stays_with_the_figures_below_its_heading(tab: Page, file: Path) -> None:
+    tab.size(1200, 800)
+    tab.open(file)
+    tab.evaluate("document.body.insertAdjacentHTML('beforeend', '<h3>a</h3><p class=note id=one>b</p>')")
+    after = "getComputedStyle(document.querySelector('#one')).breakAfter"
+    on_screen = tab.evaluate(after)
+    tab.ask("Emulation.setEmulatedMedia", media="print")
+    on_paper = tab.evaluate(after)
+    tab.ask("Emulation.setEmulatedMedia", media="")
+    assert (on_screen, on_paper) == ("auto", "avoid")
+
+
 def test_it_prints_and_works_without_scripts(tab: Page, file: Path, tmp_path: Path) -> None:
     tab.size(1200, 900, dark=True)
     tab.open(file)
