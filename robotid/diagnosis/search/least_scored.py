@@ -8,7 +8,7 @@ estimated again with the effect in the residual.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf
+from math import inf, sqrt
 
 import numpy as np
 
@@ -19,21 +19,25 @@ from robotid.diagnosis.scoring.scan import Scan
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array
 
+GREATEST = 2.0  # times the size by the noise without the effect: one so large no longer looks like noise
+
 
 def least_scored(scans: Sequence[Scan], projected: Projected, at: slice, energy: float, data: EvaluationData) -> float:
     """The least size of the amplitudes of the columns `at`, in any proportion, whose score reaches an energy in
-    variances of the noise, as it is estimated beside a size that would do without; infinite where nothing is visible.
+    variances of the noise as it is estimated beside them; infinite where nothing of them is visible.
 
     scans : every segment with all columns, through the whitening of the search; projected : these; data : of the
     search. Where these allow for errors of the torque, what candidates explain is no part of the noise.
     """
-    size = _least(projected, at, energy)
-    if size == inf or data.torque_errors:
-        return size
-    amplitude = np.full(at.stop - at.start, size / np.sqrt(at.stop - at.start))
+    plain = _least(projected, at, energy)
+    if plain == inf or data.torque_errors:
+        return plain
+    amplitude = np.full(at.stop - at.start, plain / np.sqrt(at.stop - at.start))
     noisy = sensor_noise(residuals_with(scans, projected, at, amplitude), data.output)
     own = [one.with_only(at).whitened_as(segment) for one, segment in zip(scans, noisy, strict=True)]
-    return max(size, _least(project(own), slice(0, len(amplitude)), energy))
+    # the noise that it makes is as its energy: s^2 = plain^2 (1 + made s^2 / plain^2)
+    made = max(0.0, (_least(project(own), slice(0, len(amplitude)), energy) / plain) ** 2 - 1.0)
+    return plain / sqrt(max(1.0 - made, GREATEST**-2.0))
 
 
 def residuals_with(
