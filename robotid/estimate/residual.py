@@ -26,9 +26,7 @@ from robotid.simulation.simulate import Start, integrated, simulate_together
 from robotid.simulation.trajectory import Trajectory, linearised_together, share_dynamics
 
 FARTHEST_PREDICTION = 1.0  # root mean square of a predicted change, of the state's own
-TRIAL_PATIENCE = (
-    8  # windows that may fail to settle in a trial, however few do close by; near a minimum it is three at most
-)
+TRIAL_PATIENCE = 8  # windows that may fail to settle in a trial, however few do close by; near a minimum three do
 SENSOR_MARGIN = 2_000  # samples on either side of a block, across which a sensor's delay or operator reaches
 MAX_PREDICTION = 5_000_000  # derivatives kept of one record to predict its next trajectory: 40 MB
 
