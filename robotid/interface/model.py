@@ -6,12 +6,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
-from robotid.catalogue import assemble
+from robotid.catalogue import EFFECTS, assemble
 from robotid.config.load import from_plain
 from robotid.config.schema import Config
 from robotid.config.suggest import suggest
 from robotid.display import Displayed
 from robotid.errors import ConfigError
+from robotid.model.companion import companion_of
 from robotid.model.describe import describe
 from robotid.model.parameters import KnownParameter
 from robotid.model.port import Port, Signal
@@ -30,6 +31,7 @@ class Model(Displayed):
     """A joint to be identified: its effects by place, and what is known of their parameters.
 
     motor, gear, arm, link, tool : names of effects at these ports, such as "inertia", "viscous", "coulomb", "spring";
+    one that reads a companion of the records names it, such as "pose_inertia[q2]";
     torque, angle, speed : names of effects on these signals, such as "torque_delay". `rid.explain()` lists them all.
     gear_ratio : phi_a / phi_m, arm angle over motor angle, at most 1; None for a rigid axis that is its motor alone.
     linear : the axis slides (m, N, kg) rather than turns. name : of the robot.
@@ -131,6 +133,12 @@ class Model(Displayed):
             known[name] = replace(_known(name, known.get(name)), bounds=_pair(name, pair))
         return replace(self, known=known)
 
+    def _signals(self) -> dict[str, dict[str, str]]:
+        """What the effects of this model read beside torque and motion, as a configuration declares it."""
+        effects = (companion_of(name) for place in PLACES for name in getattr(self, place))
+        read = {signal: EFFECTS[name].companion for name, signal in effects if signal and name in EFFECTS}
+        return {signal: {"name": signal, "kind": str(kind)} for signal, kind in read.items() if kind is not None}
+
     def configuration(self, records: Sequence[Mapping[str, Any]], **sections: Mapping[str, Any]) -> Config:
         """The complete configuration of this model, with these records and further sections. Raises ConfigError."""
         effects = {place: list(getattr(self, place)) for place in PLACES if getattr(self, place)}
@@ -141,8 +149,10 @@ class Model(Displayed):
             robot["changes"] = {record: list(names) for record, names in self.changes.items()}
         if self.known:
             robot["parameters"] = {name: _as_settings(_known(name, one)) for name, one in self.known.items()}
+        signals = self._signals()
+        made = [{**record, "signals": signals | dict(record.get("signals", {}))} for record in records]
         try:
-            return from_plain({"robot": robot, "records": [dict(r) for r in records], **sections})
+            return from_plain({"robot": robot, "records": made, **sections})
         except ConfigError as error:
             raise ConfigError(error.what, where=_place(error.where), hint=_in_python(error.hint)) from None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -126,10 +126,11 @@ def suitable(signal: str, *, linear: bool) -> dict[str, str]:
     return {quantity: si for quantity, si in SI[linear].items() if quantity in QUANTITIES[signal]}
 
 
-def find(table: Table, signal: str, *, linear: bool = False) -> Column | None:
-    """The column that bears a usual name of a signal, or None. Raises ConfigError where several do."""
+def find(table: Table, signal: str, *, linear: bool = False, taken: Collection[str] = ()) -> Column | None:
+    """The column that bears a usual name of a signal, or None. taken : names of columns that are something else. Raises
+    ConfigError where several do."""
     found = []
-    for name in table.columns:
+    for name in (one for one in table.columns if one not in taken):
         stem, unit = ending(name)
         fits = unit is not None and (unit.quantity in suitable(signal, linear=linear) or (unit.raw and signal != "t"))
         if len(table.shape(name)) == 1 and ({short(name), stem} if fits else {short(name)}) & set(ALIASES[signal]):

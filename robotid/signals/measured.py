@@ -221,7 +221,7 @@ def _contradiction(t: Array, sampling_time: float) -> str:
 
 def _columns(chosen: Selection, table: Table) -> dict[str, Column]:
     """Columns by signal, as given or found by name; the time stamps of the angle where the file has them."""
-    given = chosen.columns
+    given, taken = chosen.columns, {one.column.name for one in chosen.companions.values()}
     found: dict[str, Column | None] = {}
     for signal in ALIASES:
         if signal in given:
@@ -230,7 +230,7 @@ def _columns(chosen: Selection, table: Table) -> dict[str, Column]:
         elif signal == "t" and table.clocks:
             found[signal] = None
         else:
-            found[signal] = find(table, signal, linear=chosen.linear)
+            found[signal] = find(table, signal, linear=chosen.linear, taken=taken)
         if found[signal] is None and signal in NEEDED:
             raise missing(table, signal)
     angle = found["phi_m"]
