@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import Field, fields, is_dataclass
 from enum import StrEnum
+from functools import cache
 from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 from urllib.parse import quote, unquote
@@ -43,19 +44,25 @@ def write(group: h5py.Group, content: Any, units: Units = str) -> None:
 
     Raises CodecError for a value that its type hint does not allow.
     """
-    hints = get_type_hints(type(content))
+    hints = _hints(type(content))  # type: ignore[arg-type]
     for field in fields(content):
         _write(group, field.name, getattr(content, field.name), hints[field.name], _unit(field, content, units), units)
 
 
 def read(group: h5py.Group, cls: type[T]) -> T:
     """The dataclass that a group holds. Raises CodecError where the group does not fit the class."""
-    hints = get_type_hints(cls)
+    hints = _hints(cls)  # type: ignore[arg-type]
     names = [field.name for field in fields(cls)]  # type: ignore[arg-type]
     missing = [name for name in names if name not in group]
     if missing:
         raise CodecError(f"{group.name} has no {missing[0]}")
     return cls(**{name: _read(_member(group, name), hints[name]) for name in names})
+
+
+@cache
+def _hints(cls: type[Any]) -> Mapping[str, Any]:
+    """The types of a dataclass's fields, which are written as texts and evaluated once."""
+    return get_type_hints(cls)
 
 
 def _member(group: h5py.Group, name: str) -> h5py.Group | h5py.Dataset:

@@ -14,6 +14,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, fields, is_dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -149,6 +150,20 @@ def read_header(path: Path, axis: str = "") -> ArtifactHeader:
 
 def read_headers(path: Path) -> dict[str, ArtifactHeader]:
     """The header of every axis by its name, "" for a single joint. Raises InputError as `load` does."""
+    try:
+        now = path.stat()
+    except OSError:
+        return dict(_headers(path))
+    return dict(_headers_of(path, (now.st_ino, now.st_mtime_ns, now.st_size)))
+
+
+@lru_cache(maxsize=64)
+def _headers_of(path: Path, version: tuple[int, ...]) -> dict[str, ArtifactHeader]:
+    """The headers of a file, which a command asks for many times. version : what changes where the file does."""
+    return _headers(path)
+
+
+def _headers(path: Path) -> dict[str, ArtifactHeader]:
     with _open(path) as file:
         return {axis: _header(path, _entry(path, file, axis)) for axis in _axes(path, file) or ("",)}
 
