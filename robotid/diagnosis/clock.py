@@ -27,11 +27,11 @@ DELAY = "torque.torque_delay"
 class RecordedLate:
     """By how much the torque of irregular logs is recorded late [s], early where negative."""
 
-    late: float
+    late: float = 0.0
 
     def corrected(self, record: Record) -> Record:
         """An irregular record with its torque where it acts; another as it is."""
-        if record.torque_steps is None:
+        if record.torque_steps is None or self.late == 0.0:
             return record
         torque, steps = moved(record.tau_m, record.torque_steps, -self.late / record.sampling_time)
         return replace(record, tau_m=torque, torque_steps=steps)
@@ -46,22 +46,23 @@ class RecordedLate:
         )
 
 
-def recorded_late(evidence: Evidence, criteria: Criteria) -> RecordedLate | None:
-    """By how much the torque of the irregular logs is late, None where it is not significantly, by more than a clock
-    explains, or where the model has a delay of its own. Raises NumericsError where the model cannot be simulated."""
+def recorded_late(evidence: Evidence, criteria: Criteria) -> RecordedLate:
+    """By how much the torque of the irregular logs is late; not at all where it is not significantly, by more than a
+    clock explains, or where the model has a delay of its own. Raises NumericsError where the model cannot be
+    simulated."""
     irregular = [run.record for run in evidence.fitted if run.record.torque_steps is not None]
     if not irregular or DELAY in criteria.skip:
-        return None
+        return RecordedLate()
     state = first_state(evidence, criteria)
     places = zip(state.scan.candidates, columns_of(state.scan.candidates), strict=True)
     at = next((at for one, at in places if one.name == DELAY), None)
     if at is None:
-        return None
+        return RecordedLate()
     regression = project(state.scan.scans).beside_fitted(at)
     late, std = -float(regression.estimate()[-1]), float(np.sqrt(regression.covariance()[-1, -1]))
     explained = (-interval * spread <= late <= interval for interval, spread in _clocks(irregular))
     certain = abs(late) > ACCEPTANCE.amplitude_sigma * std
-    return RecordedLate(late) if certain and all(explained) else None
+    return RecordedLate(late if certain and all(explained) else 0.0)
 
 
 def _clocks(irregular: list[Record]) -> list[tuple[float, float]]:

@@ -77,19 +77,20 @@ def diagnose(
         return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
     validation = [part for part in parts if part.name not in model.records]
     evidence = Evidence(model, fitted, validation, options.horizon)
-    late = recorded_late(evidence, criteria)
-    if late is not None:
-        log(late.remark)
-        remarks, parts, evidence = (*remarks, late.remark), [*map(late.corrected, parts)], evidence.on(late.corrected)
+    clock = recorded_late(evidence, criteria)
+    if clock.late:
+        log(clock.remark)
+        remarks, parts = (*remarks, clock.remark), [*map(clock.corrected, parts)]
+        evidence = evidence.on(clock.corrected)
     with deadline(None if options.budget is None else begin + options.budget):
         found = search(evidence, criteria, log)
-    if found.events or late is not None:
+    if found.events or clock.late:
         model = replace(model, parameters=found.first.parameters, first_states={})
         simulated = [simulate_record(model, without_events(part, found.events), options.horizon) for part in parts]
     log("measuring where the misfit sits")
     diagnosis = verdict(model, simulated, found, criteria)
     further = (*remarks, *_repeated(records, model), *_unexamined(found, options.budget))
-    diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *further))
+    diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *further), late=clock.late)
     return (
         diagnosis
         if options.experiments is None or found.late

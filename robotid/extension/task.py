@@ -10,6 +10,7 @@ from functools import reduce
 import numpy as np
 
 from robotid.catalogue import assemble
+from robotid.diagnosis.clock import RecordedLate
 from robotid.diagnosis.events.applied import without_events
 from robotid.diagnosis.refit.refitted_model import carried
 from robotid.diagnosis.results import Diagnosis
@@ -159,11 +160,12 @@ def extension_task(
 ) -> ExtensionTask:
     """The task to extend a diagnosed model, from where the diagnosis left its parameters or those of its causes.
 
-    fit : the diagnosed one; records : all of them, from which the events of the diagnosis are taken; options : of the
-    fit by default.
+    fit : the diagnosed one; records : all of them, from which the events of the diagnosis are taken, the torque of
+    irregular ones put where it acts; options : of the fit by default.
     """
     starts = (diagnosis.refitted, {p.name: p.value for cause in diagnosis.causes for p in cause.parameters})
-    records = [without_events(record, diagnosis.events) for record in records]
+    clock = RecordedLate(diagnosis.late)
+    records = [without_events(clock.corrected(record), diagnosis.events) for record in records]
     return ExtensionTask(fit, records, starts, options or FitOptions(output=fit.output), horizon, log)
 
 

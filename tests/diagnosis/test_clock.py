@@ -16,6 +16,7 @@ from robotid.diagnosis.procedure import diagnose
 from robotid.diagnosis.search.data import Evidence
 from robotid.estimate.fitted_model import fitted_model, simulate_record
 from robotid.estimate.grey_box import FitOptions, fit_model
+from robotid.extension.task import extension_task
 from robotid.model.array import Array
 from robotid.model.structure import Structure
 from robotid.signals.measured import Selection, measured_records
@@ -60,7 +61,6 @@ def waves(t: Array) -> Array:
 def test_a_recorder_with_a_clock_of_its_own_is_late(late: float) -> None:
     seen = irregular(late)
     found = recorded_late(seen, Criteria())
-    assert found is not None
     assert found.late == pytest.approx((late + 0.12) * H, rel=0.15)
     before, after = (np.std(one.fitted[0].segments("speed")[0].residual) for one in (seen, seen.on(found.corrected)))
     assert after < 0.65 * before
@@ -74,21 +74,21 @@ def test_a_delay_that_is_given_is_taken_out_within_intervals() -> None:
 
 
 def test_what_a_clock_does_not_explain_is_left_alone() -> None:
-    assert recorded_late(irregular(1.2), Criteria()) is None
+    assert recorded_late(irregular(1.2), Criteria()).late == 0.0
 
 
 def test_of_a_regular_log_every_delay_may_have_a_cause() -> None:
     late = [replace(one, torque_steps=None) for one in with_torque_moved(records({}), 1.0)]
-    assert recorded_late(evidence(late), QUICK) is None
+    assert recorded_late(evidence(late), QUICK).late == 0.0
 
 
 def test_a_torque_in_time_stays_as_it_is() -> None:
-    assert recorded_late(evidence(with_torque_moved(records({}), 1e-9)), QUICK) is None
+    assert recorded_late(evidence(with_torque_moved(records({}), 1e-9)), QUICK).late == 0.0
 
 
 def test_no_delay_is_taken_out_that_is_not_to_be_looked_for() -> None:
     made = with_torque_moved(records({}), 0.3)
-    assert recorded_late(evidence(made), replace(QUICK, skip=(*QUICK.skip, "torque.torque_delay"))) is None
+    assert recorded_late(evidence(made), replace(QUICK, skip=(*QUICK.skip, "torque.torque_delay"))).late == 0.0
 
 
 def test_a_diagnosis_says_by_how_much_the_torque_was_moved_and_finds_nothing_else() -> None:
@@ -99,3 +99,8 @@ def test_a_diagnosis_says_by_how_much_the_torque_was_moved_and_finds_nothing_els
     remark = next(one for one in found.remarks if " ms late: moved by as much" in one)
     assert remark in said
     assert float(remark.split("recorded ")[1].split()[0]) == pytest.approx(0.6, abs=0.05)
+    assert found.late == pytest.approx(0.3 * made[0].sampling_time, rel=0.1)
+    task = extension_task(found, fitted(made), made)
+    for one, plain in zip(task.records, records({}), strict=True):
+        before = np.std(made[task.records.index(one)].tau_m - plain.tau_m)
+        assert np.std(one.tau_m - plain.tau_m) < 0.2 * before
