@@ -24,6 +24,7 @@ from robotid.artifacts.store import load
 from robotid.cli.app import main
 from robotid.errors import InputError
 from robotid.interrupt import interruptible
+from robotid.pipeline.check import FILE as KEPT_CHECK
 from robotid.pipeline.lock import LOCK
 from robotid.pipeline.table import STAGES
 
@@ -188,7 +189,7 @@ def completion(config: Path, folder: Path) -> list[str]:
         if code or err:
             wrong.append(f"{arguments[0]} ends with {code}: {err}")
     wrong += [f"{stage.output} is absent" for stage in STAGES.values() if not (folder / stage.output).exists()]
-    wrong += [f"{name} is left" for name in os.listdir(folder) if name.startswith(".")]
+    wrong += [f"{name} is left" for name in os.listdir(folder) if name.startswith(".") and name != KEPT_CHECK]
     return wrong + damage(folder)
 
 

@@ -15,6 +15,7 @@ import pytest
 from robotid.cli.console import print_json, print_message, print_tables
 from robotid.cli.streams import PLAIN
 from robotid.errors import InputError, printable
+from robotid.pipeline.check import FILE as KEPT_CHECK
 from robotid.report.tables.table import Table
 
 ROBOTID = f"{sys.executable} -m robotid"
@@ -116,4 +117,4 @@ def test_a_run_is_interrupted_wherever_it_is(number: signal.Signals, after: floa
     assert err.startswith(b"interrupted")
     assert err.count(b"\n") == 1
     left = os.listdir(tmp_path / "run") if (tmp_path / "run").exists() else []
-    assert not [name for name in left if name.startswith(".")]
+    assert not [name for name in left if name.startswith(".") and name != KEPT_CHECK]
