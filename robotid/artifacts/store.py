@@ -150,20 +150,16 @@ def read_header(path: Path, axis: str = "") -> ArtifactHeader:
 
 def read_headers(path: Path) -> dict[str, ArtifactHeader]:
     """The header of every axis by its name, "" for a single joint. Raises InputError as `load` does."""
-    try:
+    version = None
+    with suppress(OSError):  # opening it says what is wrong
         now = path.stat()
-    except OSError:
-        return dict(_headers(path))
-    return dict(_headers_of(path, (now.st_ino, now.st_mtime_ns, now.st_size)))
+        version = now.st_ino, now.st_mtime_ns, now.st_size
+    return dict(_headers(path, version))
 
 
 @lru_cache(maxsize=64)
-def _headers_of(path: Path, version: tuple[int, ...]) -> dict[str, ArtifactHeader]:
+def _headers(path: Path, version: tuple[int, ...] | None) -> dict[str, ArtifactHeader]:
     """The headers of a file, which a command asks for many times. version : what changes where the file does."""
-    return _headers(path)
-
-
-def _headers(path: Path) -> dict[str, ArtifactHeader]:
     with _open(path) as file:
         return {axis: _header(path, _entry(path, file, axis)) for axis in _axes(path, file) or ("",)}
 

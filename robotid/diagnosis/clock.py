@@ -50,8 +50,9 @@ def recorded_late(evidence: Evidence, criteria: Criteria) -> RecordedLate:
     """By how much the torque of the irregular logs is late; not at all where it is not significantly, by more than a
     clock explains, or where the model has a delay of its own. Raises NumericsError where the model cannot be
     simulated."""
-    irregular = [run.record for run in evidence.fitted if run.record.torque_steps is not None]
-    if not irregular or DELAY in criteria.skip:
+    records = [run.record for run in evidence.fitted]
+    clocks = [(one.sampling_time, one.torque_steps.spread) for one in records if one.torque_steps is not None]
+    if not clocks or DELAY in criteria.skip:
         return RecordedLate()
     state = first_state(evidence, criteria)
     places = zip(state.scan.candidates, columns_of(state.scan.candidates), strict=True)
@@ -60,11 +61,6 @@ def recorded_late(evidence: Evidence, criteria: Criteria) -> RecordedLate:
         return RecordedLate()
     regression = project(state.scan.scans).beside_fitted(at)
     late, std = -float(regression.estimate()[-1]), float(np.sqrt(regression.covariance()[-1, -1]))
-    explained = (-interval * spread <= late <= interval for interval, spread in _clocks(irregular))
+    explained = (-interval * spread <= late <= interval for interval, spread in clocks)
     certain = abs(late) > ACCEPTANCE.amplitude_sigma * std
     return RecordedLate(late if certain and all(explained) else 0.0)
-
-
-def _clocks(irregular: list[Record]) -> list[tuple[float, float]]:
-    """Sampling time [s] of each record, and the share of it by which its stamps vary."""
-    return [(one.sampling_time, one.torque_steps.spread) for one in irregular if one.torque_steps is not None]

@@ -68,8 +68,10 @@ def fitted_model(fit: FitResult, *, estimate_states: bool = True) -> FittedModel
         upper=np.array([p.upper for p in estimates]),
         free=np.array([not p.fixed for p in estimates]),
     )
-    model = FittedModel(fit.name, joint, parameters, fit.output, fit.records, fit.initial_states, estimate_states)
-    return replace(model, start=fit.start)
+    first_states = fit.initial_states
+    return FittedModel(
+        fit.name, joint, parameters, fit.output, fit.records, first_states, estimate_states, start=fit.start
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

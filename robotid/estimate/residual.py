@@ -170,7 +170,7 @@ class OutputError:
         limit = self.max_failed_windows
         if limit is None and (trial or near is not None):
             before = () if near is None else near.evaluation.trajectories
-            limit = max(TRIAL_PATIENCE, *(t.failed_windows for t in before), 0)
+            limit = max([TRIAL_PATIENCE, *(t.failed_windows for t in before)])
         found = simulate_together(self.joint, theta, self.records, starts, limit)
         for k, trajectory in enumerate(found):
             residuals.append(self.residual(k, trajectory))

@@ -15,7 +15,7 @@ import numpy as np
 
 from robotid.model.array import Array, Index, Mask
 
-PARTS = 16  # of an interval, over which a torque that is moved is constant
+PARTS = 16  # of an interval: a step within a part has its instant to a few hundredths of the interval
 SCATTERED = 1e-9  # length of the mean of unit vectors that point everywhere
 ROUNDING = 1e-9  # of the largest torque: what changes less within an interval is constant
 

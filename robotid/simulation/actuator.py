@@ -17,10 +17,8 @@ from robotid.model.channel import Channel
 from robotid.model.joint import Joint
 from robotid.model.port import Signal
 from robotid.signals.record import Record
-from robotid.signals.torque_steps import TorqueColumn, TorqueSteps
+from robotid.signals.torque_steps import PARTS, TorqueColumn, TorqueSteps
 from robotid.simulation.friction.step import Steps
-
-PARTS = 16  # of an interval: a step within a part has its instant to a few hundredths of the interval
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,8 +7,7 @@ cause follows without a refit: its energy beside the noise of that colour, and i
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator
 from math import inf
 from operator import itemgetter
 
@@ -16,13 +15,12 @@ import numpy as np
 from scipy.stats import f as fisher
 
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.results import DetectionLimit
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
 from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate, columns_of
-from robotid.diagnosis.scoring.projection import Projected, project
-from robotid.diagnosis.scoring.ranking import Round
-from robotid.diagnosis.scoring.scan import Scan, scans
+from robotid.diagnosis.scoring.projection import project
+from robotid.diagnosis.scoring.ranking import CandidateScan, Round
+from robotid.diagnosis.scoring.scan import scans
 from robotid.diagnosis.search.coloured import Tried, are_too_few
 from robotid.diagnosis.search.least_scored import least_scored
 from robotid.diagnosis.search.settings import ACCEPTANCE
@@ -36,37 +34,25 @@ def detection_limits(found: SearchResult, criteria: Criteria) -> tuple[Detection
     """
     seen, model = found.rounds[-1], found.last
     missing = list(typical_shapes(seen, model.structure.effects))
-    columns = scans(model.fitted, model.unknowns, missing)
+    columns = CandidateScan(model, tuple(missing), scans(model.fitted, model.unknowns, missing))
     coloured = found.data if found.coloured is None else found.coloured
-    searched, judged = _Seen.by(found.data, columns), _Seen.by(coloured, columns)
-    tried, usual = Tried.of(seen), max(1.0, judged.projected.energy / model.samples)
+    searched = columns.whitened_as(found.data.fitted).scans
+    by_search, by_colour = project(searched), project(columns.whitened_as(coloured.fitted).scans)
+    tried, usual = Tried.of(seen), max(1.0, by_colour.energy / model.samples)
     improvement = criteria.min_improvement_sigma**2 * found.data.samples
     limits = []
     for one, own in zip(missing, columns_of(missing), strict=True):
-        k, length = len(one.scored), judged.projected.visible_length(own)
+        k, length = len(one.scored), by_colour.visible_length(own)
         size = inf
         if length > 0.0:
             energy = least_energy(k, usual, criteria, tried.candidates, model.samples)
-            spread = least_size(judged.projected.beside_fitted(own), k, criteria.significance / tried.effects)
+            spread = least_size(by_colour.beside_fitted(own), k, criteria.significance / tried.effects)
             if spread == inf and coloured.validation:  # records that were held out tell of it instead
                 spread = 0.0
-            scored = least_scored(searched.scans, searched.projected, own, improvement, found.data)
+            scored = least_scored(searched, by_search, own, improvement, found.data)
             size = max(scored, float(np.sqrt(energy)) / length, spread)
         limits.append(_limit(one, size))
     return tuple(limits)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Seen:
-    """Columns by the noise of some data, and projected."""
-
-    scans: tuple[Scan, ...]
-    projected: Projected
-
-    @classmethod
-    def by(cls, data: EvaluationData, columns: Sequence[Scan]) -> _Seen:
-        whitened = tuple(one.whitened_as(segment) for one, segment in zip(columns, data.fitted, strict=True))
-        return cls(whitened, project(whitened))
 
 
 def typical_shapes(seen: Round, present: Collection[str] = ()) -> Iterator[EffectCandidate]:

@@ -164,9 +164,8 @@ def _first_crossing(inputs: StepInputs, mode: FrictionMode, way: Way, crosses: M
     bare = replace(inputs, columns=None)
     start, end = (_switching_surface(bare, x, mode.s, row) for x in (way.x0, way.x1))
     d0, d1 = (inputs.h * (at.slopes * f).sum(axis=0) for at, f in ((start, way.f0), (end, way.f1)))
-    back = (start.value == 0.0) & (
-        d0 * end.value < 0.0
-    )  # from rest and to it again: the start is a root, and not meant
+    # from rest and to it again: the start is a root, and not meant
+    back = (start.value == 0.0) & (d0 * end.value < 0.0)
     share = np.where(back, d0 / np.where(back, d0 - end.value, 1.0), share)
     for _ in range(ROOT_ITERATIONS):
         value, slope = (
