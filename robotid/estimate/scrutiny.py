@@ -8,8 +8,8 @@ model lacks and that makes an open simulation drift.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -36,7 +36,7 @@ from robotid.signals.differentiate import ParallelFilter
 from robotid.signals.record import SHORTEST_PIECE, Record
 from robotid.simulation.first_guess import measured_guess
 
-FAR_START = "fitted once more from the regression of the torque on the motion, far from the start that was given"
+FAR_START = "fitted once more from what the initialisation found, far from the start that was given"
 OFFSET, OFFSET_SUFFIX = "motor.constant_torque", "_offset"
 
 
@@ -72,7 +72,8 @@ SETTINGS = ScrutinySettings()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FitTask:
-    """What is fitted: the arguments of `fit_model`."""
+    """What is fitted: the arguments of `fit_model`. found : what the initialisation found, also of parameters for which
+    another start was given."""
 
     name: str
     joint: Joint
@@ -80,6 +81,7 @@ class FitTask:
     records: Sequence[Record]
     options: FitOptions
     log: Callable[[Iteration], None] | None = None
+    found: Mapping[str, float] = field(default_factory=dict)
 
     def fit(self) -> FitResult:
         """The fit of `fit_model`, and its errors."""
@@ -115,7 +117,13 @@ def scrutinised_fit(task: FitTask) -> ScrutinisedFit:
     """
     if task.options.choose_horizon:
         return _in_chosen_pieces(task)
-    first = task.fit()
+    try:
+        first = task.fit()
+    except NumericsError:
+        nearer = _nearer_start(task)
+        if nearer is None:
+            raise
+        return _noted(scrutinised_fit(nearer), FAR_START)
     if first.end is End.INTERRUPTED:
         return ScrutinisedFit(first)
     try:
@@ -128,14 +136,13 @@ def scrutinised_fit(task: FitTask) -> ScrutinisedFit:
 
 def _scrutinised(first: FitResult, task: FitTask) -> ScrutinisedFit:
     joint, parameters, records = task.joint, task.parameters, task.records
-    if joint.masses == 1 and min(first.fit_percent.values()) < SETTINGS.poor_fit:
-        regressed = _from_regression(first, task)
-        if regressed is not None:
-            nearer, better = regressed
-            return _noted(_scrutinised(better, nearer), FAR_START)
     found = tuple(doubts(first, joint, parameters, records))
     if not found and min(first.fit_percent.values()) >= SETTINGS.poor_fit:
         return ScrutinisedFit(first)
+    nearer = _nearer_start(task)
+    again = None if nearer is None else nearer.attempt()
+    if nearer is not None and again is not None and _misfit(again) < (1 - SETTINGS.better) * _misfit(first):
+        return _noted(_scrutinised(again, nearer), FAR_START)
     if task.options.horizon is None and min(first.fit_percent.values()) < SETTINGS.poor_fit:
         in_pieces = _in_pieces(first, task)
         if in_pieces is not None:
@@ -240,24 +247,22 @@ def _instability(joint: Joint, parameters: Parameters, records: Sequence[Record]
     return _Instability(rate, growth, horizon)
 
 
-def _from_regression(first: FitResult, task: FitTask) -> tuple[FitTask, FitResult] | None:
-    """The fit of a rigid axis from where the regression of its torque on the measured motion leads, where the given
-    start was far from there and the fit is better for it. A motor that too much friction locks, or too large an
-    inertia, tells an open simulation nothing of either."""
-    try:
-        guesses = fit_rigid(task.joint, task.parameters, task.records).guesses
-    except NumericsError:
-        return None
-    near = task.parameters.with_values(guesses)
-    before, after, free = (np.abs(task.parameters.values), np.abs(near.values), task.parameters.free)
+def _nearer_start(task: FitTask) -> FitTask | None:
+    """The same from what the initialisation found, of a rigid axis by the regression of its torque on the measured
+    motion; None where the given start is not far from there. A motor that too much friction locks, or too large an
+    inertia, tells an open simulation nothing of either, nor does a motion far from a resonance tell where that is."""
+    found = {name: value for name, value in task.found.items() if name in task.joint.names}
+    if not found and task.joint.masses == 1:
+        try:
+            found = fit_rigid(task.joint, task.parameters, task.records).guesses
+        except NumericsError:
+            return None
+    free = task.parameters.free
+    near = np.where(free, task.parameters.with_values(found).values, task.parameters.values)
+    near = np.clip(near, task.parameters.lower, task.parameters.upper)
+    before, after = np.abs(task.parameters.values), np.abs(near)
     far = np.maximum(before, after) > SETTINGS.start_factor * np.minimum(before, after)
-    if not (far & free).any():
-        return None
-    nearer = replace(task, parameters=near)
-    again = nearer.attempt()
-    if again is None or _misfit(again) > (1 - SETTINGS.better) * _misfit(first):
-        return None
-    return nearer, again
+    return replace(task, parameters=task.parameters.with_values(near), found={}) if far.any() else None
 
 
 def _in_chosen_pieces(task: FitTask) -> ScrutinisedFit:

@@ -182,7 +182,8 @@ def fit(
     joint = joint_for(model.structure, output, used)
     with in_python_terms(), computing():
         start = initialise(model, joint, used, options)
-        result = scrutinised_fit(FitTask(NAME, joint, start.parameters, used.records, options.fit)).fit
+        task = FitTask(NAME, joint, start.parameters, used.records, options.fit, found=start.found)
+        result = scrutinised_fit(task).fit
     return Fit(
         **fields_of(result, FitResult),
         model=model,
@@ -201,6 +202,11 @@ class Start:
     parameters: Parameters
     rigid: RigidResult | None = None
     flex: FlexResult | None = None
+
+    @property
+    def found(self) -> dict[str, float]:
+        """What the initialisations found, also of parameters of which a value is known."""
+        return {name: value for one in (self.rigid, self.flex) if one for name, value in one.guesses.items()}
 
 
 def initialise(model: Model, joint: Joint, records: Dataset, options: Options) -> Start:

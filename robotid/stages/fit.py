@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from robotid.config.schema import Config
@@ -37,7 +37,7 @@ def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: Flex
     names = tuple(settings.fit.models)
     items = [(name, recordings.of(members)) for name, members in settings.fit.models.items()]
     samples = sum(len(record) for _, records in items for record in records) // len(items)
-    shared = _Common(joint, parameters, options, names)
+    shared = _Common(joint, parameters, options, names, rigid.guesses | flex.guesses)
     with ahead(_fitted, shared, items, samples=samples, log=log, hands_on_interrupts=True) as found:
         for name, result in zip(names, found, strict=True):
             models[name] = result.fit
@@ -51,18 +51,19 @@ def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: Flex
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Common:
-    """What the fits of all models share. names : of the models."""
+    """What the fits of all models share. names : of the models; found : what the initialisation found."""
 
     joint: Joint
     parameters: Parameters
     options: FitOptions
     names: tuple[str, ...]
+    found: Mapping[str, float]
 
 
 def _fitted(shared: _Common, item: tuple[str, Sequence[Record]], log: Log | None = None) -> ScrutinisedFit:
     name, records = item
     line = None if log is None else (lambda iteration: log(Step(name, shared.names, iteration)))
-    return scrutinised_fit(FitTask(name, shared.joint, shared.parameters, records, shared.options, line))
+    return scrutinised_fit(FitTask(name, shared.joint, shared.parameters, records, shared.options, line, shared.found))
 
 
 def start(settings: Config, joint: Joint, rigid: RigidResult, flex: FlexResult) -> Parameters:

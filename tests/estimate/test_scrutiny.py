@@ -7,8 +7,10 @@ from functools import cache
 
 import numpy as np
 import pytest
+from support.mistaken_logs import FLEXIBLE, RATIO, swing
 
 from robotid.catalogue import assemble
+from robotid.errors import NumericsError
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.identify import starting_parameters
 from robotid.estimate.result import FitResult
@@ -167,6 +169,42 @@ def test_a_start_from_which_the_motor_does_not_move_is_left_for_the_regression()
     for name, value in TRUTH.items():
         assert found[name].value == pytest.approx(value, rel=0.02)
     assert any("far from the start that was given" in remark for remark in found.remarks)
+
+
+@cache
+def flexible() -> tuple[Joint, Record]:
+    """A joint that flexes, on a multisine over a square wave."""
+    names = tuple(dict.fromkeys(name.rpartition(".")[0] for name in FLEXIBLE))
+    joint = assemble(Structure(names, gear_ratio=RATIO), angle=True)
+    values = joint.parameters().with_values(FLEXIBLE).values
+    robot = VirtualRobot(joint, values, Controller("speed", 0.5, 5.0), 1e-4, 0.005, 0.01, seed=1)
+    return joint, robot.record(Reference("log", 0.002, swing(), "speed", None, None), 1)
+
+
+def far_start(stiffness: float) -> FitTask:
+    """A fit from a spring so many times as stiff, a light arm and next to no damping."""
+    joint, log = flexible()
+    given = FLEXIBLE | {"gear.spring.k1": stiffness * FLEXIBLE["gear.spring.k1"], "arm.inertia.J": 50.0}
+    start = joint.parameters().with_values(given | {"gear.damper.d": 10.0})
+    return FitTask("m", joint, start, [log], FitOptions(), found={name: 1.1 * v for name, v in FLEXIBLE.items()})
+
+
+def test_a_joint_whose_given_start_is_far_from_what_was_found_is_fitted_from_there() -> None:
+    """From a notch far away no derivative points to the true one."""
+    task = far_start(0.01)
+    assert scrutinised_fit(replace(task, found={})).fit.fit_percent["log"] < 90.0
+    found = scrutinised_fit(task).fit
+    assert found.fit_percent["log"] > 99.0
+    assert found["gear.spring.k1"].value == pytest.approx(FLEXIBLE["gear.spring.k1"], rel=0.01)
+    assert found.remarks == ("fitted once more from what the initialisation found, far from the start that was given",)
+
+
+def test_a_given_start_that_cannot_be_simulated_is_left_for_what_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("robotid.estimate.grey_box.HOPELESS", 0.3)
+    task = far_start(1000.0)
+    with pytest.raises(NumericsError):
+        scrutinised_fit(replace(task, found={}))
+    assert scrutinised_fit(task).fit.fit_percent["log"] > 99.0
 
 
 @pytest.mark.parametrize("factor", [20.0, 200.0])
