@@ -11,7 +11,7 @@ from robotid.display import Displayed
 from robotid.estimate.among_axes import response_among_axes
 from robotid.estimate.average_stiffness import SpringLaw, equivalent_law, published_law, simulate_twist
 from robotid.estimate.flexible_start import rigid_inertia, starts
-from robotid.estimate.linear_response import FLOOR, ResponseFit, fit_response, linear_part
+from robotid.estimate.linear_response import FLOOR, ResponseFit, fit_response, linear_part, total_inertia
 from robotid.estimate.notch import Reading, read_off
 from robotid.estimate.responses import Response, ResponseOptions, responses
 from robotid.estimate.result import Estimate
@@ -26,6 +26,8 @@ from robotid.signals.record import Record
 
 LARGEST_DOUBT = 0.2  # relative standard deviation at which a response does not tell a parameter
 PLAIN = ResponseOptions()
+LARGEST_FACTOR = 2.0  # between the rigid inertias of a response and of step 1, unless the latter is less certain
+CONTRADICTION = 3.0  # standard deviations of step 1's rigid inertia
 HOPELESS = 3.0  # relative standard deviation at which the declared guess is no worse
 
 
@@ -93,17 +95,30 @@ def _first(joint: Joint, role: Role, port: Port, *, linear: bool = True) -> str 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Fitted:
-    """A response with its reading and its parametric fit; twists : (n,) a record of it [rad]."""
+    """A response with its reading and its parametric fit; rigid : inertia [kg m2] that the fit gives all masses moving
+    together, total : that of step 1 and its standard deviation; twists : (n,) a record of it [rad]."""
 
     response: Response
     reading: Reading
     fit: ResponseFit
+    rigid: float
+    total: tuple[float, float]
     twists: tuple[Array, ...]
     parts: TwoMasses
 
     @property
+    def contradicts(self) -> bool:
+        """Whether the fit has another rigid inertia than step 1: where dry friction holds a joint for long, its
+        response is that of a joint as heavy as that."""
+        total, std = self.total
+        return bool(abs(np.log(self.rigid / total)) > max(np.log(LARGEST_FACTOR), CONTRADICTION * std / total))
+
+    @property
     def tells(self) -> bool:
-        """Whether inertias and stiffness are certain, and the notch where the response can have seen it."""
+        """Whether inertias and stiffness are certain and not those of another joint, and the notch where the response
+        can have seen it."""
+        if self.contradicts:
+            return False
         omega, values, parts = self.response.frf.omega, self.fit.values, self.parts
         notch = np.sqrt(values[parts.stiffness] / values[parts.arm])
         needed = (parts.motor, parts.stiffness, parts.arm)
@@ -209,7 +224,7 @@ def _fit(
         simulate_twist(r.dphi_m, r.sampling_time, linear.ratio, k, d, max(far, fit.values[parts.arm]))
         for r in response.records
     )
-    return _Fitted(response, reading, fit, twists, parts)
+    return _Fitted(response, reading, fit, total_inertia(linear, fit.values), total, twists, parts)
 
 
 def _result(linear: Joint, joint: Joint, parameters: Parameters, total: float, fitted: Sequence[_Fitted]) -> FlexResult:
@@ -307,7 +322,10 @@ def _remarks(linear: Joint, fitted: Sequence[_Fitted]) -> list[str]:
         remarks += [f"{name}: {remark}" for remark in f.response.frf.remarks]
         if f.reading.notch is None:
             remarks.append(f"{name}: the response shows no notch")
-        if not f.tells:
+        if f.contradicts:
+            found = f"a rigid inertia of {f.rigid:.3g} kg m2, slow motion one of {f.total[0]:.3g}"
+            remarks.append(f"{name}: the response asks for {found}, and is left out")
+        elif not f.tells:
             remarks.append(f"{name}: the response does not tell the stiffness and is left out")
         unseen = [n for n, std in f.fit.relative_std.items() if n in beyond and std > LARGEST_DOUBT]
         if unseen:

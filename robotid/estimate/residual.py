@@ -271,7 +271,8 @@ class OutputError:
             return x
         step = (unknowns - near.evaluation.unknowns)[self.unknowns_of(k)]
         change = np.einsum("k,xkn->xn", step, derivatives)
-        far = np.sum(change**2, axis=1) > FARTHEST_PREDICTION**2 * np.sum(x**2, axis=1)
+        with np.errstate(over="ignore"):  # what is too far for its square to be a number is too far
+            far = np.sum(change**2, axis=1) > FARTHEST_PREDICTION**2 * np.sum(x**2, axis=1)
         return x if np.any(far & x.any(axis=1)) else np.asarray(x + change)
 
 

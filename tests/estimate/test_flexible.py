@@ -76,6 +76,16 @@ def test_notch_resonance_and_gain_are_read_off() -> None:
     assert reading.gain == pytest.approx(1 / 0.0121, rel=0.08)
 
 
+def test_a_response_of_another_inertia_than_that_of_slow_motion_is_left_out() -> None:
+    rigid, agreed = initialised(STRUCTURE)
+    _, set2, set3 = paper_records(STRUCTURE, TRUTH)
+    joint = assemble(STRUCTURE)
+    light = {name: value / 6 if "inertia" in name else value for name, value in rigid.guesses.items()}
+    found = fit_flexible(joint, joint.parameters().with_values(light), rigid, [set2, set3])
+    assert agreed.guesses and not found.guesses
+    assert sum("asks for a rigid inertia of" in remark for remark in found.remarks) == 2
+
+
 def test_noise_is_no_notch() -> None:
     rng = np.random.default_rng(1)
     noise = rng.standard_normal(len(OMEGA)) + 1j * rng.standard_normal(len(OMEGA))

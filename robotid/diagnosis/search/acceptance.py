@@ -100,12 +100,20 @@ def accept_best(state: SearchState, refits: Sequence[CandidateRefit], criteria: 
     return state
 
 
+def is_news(state: SearchState, one: CandidateRefit, criteria: Criteria) -> bool:
+    """Whether a refit shows that something is missing, be it this or another cause: it explains a share of the misfit
+    that no noise would."""
+    if state.share_removed(state.model, one.model) < ACCEPTANCE.unknown_share:
+        return False
+    return is_noise(step_to(state, one), criteria) is None
+
+
 def accept_from_the_start(
     state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria, log: Log
 ) -> SearchState:
     """The state with the best cause of a round where it stands all tests once it is fitted from where the fit of the
     model itself started."""
-    if not refits or state.share_removed(state.model, refits[0].model) < ACCEPTANCE.unknown_share:
+    if not refits or not is_news(state, refits[0], criteria):
         return state
     log(f"refitting with {refits[0].effect} from the first start")
     found = from_the_start(refits[0], state)
@@ -121,7 +129,7 @@ def accept_pair(state: SearchState, refits: Sequence[CandidateRefit], criteria: 
 
     Where nothing known reaches the noise, a first cause that makes no sense imitates something that is not known.
     """
-    if not refits or state.share_removed(state.model, refits[0].model) < ACCEPTANCE.unknown_share:
+    if not refits or not is_news(state, refits[0], criteria):
         return state
     step = step_to(state, refits[0])
     if not (state.data.noise_reached or state.data.torque_errors) and is_not_physical(step, criteria) is not None:

@@ -63,3 +63,6 @@ def test_a_cause_is_found_from_where_the_fit_started_when_the_fit_has_led_astray
     assert accept_from_the_start(unknown, [astray], QUICK, lambda _: None) is unknown
     nowhere = replace(state, start={name: 1e3 * value for name, value in TRUTH.items()})
     assert accept_from_the_start(nowhere, [astray], QUICK, lambda _: None) is nowhere
+    said: list[str] = []
+    assert accept_from_the_start(state, [astray], replace(QUICK, significance=0.0), said.append) is state
+    assert not said, "what may be noise is not looked at once more"
