@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from math import isfinite
 
 from robotid.catalogue import EFFECTS
+from robotid.diagnosis.clock import RecordedLate
 from robotid.diagnosis.results import Cause, Diagnosis
 from robotid.estimate.result import End, Estimate, FitResult
 from robotid.extension.results import Extension, Score
@@ -59,6 +60,8 @@ def _sentences(f: Findings) -> Iterator[str]:
     if (extension := f.extension_that_adds) is not None:
         yield from _ended(extension.fit, f"the extended {extension.model}")
     if f.diagnosis is not None:
+        if f.diagnosis.late:
+            yield f"{RecordedLate(f.diagnosis.late).remark}."
         yield from _lacks(f, f.diagnosis)
     if f.extension is not None:
         yield from _gained(f, f.extension)

@@ -26,6 +26,7 @@ from robotid.model.array import Array
 from robotid.model.structure import Structure
 from robotid.report.evidence.companions import companion_curves
 from robotid.report.evidence.gather import with_evidence
+from robotid.numerals import listed
 from robotid.report.evidence.profile import doubtful, profile_intervals
 from robotid.report.evidence.response import coherence, simulated_response
 from robotid.report.evidence.samples import in_bins, samples, stretches
@@ -221,8 +222,10 @@ def test_a_profile_ends_where_the_fit_is_worse_than_chance_allows() -> None:
     record, fit = slippery()
     names = [p.name for p in doubtful(fit)]
     assert "motor.stribeck.vs" in names
-    found = profile_intervals(fit, (record,), None)
+    profiles = profile_intervals(fit, (record,), None)
+    found = profiles.intervals
     assert list(found) == names
+    assert not profiles.without
     p, interval = fit["motor.stribeck.vs"], found["motor.stribeck.vs"]
     assert interval.lower < p.value < interval.upper
     joint = assemble(fit.structure)
@@ -250,10 +253,49 @@ def test_a_profile_gives_up_what_is_simulated_too_slowly(monkeypatch: pytest.Mon
 
     monkeypatch.setattr("robotid.report.evidence.profile.solve", spied)
     found = profile_intervals(fit, (record,), None)
-    assert (patience[0], set(patience[1:])) == (None, {REFIT.patience})
-    for p in doubtful(fit):  # the ends are those at which it was given up
-        ends = (p.value - 2 * p.std_robust, p.value + 2 * p.std_robust)
-        assert (found[p.name].lower, found[p.name].upper) == pytest.approx(np.clip(ends, p.lower, p.upper))
+    names = [p.name for p in doubtful(fit)]
+    assert patience == [None, *[REFIT.patience] * len(names)]
+    assert (found.intervals, list(found.without)) == ({}, names)
+    note = parameter_table("m", fit, {}, found).note
+    assert f"no profile interval of {listed(names, 'or')}: with it elsewhere the model is simulated much more" in note
+
+
+def test_a_profile_gives_up_refits_that_settle_worse_than_the_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    record, fit = slippery()
+    refits: list[Solution] = []
+
+    def settling(problem: OutputError, start: Array, options: SolveOptions) -> Solution:
+        found = solve(problem, start, options)
+        if problem.max_failed_windows is None:
+            return found
+        worse = tuple(replace(one, failed_windows=one.failed_windows + 1) for one in found.evaluation.trajectories)
+        refits.append(replace(found, evaluation=replace(found.evaluation, trajectories=worse)))
+        return refits[-1]
+
+    monkeypatch.setattr("robotid.report.evidence.profile.solve", settling)
+    found = profile_intervals(fit, (record,), None)
+    assert (found.intervals, len(refits)) == ({}, len(doubtful(fit)))
+
+
+def test_a_fit_that_is_better_elsewhere_has_no_profile(monkeypatch: pytest.MonkeyPatch) -> None:
+    record, fit = slippery()
+
+    def stopping(problem: OutputError, start: Array, options: SolveOptions) -> Solution:
+        stop = problem.max_failed_windows is None
+        return solve(problem, 1.1 * start if stop else start, replace(options, max_iterations=0) if stop else options)
+
+    monkeypatch.setattr("robotid.report.evidence.profile.solve", stopping)
+    found = profile_intervals(fit, (record,), None)
+    assert found.intervals == {}
+    (why,) = set(found.without.values())
+    assert why.startswith("the fit is better with motor.")
+
+
+def test_too_many_samples_for_a_page_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    record, fit = slippery()
+    monkeypatch.setattr("robotid.report.evidence.profile.MAX_SAMPLES", len(record) - 1)
+    found = profile_intervals(fit, (record,), None)
+    assert list(found.without) == [p.name for p in doubtful(fit)]
 
 
 def test_an_interval_that_is_not_symmetric_is_told_in_the_table() -> None:
@@ -261,10 +303,10 @@ def test_an_interval_that_is_not_symmetric_is_told_in_the_table() -> None:
     found = profile_intervals(fit, (record,), None)
     rows = {row[0]: row for row in parameter_table("m", fit, {}, found).rows}
     for p in fit.parameters:
-        row, interval = rows[p.name], found.get(p.name)
+        row, interval = rows[p.name], found.intervals.get(p.name)
         assert bool(row[5]) == (interval is not None)
         assert ("not symmetric" in row[-1]) == (interval is not None and not interval.symmetric)
-    assert any(not interval.symmetric for interval in found.values())
+    assert any(not interval.symmetric for interval in found.intervals.values())
 
 
 @cache

@@ -19,9 +19,10 @@ from robotid.errors import ConfigError
 from robotid.estimate.flexible import FlexResult
 from robotid.model.units import sliding
 from robotid.report.drawing.frequency import tick_degrees
+from robotid.report.drawing.parameters import draw_iterations
 from robotid.report.drawing.residual import draw_correlations
 from robotid.report.figures import draw
-from robotid.report.style.axes import MAX_POINTS, envelope, new_figure
+from robotid.report.style.axes import MAX_POINTS, envelope, new_figure, style_axes
 from robotid.signals.quality import Recordings
 
 
@@ -166,3 +167,29 @@ def test_a_figure_of_a_diagnosis_leaves_out_what_tells_nothing() -> None:
     assert "motor torque: accounts for 8 %" in titles
     assert "frequency" in titles
     assert not [title for title in titles if title.startswith(("time:", "arm angle", "motor angle within", "record"))]
+
+
+def written_ticks(figure: Figure) -> list[str]:
+    """What stands at the ticks of the only vertical axis, once it is drawn, and beside that axis."""
+    figure.canvas.draw()
+    (axes,) = figure.axes
+    return [*(tick.get_text() for tick in axes.get_yticklabels()), axes.yaxis.get_offset_text().get_text()]
+
+
+def test_nothing_is_to_be_added_to_ticks() -> None:
+    figure = new_figure(4.0, 3.0)
+    axes = figure.subplots()
+    axes.plot([1000.001, 1000.002])
+    style_axes(axes, "", "")
+    *ticks, beside = written_ticks(figure)
+    assert beside == ""
+    assert {"1000.0010", "1000.0020"} <= set(ticks)
+
+
+def test_a_cost_that_hardly_moves_is_drawn_as_one() -> None:
+    made, figure = fits(), new_figure(4.0, 3.0)
+    hardly = {name: replace(fit, cost=np.array([1.00002, 1.00001, 1.0])) for name, fit in made.models.items()}
+    draw_iterations(figure.subplots(), replace(made, models=hardly))
+    assert max(map(len, written_ticks(figure))) <= len("1.0025")
+    low, high = figure.axes[0].get_ylim()
+    assert high - low == pytest.approx(0.02, rel=0.01)

@@ -146,3 +146,10 @@ def test_a_fit_that_did_not_converge_is_told() -> None:
     stalled = {"m": replace(f.fits.models["m"], end=End.STALLED)}
     assert "The fit of m stalled: no step lowers the cost any further" in told(fits=replace(f.fits, models=stalled))
     assert "stalled" not in told()
+
+
+def test_a_torque_that_was_moved_in_time_is_told_before_its_diagnosis() -> None:
+    text = told(diagnosis=replace(CLEAN, late=0.0012))
+    said = "The sampling intervals vary, and the torque is recorded 1.2 ms late: moved by as much before causes were sought"
+    assert 0 < text.index(said) < text.index("What it leaves is noise")
+    assert said not in told(diagnosis=CLEAN)

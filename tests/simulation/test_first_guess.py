@@ -83,5 +83,5 @@ def test_a_motion_that_runs_away_is_told_in_one_line_without_warnings() -> None:
     joint = assemble(Structure(("motor.inertia", "motor.quadratic_friction")))
     theta = joint.parameters().with_values({"motor.inertia.J": 0.01, "motor.quadratic_friction.Fq": -1.0}).values
     problem = Problem(joint, theta, np.zeros(100), RECORD.sampling_time, np.ones((1, 101)))
-    with pytest.raises(NumericsError, match=r"the simulation moves much faster than it is sampled at t = 0\.0"):
+    with pytest.raises(NumericsError, match=r"the simulation diverges at t = 0\.0[01]"):
         lsoda(problem, 0, 100, np.array([1.0]))

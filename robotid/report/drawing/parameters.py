@@ -22,12 +22,14 @@ from robotid.report.style.axes import (
     colour,
     legend,
     style_axes,
+    widen,
     write_out_ticks,
 )
 
 WIDTH = 0.6  # of the room that a parameter has, shared by the models
 MARK: Final[dict[str, Any]] = {"markersize": 4.5, "capsize": 3, "linewidth": 1.4}
 NARROWEST = 1e-5  # range of a strip, of its largest value
+LEAST_FALL = 0.02  # range of costs, of the largest: two per cent of a sum of squares is one of the error
 MIN_COST = 1e-18  # of the largest: what rounding leaves of a fit without noise
 WIDE_RANGE = 5.0  # of costs, from which a logarithmic scale serves better
 
@@ -78,6 +80,8 @@ def draw_iterations(axes: Axes, fits: Fits) -> None:
     if max(fit.cost.max() / end for fit, end in zip(fits.models.values(), ends, strict=True)) > WIDE_RANGE:
         axes.set_yscale("log")
         write_out_ticks(axes.yaxis)
+    else:
+        widen(axes.yaxis, LEAST_FALL)
     style_axes(axes, "iteration", "cost over its end", "Iterations")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     legend(axes)
@@ -124,16 +128,8 @@ def draw_intervals(
         axes.spines["left"].set_visible(False)
         axes.xaxis.set_major_locator(MaxNLocator(5))
         axes.margins(x=0.08)
-        _widen(axes)
-        axes.ticklabel_format(axis="x", useOffset=False, style="plain")
-
-
-def _widen(axes: Axes) -> None:
-    """Show no more digits than anybody reads."""
-    low, high = axes.get_xlim()
-    least = NARROWEST * max(abs(low), abs(high)) / 2
-    if high - low < least:
-        axes.set_xlim((low + high - least) / 2, (low + high + least) / 2)
+        widen(axes.xaxis, NARROWEST)
+        axes.ticklabel_format(axis="x", style="plain")
 
 
 def interval_rows(fits: Mapping[str, FitResult]) -> list[int]:

@@ -13,7 +13,7 @@ from robotid.estimate.result import FitResult
 from robotid.interrupt import check
 from robotid.model.structure import Structure
 from robotid.report.evidence.law import Law, law_of
-from robotid.report.evidence.profile import ProfileInterval, profile_intervals
+from robotid.report.evidence.profile import Profiles, profile_intervals
 from robotid.report.evidence.response import (
     Coherence,
     ModelResponse,
@@ -38,7 +38,7 @@ def with_evidence(findings: Findings) -> Findings:
     return replace(findings, evidence=Evidence(laws, spectra, responses, coherences, profiles))
 
 
-def _profiles(f: Findings) -> Iterator[tuple[str, dict[str, ProfileInterval]]]:
+def _profiles(f: Findings) -> Iterator[tuple[str, Profiles]]:
     """Of the best model, and of its extension."""
     if f.fits is None or f.recordings is None:
         return

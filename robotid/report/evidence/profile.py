@@ -2,12 +2,16 @@
 
 How far one parameter may go, all others refitted, before the fit is worse than chance allows. Where the model is far
 from linear in a parameter, that is not the symmetric interval that a standard deviation gives.
+
+A profile is that of an optimum, and takes some dozen refits. It is given up where a refit comes out better than the fit
+itself, which is then no optimum, and where simulations of a refit settle worse than that of the fit: each of its windows
+that fails takes as long as all others together, and a dozen such refits several times as long as the fit.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -15,10 +19,10 @@ from robotid.diagnosis.refit.settings import REFIT
 from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import fitted_model
 from robotid.estimate.least_squares import SolveOptions, solve
-from robotid.estimate.residual import OutputError
+from robotid.estimate.residual import Evaluation, OutputError
 from robotid.estimate.result import Estimate, FitResult
 from robotid.interrupt import check
-from robotid.model.array import Array
+from robotid.numerals import number
 from robotid.signals.record import Record
 
 SIGMAS = 2.0  # the interval that stands beside it is two standard deviations wide on each side
@@ -29,6 +33,10 @@ MAX_REFITS = 6  # for one end of an interval
 CLOSE = 0.05  # of the distance to an end: so close it need not be found
 UNLIKE = 0.2  # of the symmetric interval's half: a profile that differs by more is not the same interval
 EFFORT = SolveOptions(max_iterations=10, tolerance=1e-7)
+
+NO_FIT = "the fit cannot be simulated again"
+TOO_LONG = f"more than {MAX_SAMPLES:,} samples"
+TOO_SLOW = "with it elsewhere the model is simulated much more slowly, or not at all"
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +49,22 @@ class ProfileInterval:
     symmetric: bool
 
 
+@dataclass(frozen=True, slots=True)
+class Profiles:
+    """Of the doubtful parameters of a fit, by name: intervals, and why there is none."""
+
+    intervals: dict[str, ProfileInterval] = field(default_factory=dict)
+    without: dict[str, str] = field(default_factory=dict)
+
+
+class _GivenUp(Exception):
+    """Why a parameter has no profile."""
+
+
+class _NoOptimum(_GivenUp):
+    """Why none has."""
+
+
 def doubtful(fit: FitResult) -> list[Estimate]:
     """The estimates whose standard deviation is a large part of their value, the worst first."""
     found = [(p.std_robust / abs(p.value), p) for p in fit.parameters if not p.fixed and p.value]
@@ -48,76 +72,89 @@ def doubtful(fit: FitResult) -> list[Estimate]:
     return [p for _, p in worst[:MAX_PARAMETERS]]
 
 
-def profile_intervals(fit: FitResult, records: Sequence[Record], horizon: float | None) -> dict[str, ProfileInterval]:
-    """Of the doubtful parameters of a fit, by name. records : those of the fit. horizon [s] : of the pieces in which
-    the fit simulated, None: whole records. Colour of the residual counts as it does in the standard deviations."""
-    if sum(map(len, records)) > MAX_SAMPLES or not doubtful(fit):
-        return {}
-    profile = _Profile.of(fit, records, horizon)
-    if profile is None:
-        return {}
-    found = {}
-    for p in doubtful(fit):
-        lower, upper = (profile.end(p, side) for side in (-1.0, 1.0))
-        half = SIGMAS * p.std_robust
-        symmetric = max(abs(p.value - lower - half), abs(upper - p.value - half)) < UNLIKE * half
-        found[p.name] = ProfileInterval(lower, upper, symmetric)
+def profile_intervals(fit: FitResult, records: Sequence[Record], horizon: float | None) -> Profiles:
+    """Of the doubtful parameters of a fit. records : those of the fit. horizon [s] : of the pieces in which the fit
+    simulated, None: whole records. Colour of the residual counts as it does in the standard deviations."""
+    asked = doubtful(fit)
+    if not asked or sum(map(len, records)) > MAX_SAMPLES:
+        return Profiles(without={p.name: TOO_LONG for p in asked})
+    try:
+        profile = _Profile.of(fit, records, horizon)
+    except NumericsError:
+        return Profiles(without={p.name: NO_FIT for p in asked})
+    found = Profiles()
+    for p in asked:
+        try:
+            lower, upper = (profile.end(p, side) for side in (-1.0, 1.0))
+        except _NoOptimum as why:
+            return Profiles(without={p.name: str(why) for p in asked})
+        except _GivenUp as why:
+            found.without[p.name] = str(why)
+        else:
+            half = SIGMAS * p.std_robust
+            symmetric = max(abs(p.value - lower - half), abs(upper - p.value - half)) < UNLIKE * half
+            found.intervals[p.name] = ProfileInterval(lower, upper, symmetric)
     return found
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Profile:
-    """The cost of a fit as a function of one parameter, the others at their best. unknowns : at the optimum."""
+    """The cost of a fit as a function of one parameter, the others at their best. optimum : where all are."""
 
     problem: OutputError
-    unknowns: Array
-    cost: float
+    optimum: Evaluation
     samples: int
 
     @classmethod
-    def of(cls, fit: FitResult, records: Sequence[Record], horizon: float | None) -> _Profile | None:
+    def of(cls, fit: FitResult, records: Sequence[Record], horizon: float | None) -> _Profile:
+        """Raises NumericsError where the fit cannot be simulated."""
         model = fitted_model(fit)
         pieces = tuple(piece for record in records for piece in record.pieces(horizon))
         weights = np.array([1 / (fit.noise_std.get(piece.name, 0.0) or 1.0) for piece in pieces])
         problem = OutputError(model.joint, model.parameters, pieces, fit.output, weights)
-        try:
-            best = solve(problem, problem.start(), EFFORT).evaluation
-        except NumericsError:
-            return None
-        return cls(problem, np.asarray(best.unknowns), best.cost, sum(map(len, pieces)))
+        return cls(problem, solve(problem, problem.start(), EFFORT).evaluation, sum(map(len, pieces)))
 
     def end(self, p: Estimate, side: float) -> float:
-        """Where the profile leaves what chance allows, on one side."""
+        """Where the profile leaves what chance allows, on one side. Raises _GivenUp."""
         reach = SIGMAS * p.std_robust
         bound = p.upper if side > 0 else p.lower
         # a coloured residual tells less than its number of samples: by the ratio of the two standard deviations
-        allowed = SIGMAS * p.std_robust / p.std if p.std > 0 else SIGMAS
+        chance = p.std_robust / p.std if p.std > 0 else 1.0
         for _ in range(MAX_REFITS):
             check()
             at = p.value + side * reach
             limited = bool((at - bound) * side >= 0)
             at = bound if limited else at
-            excess = self._excess(p.name, at)
-            if excess is None:
-                return at
-            ratio = excess / allowed
+            worse = self._excess(p.name, at) / chance
+            if worse < -1.0:
+                raise _NoOptimum(f"the fit is better with {p.name} at {number(float(at), 3)}")
+            ratio = max(worse, 0.0) / SIGMAS
             if abs(ratio - 1) < CLOSE or (limited and ratio < 1):
                 break
             reach = abs(at - p.value) * float(np.clip(1 / max(ratio, 1e-3), 0.2, 5.0))
         return float(at)
 
-    def _excess(self, name: str, value: float) -> float | None:
-        """How much worse the fit is with a parameter there, in standard deviations; None where it diverges, or
-        is simulated so slowly that it leads nowhere."""
+    def _excess(self, name: str, value: float) -> float:
+        """How much worse the fit is with a parameter there, in standard deviations, negative where it is better. Raises
+        _GivenUp where it cannot be simulated as the fit was."""
         joint, parameters = self.problem.joint, self.problem.parameters
         k = joint.names.index(name)
         values, free = parameters.values.copy(), parameters.free.copy()
         values[k], free[k] = value, False
-        there = replace(parameters, values=values, free=free)
-        problem = replace(self.problem, parameters=there, max_failed_windows=REFIT.patience)
-        start = np.delete(self.unknowns, self.problem.columns.index(k))
+        needed, there = _failed_windows(self.optimum), replace(parameters, values=values, free=free)
+        limit = max(REFIT.patience, needed)
+        problem = replace(self.problem, parameters=there, max_failed_windows=limit)
+        start = np.delete(self.optimum.unknowns, self.problem.columns.index(k))
         try:
-            cost = solve(problem, start, EFFORT).evaluation.cost
-        except NumericsError:
-            return None
-        return float(np.sqrt(max(0.0, cost / self.cost - 1) * self.samples))
+            found = solve(problem, start, EFFORT).evaluation
+        except NumericsError as error:
+            raise _GivenUp(TOO_SLOW) from error
+        if _failed_windows(found) > needed:
+            raise _GivenUp(TOO_SLOW)
+        change = (found.cost / self.optimum.cost - 1) * self.samples
+        return float(np.copysign(np.sqrt(abs(change)), change))
+
+
+def _failed_windows(evaluation: Evaluation) -> int:
+    """How many its worst simulation needed."""
+    return max(trajectory.failed_windows for trajectory in evaluation.trajectories)

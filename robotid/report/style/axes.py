@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, ScalarFormatter
 
 from robotid.model.array import Array
 
@@ -41,13 +41,17 @@ def colour(k: int) -> str:
 
 
 def style_axes(axes: Axes, x: str, y: str, title: str = "") -> None:
-    """Labels, grid, and no frame beyond the two axes."""
+    """Labels, grid, and no frame beyond the two axes. Ticks are written out: none is to be added to what stands beside
+    the axis."""
     axes.set_xlabel(x, fontsize=9)
     axes.set_ylabel(y, fontsize=9)
     axes.set_title(title, fontsize=10, loc="left", color=INK)
     axes.tick_params(labelsize=8, color=FAINT)
     axes.grid(True, which="major", color=GRID, linewidth=0.6)
     axes.set_axisbelow(True)
+    for axis in (axes.xaxis, axes.yaxis):
+        if isinstance(written := axis.get_major_formatter(), ScalarFormatter):
+            written.set_useOffset(False)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
     for side in ("left", "bottom"):
@@ -70,6 +74,15 @@ def write_out_ticks(axis: Axis) -> None:
     axis.set_major_locator(LogLocator(subs=(1.0,) if few else (1.0, 2.0, 5.0)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
+
+
+def widen(axis: Axis, least: float) -> None:
+    """Let an axis span so much of its largest value at least, that a smaller change looks like none, and its ticks show
+    no more digits than anybody reads."""
+    low, high = axis.get_view_interval()
+    room = least * max(abs(low), abs(high)) / 2
+    if high - low < 2 * room:
+        axis.set_view_interval((low + high) / 2 - room, (low + high) / 2 + room, ignore=True)
 
 
 def envelope(t: Array, signal: Array, most: int = MAX_POINTS) -> tuple[Array, Array]:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from math import isfinite
 from typing import TYPE_CHECKING
 
 from robotid.estimate.result import Estimate, FitResult, Fits
-from robotid.numerals import fixed, number
+from robotid.numerals import fixed, listed, number
 from robotid.report.tables.estimates import estimate_document
 from robotid.report.tables.table import Json, Table
 
 if TYPE_CHECKING:
-    from robotid.report.evidence.profile import ProfileInterval
+    from robotid.report.evidence.profile import ProfileInterval, Profiles
 
 NOTE = "sd: standard deviation that allows for coloured residuals"
 PROFILE_NOTE = "profile interval: how far a doubtful parameter may go, all others refitted, as two sd would allow"
@@ -24,15 +24,22 @@ def tables(fits: Fits) -> tuple[Table, ...]:
     return (*several, parameter_table(fits.best, fits.models[fits.best], {}), _fit_percent(fits), _ends(fits))
 
 
-def parameter_table(
-    name: str, fit: FitResult, starts: Mapping[str, float], profiles: Mapping[str, ProfileInterval] | None = None
-) -> Table:
+def parameter_table(name: str, fit: FitResult, starts: Mapping[str, float], profiles: Profiles | None = None) -> Table:
     """A row a parameter of one model: how well it is known, where its fit started, and how far it may go. profiles : of
-    its doubtful parameters."""
+    its doubtful parameters; the note says which have none, and why."""
+    intervals = {} if profiles is None else profiles.intervals
     bounds = ("start", "lower bound", "upper bound")
     columns = ("parameter", "unit", "value", "sd", "sd [%]", "profile interval", *bounds, "remark")
-    rows = tuple(_precisely(p, starts, (profiles or {}).get(p.name)) for p in fit.parameters)
-    return Table(f"Parameters of {name}", columns, rows, f"{NOTE}\n{PROFILE_NOTE}" if profiles else NOTE)
+    rows = tuple(_precisely(p, starts, intervals.get(p.name)) for p in fit.parameters)
+    note = (NOTE, *[PROFILE_NOTE] * bool(intervals), *_without(profiles))
+    return Table(f"Parameters of {name}", columns, rows, "\n".join(note))
+
+
+def _without(profiles: Profiles | None) -> Iterator[str]:
+    """Why doubtful parameters have no profile interval, in a sentence a reason."""
+    without = {} if profiles is None else profiles.without
+    for why in dict.fromkeys(without.values()):
+        yield f"no profile interval of {listed([name for name, own in without.items() if own == why], 'or')}: {why}"
 
 
 def _precisely(p: Estimate, starts: Mapping[str, float], profile: ProfileInterval | None) -> tuple[str, ...]:

@@ -106,6 +106,19 @@ def test_a_motion_much_faster_than_its_samples_is_given_up(monkeypatch: pytest.M
         fallback.lsoda(problem, 0, 8, START)
 
 
+def test_what_dies_out_within_an_interval_may_take_its_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A light, stiff arm comes to rest beside a motor that sticks: hundreds of steps in the first interval, few after."""
+    stiff = TRUTH | {"gear.spring.k1": 1.7e4, "gear.damper.d": 1000.0, "arm.inertia.J": 0.02}
+    monkeypatch.setattr(fallback, "cached", lambda key, shape, make: make())
+    monkeypatch.setattr(fallback, "MAX_STEPS", 100)
+    theta = JOINT.parameters().with_values(stiff).values
+    problem = Problem(JOINT, theta, np.full(8, 0.08), 0.004, np.zeros((3, 9)))
+    nodes = fallback.lsoda(problem, 0, 8, np.array([1e-5, 0.0, 0.17]))
+    assert np.abs(nodes[2, 1:]).max() < 1e-3
+    with pytest.raises(NumericsError, match="much faster than it is sampled"):
+        fallback.lsoda(problem, 0, 1, np.array([1e-5, 0.0, 0.17]))
+
+
 def test_a_reversal_by_lsoda_agrees_with_newton(monkeypatch: pytest.MonkeyPatch) -> None:
     back = replace(RECORD, tau_m=-3.5 + 0 * T, dphi_m=0 * T)
     plain = simulate(JOINT, THETA, back, START)
