@@ -8,6 +8,7 @@ from typing import Literal
 from robotid.diagnosis.misfit.curve import Curve
 from robotid.display import Displayed
 from robotid.estimate.result import Estimate
+from robotid.model.array import Array
 from robotid.signals.record import Quantity, Role
 from robotid.signals.trace import Trace
 
@@ -130,9 +131,10 @@ class Diagnosis(Displayed):
     late : by how much the torque of irregular logs was recorded late, which was taken out as well.
     limits : the smallest size of each effect of the catalogue that would have been seen. records : by name. missing :
     the missing torque [Nm] of each record: its measured part is what the residual asks for, its simulated part what the
-    causes supply. curves : where the missing torque sits, best ordered first. shape : the curve of what no cause
-    explains, its order the share of the misfit. refitted : all parameters of the model with its causes, by name, to
-    start from.
+    causes supply. twist [rad] : of a flexible joint's gear at the same times, as the model has it under that torque; no
+    record holds it, and the curves along it run along this one. curves : where the missing torque sits, best ordered
+    first. shape : the curve of what no cause explains, its order the share of the misfit. refitted : all parameters of
+    the model with its causes, by name, to start from.
     """
 
     verdict: Verdict
@@ -155,3 +157,4 @@ class Diagnosis(Displayed):
     events: tuple[Event, ...] = ()
     limits: tuple[DetectionLimit, ...] = ()
     late: float = field(default=0.0, metadata={"unit": "s"})
+    twist: dict[str, Array] = field(default_factory=dict, metadata={"unit": "rad"})

@@ -78,6 +78,7 @@ def verdict(
         rejected=tuple(_rejected(found, word)),
         curves=() if word == "clean" else location.curves,
         missing=location.missing,
+        twist=location.twist,
         residuals={name: trace(runs[name], model) for name in runs},
         shape=None if found.curve is None else replace(found.curve.curve, order=found.curve_share),
         refitted=dict(zip(found.last.parameters.names, found.last.parameters.values.tolist(), strict=True)),

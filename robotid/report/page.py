@@ -38,7 +38,7 @@ MAX_UNFOLDED = 30  # characters of a cell that may be folded
 AXIS_FIGURES = 4  # narrow ones, and wide ones, of a section where there are several axes
 STATIC_POINTS = 1200  # points of a curve where the page cannot draw: without JavaScript
 MINUS = re.compile(r"-(?=\d)")
-NUMBERS = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?(%|\*| / [-+]?[\d.]+)?")
+NUMBERS = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?(%|\*| (/|to) [-+]?[\d.]+(e[-+]?\d+)?)?")
 NUMBER = re.compile(r"<?[-+–−]?[\d.]+(e[-+]?\d+)?\s*[%*]?|-|–|")
 
 
@@ -331,6 +331,7 @@ def _series(series: Series, times: list[Array]) -> dict[str, Any]:
         "name": series.name,
         "colour": COLOURS[series.colour],
         "width": series.width,
+        "ranged": series.ranged,
         "time": at,
         "values": _packed(series.values),
     }

@@ -127,6 +127,19 @@ def test_the_strips_share_their_time_and_fit_what_is_seen(shown: Page) -> None:
     assert "residual [rad/s]" in ticks
 
 
+def test_a_curve_that_is_not_ranged_is_marked_where_it_leaves_the_figure(shown: Page) -> None:
+    plot = "document.querySelector('#figure-missing-large').plot"
+    series = f"{plot}.strips[0].series.find((s) => !s.ranged)"
+    ranges = f"(() => {{ {plot}.draw(); return [{plot}.strips[0].low, {plot}.strips[0].high]; }})()"
+    marks = f"{plot}.svg.querySelectorAll('.beyond').length"
+    assert shown.evaluate(f"{series}.name") == "law of the extension"
+    before, none = shown.evaluate(ranges), shown.evaluate(marks)
+    shown.evaluate(f"{series}.values[1000] = -6")
+    assert shown.evaluate(ranges) == before
+    assert shown.evaluate(marks) == none + 1
+    assert shown.said == []
+
+
 def test_the_wheel_scrolls_the_page_until_the_plot_has_the_focus(shown: Page) -> None:
     whole = view(shown)
     x, y = at(shown, 0.5)

@@ -24,9 +24,9 @@ from robotid.estimate.responses import nonlinear_torque
 from robotid.estimate.result import FitResult
 from robotid.model.array import Array
 from robotid.model.structure import Structure
+from robotid.numerals import listed
 from robotid.report.evidence.companions import companion_curves
 from robotid.report.evidence.gather import with_evidence
-from robotid.numerals import listed
 from robotid.report.evidence.profile import doubtful, profile_intervals
 from robotid.report.evidence.response import coherence, simulated_response
 from robotid.report.evidence.samples import in_bins, samples, stretches
@@ -97,6 +97,37 @@ def test_the_law_is_drawn_and_not_what_is_asked_less_what_is_left() -> None:
     np.testing.assert_allclose(shown["still asked for, after"], missing.measured - missing.simulated)
     assert np.nanmax(np.abs(law - missing.simulated)) > 0.05
     assert ">law of the extension<" in inline(drawn("missing-large"), "missing-large")
+
+
+def with_law_of(torque: float) -> Findings:
+    """The findings, but that the law of the extension jumps once, to a torque [Nm] that no residual asks for."""
+    f = found()
+    law = f.evidence.laws["large"]
+    jumps = law.torque.copy()
+    jumps[1000] = torque
+    laws = {**f.evidence.laws, "large": replace(law, torque=jumps)}
+    return replace(f, evidence=replace(f.evidence, laws=laws))
+
+
+def test_the_range_of_missing_torque_is_that_of_the_residual_and_what_lies_beyond_is_marked() -> None:
+    plain = next(spec for spec in figure_specs(found()) if spec.name == "missing-large")
+    spec = next(spec for spec in figure_specs(with_law_of(-6.0)) if spec.name == "missing-large")
+    before, after = plain.draw().axes[0], spec.draw().axes[0]
+    assert after.get_ylim() == before.get_ylim()
+    assert after.get_ylim()[0] > -1.0
+    (mark,) = [line for line in after.get_lines() if line.get_marker() == "v"]
+    assert list(mark.get_xdata()) == [found().evidence.laws["large"].t[1000]]
+    assert "Triangles stand where the law goes beyond the range of what is asked for, up to -6 Nm." in spec.alt
+    assert "beyond" not in plain.alt
+
+
+def test_samples_lie_along_the_twist_that_the_diagnosis_ordered_by() -> None:
+    f = found()
+    assert f.diagnosis is not None
+    curve = next(c for c in f.diagnosis.curves if c.along == "twist")
+    twist = {name: np.linspace(-1e-3, 1e-3, len(trace.t)) for name, trace in f.diagnosis.missing.items()}
+    for one in samples(replace(f, diagnosis=replace(f.diagnosis, twist=twist)), curve):
+        np.testing.assert_array_equal(one.x, twist[one.record])
 
 
 def test_without_an_extension_no_law_is_claimed() -> None:

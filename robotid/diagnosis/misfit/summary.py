@@ -26,11 +26,13 @@ class MisfitLocation:
     """Where a model is wrong.
 
     floors : noise floor by record, in the unit of the output; missing : the missing torque by record, and what
-    causes supply of it [Nm]; curves : along every variable, what orders it best first.
+    causes supply of it [Nm]; twist [rad] : of a flexible joint's gear at the same times; curves : along every variable,
+    what orders it best first.
     """
 
     floors: dict[str, float]
     missing: dict[str, Trace]
+    twist: dict[str, Array]
     curves: tuple[Curve, ...]
 
 
@@ -57,9 +59,11 @@ def locate_misfit(
     missing = _missing([*before, *after], [*noises, *noises_after], output)
     found = [one for one in missing[: len(before)] if one is not None]
     left = _torques(one for one in missing[len(before) :] if one is not None)
+    traces = {name: _trace(name, found, left) for name in _torques(found)}
     return MisfitLocation(
         floors=floors,
-        missing={name: _trace(name, found, left) for name in _torques(found)},
+        missing=traces,
+        twist={name: _twist(name, found, trace.t) for name, trace in traces.items() if _flexible(name, found)},
         curves=locate(found) if found else (),
     )
 
@@ -105,6 +109,17 @@ def _torques(found: Iterable[MissingTorque]) -> dict[str, Array]:
     for one in found:
         parts.setdefault(one.segment.record.name, []).append(one.torque)
     return {name: np.concatenate(torques) for name, torques in parts.items()}
+
+
+def _flexible(name: str, found: Sequence[MissingTorque]) -> bool:
+    return all(one.segment.trajectory.joint.masses > 1 for one in found if one.segment.record.name == name)
+
+
+def _twist(name: str, found: Sequence[MissingTorque], times: Array) -> Array:
+    """The twist of the gear under the missing torque, at some of a record's times (n,), (n,)."""
+    own = [one for one in found if one.segment.record.name == name]
+    t = np.concatenate([one.segment.record.t for one in own])
+    return np.asarray(np.concatenate([one.x[0] for one in own])[np.searchsorted(t, times)])
 
 
 def _trace(name: str, found: Sequence[MissingTorque], left: dict[str, Array]) -> Trace:

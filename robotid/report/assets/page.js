@@ -185,7 +185,7 @@
         return { s, time, at: extremes(s.values, from, to, Math.ceil(this.wide)) };
       });
       let low = strip.zero ? 0 : Infinity, high = strip.zero ? 0 : -Infinity;
-      for (const { s, at } of shown) for (const i of at) {
+      for (const { s, at } of shown) for (const i of s.ranged ? at : []) {
         if (s.values[i] < low) low = s.values[i];
         if (s.values[i] > high) high = s.values[i];
       }
@@ -202,7 +202,24 @@
         return drawn("rect", { class: "mark", x, y: top, width: Math.max(1, this.place(b) - x), height: tall, "clip-path": `url(#${clip})` });
       });
       return [drawn("clipPath", { id: clip }, area), ...marks, ...this.axes(low, high, strip, top, tall, last),
-        ...shown.map(({ s, time, at }) => this.line(s, time, at, strip.scale, clip))];
+        ...shown.map(({ s, time, at }) => this.line(s, time, at, strip.scale, clip)),
+        ...shown.filter(({ s }) => !s.ranged).flatMap((one) => this.beyond(one, strip))];
+    }
+
+    // Triangles at the edge where a curve leaves the range.
+    beyond({ s, time, at }, { top, tall, low, high }) {
+      const found = [];
+      let before = 0;
+      for (const i of at) {
+        const side = s.values[i] > high ? 1 : s.values[i] < low ? -1 : 0;
+        const t = time.start + time.step * time.samples[i];
+        if (side && side !== before && t >= this.view[0] && t <= this.view[1]) {
+          const x = this.place(t).toFixed(1), y = side > 0 ? top : top + tall;
+          found.push(drawn("path", { class: "beyond", d: `M${x} ${y - 5 * side}l-4 ${5 * side}h8z`, fill: `var(--${s.colour})` }));
+        }
+        before = side;
+      }
+      return found;
     }
 
     axes(low, high, strip, top, tall, last) {

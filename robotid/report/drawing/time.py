@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
 from robotid.extension.results import Score
-from robotid.model.array import Array
+from robotid.model.array import Array, Mask
 from robotid.numerals import fixed
 from robotid.report.evidence.law import Law
 from robotid.report.style.axes import BLUE, FAINT, INK, MAX_POINTS, VERMILLION, Units, axis_label, envelope, style_axes
@@ -22,6 +22,7 @@ from robotid.validation.results import RecordValidation
 OUTPUT = {"speed": "motor speed [{}]", "position": "motor position [{}]"}
 REFERENCE = {"speed": "reference speed [{}]", "position": "reference position [{}]"}
 UNIT = {"speed": "rad/s", "position": "rad"}
+ROOM = 0.06  # about the curves of a strip whose range is given, of that range
 COMPACT = 0.55  # of the height of a plot with little to see
 THIN, USUAL, THICK, HEAVY = 0.7, 0.9, 1.6, 2.4  # lines [pt]
 
@@ -29,23 +30,38 @@ THIN, USUAL, THICK, HEAVY = 0.7, 0.9, 1.6, 2.4  # lines [pt]
 @dataclass(frozen=True, slots=True, eq=False)
 class Series:
     """A curve, t and values (n,). A name that several strips share is one curve to the reader; an empty one is not
-    listed."""
+    listed. ranged : whether the range of its strip shows all of it; where it leaves that range, a mark stands."""
 
     name: str
     t: Array
     values: Array
     colour: str
     width: float = USUAL
+    ranged: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Strip:
-    """Curves on one pair of axes. label : quantity and unit. height : relative to the other strips."""
+    """Curves on one pair of axes, one of them ranged at least. label : quantity and unit. height : relative to the
+    other strips."""
 
     label: str
     series: tuple[Series, ...]
     height: float = 1.0
     zero: bool = False
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """The range that shows all of the curves that are ranged, and zero where that is drawn, with some room."""
+        values = [np.zeros(1)] * self.zero + [series.values for series in self.series if series.ranged]
+        low, high = min(float(np.nanmin(one)) for one in values), max(float(np.nanmax(one)) for one in values)
+        room = ROOM * (high - low) or 1.0
+        return low - room, high + room
+
+    def beyond(self, series: Series) -> Mask:
+        """Where a curve leaves the range, (n,)."""
+        low, high = self.reach
+        return np.asarray((series.values < low) | (series.values > high)) & (not series.ranged)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,11 +137,12 @@ def missing_plot(
     name: str, missing: Trace, units: Units = str, law: Law | None = None, *, causes: bool = True
 ) -> TimePlot:
     """The torque that the residual asks for, the law that an extension adds, where it is known, and what is still asked
-    for once the causes are there, where there are any: on one scale."""
+    for once the causes are there, where there are any: on one scale, which is that of the residual. A law is computed,
+    not measured: where the model before jumps between sticking and slipping, it may be many times as large."""
     what = axis_label("missing torque", units)
     curves = [Series("asked for by the residual", missing.t, missing.measured, VERMILLION, THICK)]
     if law is not None:
-        curves.append(Series("law of the extension", law.t, law.torque, INK, USUAL))
+        curves.append(Series("law of the extension", law.t, law.torque, INK, USUAL, ranged=False))
     if causes and np.any(missing.simulated):
         left = missing.measured - missing.simulated
         curves.append(Series("still asked for, after", missing.t, left, BLUE, USUAL))
@@ -138,11 +155,25 @@ def draw_strips(pair: Sequence[Axes], plot: TimePlot, *, most: int = MAX_POINTS)
         for series in strip.series:
             t, values = envelope(series.t, series.values, most)
             axes.plot(t, values, color=series.colour, linewidth=series.width, label=series.name or None)
+        if not all(series.ranged for series in strip.series):
+            _keep_to_range(axes, strip)
         if strip.zero:
             axes.axhline(0.0, color=INK, linewidth=0.6)
         last = strip is plot.strips[-1]
         style_axes(axes, "time [s]" if last else "", strip.label, plot.title if strip is plot.strips[0] else "")
         axes.tick_params(labelbottom=last)
+
+
+def _keep_to_range(axes: Axes, strip: Strip) -> None:
+    """Show the curves that are ranged, and triangles at the edge where others go beyond it."""
+    low, high = strip.reach
+    axes.set_ylim(low, high)
+    for series in strip.series:
+        outside, above = strip.beyond(series), series.values > high
+        for here, at, mark in ((outside & ~above, low, "v"), (outside & above, high, "^")):
+            if not len(first := np.flatnonzero(here & ~np.r_[False, here[:-1]])):
+                continue
+            axes.plot(series.t[first], np.full(len(first), at), mark, color=series.colour, markersize=4, clip_on=False)
 
 
 def name_curves(figure: FigureBase, every: Sequence[Axes]) -> None:

@@ -4,7 +4,7 @@ How far one parameter may go, all others refitted, before the fit is worse than 
 from linear in a parameter, that is not the symmetric interval that a standard deviation gives.
 
 A profile is that of an optimum, and takes some dozen refits. It is given up where a refit comes out better than the fit
-itself, which is then no optimum, and where simulations of a refit settle worse than that of the fit: each of its windows
+itself, which is then no optimum, and where a refit's simulation settles worse than that of the fit: each window of it
 that fails takes as long as all others together, and a dozen such refits several times as long as the fit.
 """
 

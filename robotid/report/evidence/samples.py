@@ -112,11 +112,13 @@ def along_companion(name: str) -> str:
 
 def variables_at(f: Findings, record: Record) -> dict[str, Array]:
     """What a curve may run along, at the times of a record's missing torque, (n,) each: as the extended model moves, or
-    as recorded."""
+    as recorded; the twist as the diagnosis has it."""
     assert f.diagnosis is not None
     t, law = f.diagnosis.missing[record.name].t, f.evidence.laws.get(record.name)
     found = {name: _at(t, record.t, values) for name, values in _variables(record).items()}
-    return found | ({name: _at(t, law.t, values) for name, values in law.variables.items()} if law is not None else {})
+    if law is not None:
+        found |= {name: _at(t, law.t, values) for name, values in law.variables.items()}
+    return found | ({"twist": f.diagnosis.twist[record.name]} if record.name in f.diagnosis.twist else {})
 
 
 def _at(t: Array, times: Array, values: Array) -> Array:

@@ -23,7 +23,7 @@ from robotid.report.drawing.location import (
     telling,
     variable,
 )
-from robotid.report.drawing.time import missing_plot
+from robotid.report.drawing.time import TimePlot, missing_plot
 from robotid.report.evidence.companions import companion_curves
 from robotid.report.evidence.samples import samples, stretches
 from robotid.report.findings import Findings
@@ -70,9 +70,18 @@ class Location(Section):
             parts = ["what the residual asks for"]
             parts += ["the law that the extension adds along its own motion"] * (law is not None)
             parts += ["what is still asked for once the causes are there"] * bool(f.diagnosis.causes)
-            alt = f"{axis_label('Missing torque', f.units)} of {name} over time: {listed(parts)}."
+            alt = f"{axis_label('Missing torque', f.units)} of {name} over time: {listed(parts)}.{_beyond(plot, f)}"
             spec = over_time(f"missing-{name}", plot, alt, name, f.samples_of(name))
             yield replace(spec, folded=clean)
+
+
+def _beyond(plot: TimePlot, f: Findings) -> str:
+    """How far the law goes where it leaves the range, in a sentence."""
+    values = np.concatenate([s.values[strip.beyond(s)] for strip in plot.strips for s in strip.series])
+    if not len(values):
+        return ""
+    largest = f"{significant(float(values[np.argmax(np.abs(values))]), 2)} {f.units('Nm')}"
+    return f" Triangles stand where the law goes beyond the range of what is asked for, up to {largest}."
 
 
 def _along(f: Findings, located: Located, *, folded: bool) -> FigureSpec:

@@ -35,11 +35,12 @@ class Parameters(Section):
         chosen = [name for name in (f.fits.best, *list(fits)[len(f.fits.models) :]) if name in shown]
         for name in chosen:
             fit = shown[name]
-            alt = f"Correlation of the estimates of {name}: pairs near +1 or -1 cannot be told apart by these records."
+            alt = f"Correlation of the estimates of {name}: pairs near +1 or −1 cannot be told apart by these records."
             draw = partial(matrix_figure, draw_correlation, len(estimated(fit)), name, fit)
             yield FigureSpec(f"correlation-of-{slug(name)}", f"Correlation of the estimates of {name}", alt, draw)
         ends = listed([f"{name}: {one.end.value}" for name, one in f.fits.models.items()])
-        alt = f"Cost of {listed(list(f.fits.models))} over the iterations of their fit. How it ended: {ends}."
+        whose = "their fits" if len(f.fits.models) > 1 else "its fit"
+        alt = f"Cost of {listed(list(f.fits.models))} over the iterations of {whose}. How it ended: {ends}."
         draw = partial(one_figure, draw_iterations, f.fits)
         paired = (len(chosen) + (not wide)) % 2 == 0
         yield FigureSpec("iterations", "Iterations of the fits", alt, draw, folded=paired)

@@ -14,6 +14,7 @@ from matplotlib.legend import Legend
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, ScalarFormatter
 
 from robotid.model.array import Array
+from robotid.numerals import significant
 
 Units = Callable[[str], str]
 
@@ -72,7 +73,7 @@ def write_out_ticks(axis: Axis) -> None:
     low, high = axis.get_view_interval()
     few = high > low * 10**MAX_DECADES
     axis.set_major_locator(LogLocator(subs=(1.0,) if few else (1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: significant(value, 1)))
     axis.set_minor_formatter(NullFormatter())
 
 

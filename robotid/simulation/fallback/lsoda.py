@@ -35,8 +35,8 @@ def lsoda(problem: Problem, first: int, stop: int, start: Array) -> Array:
     """Nodes first .. stop by LSODA from the state start (nx,), (nx, stop - first + 1).
 
     The answer comes from the cache where the same question was asked before. Raises NumericsError on divergence, and
-    for a motion that takes more than MAX_STEPS steps an interval. They are counted over all intervals together: what dies
-    out within one, such as a stiff arm that comes to rest, may take as many as it needs.
+    for a motion that takes more than MAX_STEPS steps an interval. They are counted over all intervals together: what
+    dies out within one, such as a stiff arm that comes to rest, may take as many as it needs.
     """
     if len(problem.joint.terms) != len(problem.joint.structure.terms):  # a term that has no name yet
         return _integrate(problem, first, stop, start)

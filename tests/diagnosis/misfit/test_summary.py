@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
+from support.judged_records import clean_records, model
 from support.small_bench import records, simulated
 
 from robotid.diagnosis.misfit import summary as where
 from robotid.diagnosis.misfit.missing_torque import MissingTorque
 from robotid.diagnosis.noise.noise_floor import noise_levels
-from robotid.estimate.fitted_model import SimulatedSegment
+from robotid.estimate.fitted_model import SimulatedSegment, simulate_record
 
 
 @pytest.mark.parametrize("known", [False, True], ids=["alone", "with the causes"])
@@ -39,3 +41,14 @@ def test_a_misfit_is_set_against_and_smoothed_by_the_noise_behind_the_best_model
         {one.record.name: noise.floor for one, noise in zip(before, best, strict=True)}
     )
     assert list(found.missing) == [one.record.name for one in before]
+    assert found.twist == {}  # a rigid axis
+
+
+def test_the_twist_of_a_gear_is_kept_at_the_times_of_the_missing_torque() -> None:
+    runs = [simulate_record(model({"gear.spring.k1": 1.2e6}), record) for record in clean_records()]
+    found = where.locate_misfit([segment for run in runs for segment in run.segments("speed")], (), "speed")
+    for run in runs:
+        simulated_twist, kept = run.trajectories[0].twist, found.twist[run.record.name]
+        assert simulated_twist is not None
+        assert len(kept) == len(found.missing[run.record.name].t)
+        assert np.std(kept) == pytest.approx(np.std(simulated_twist), rel=0.5)

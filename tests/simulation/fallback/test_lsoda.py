@@ -107,7 +107,7 @@ def test_a_motion_much_faster_than_its_samples_is_given_up(monkeypatch: pytest.M
 
 
 def test_what_dies_out_within_an_interval_may_take_its_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A light, stiff arm comes to rest beside a motor that sticks: hundreds of steps in the first interval, few after."""
+    """A light, stiff arm comes to rest beside a motor that sticks: hundreds of steps in one interval, few after."""
     stiff = TRUTH | {"gear.spring.k1": 1.7e4, "gear.damper.d": 1000.0, "arm.inertia.J": 0.02}
     monkeypatch.setattr(fallback, "cached", lambda key, shape, make: make())
     monkeypatch.setattr(fallback, "MAX_STEPS", 100)
