@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isfinite
+from math import floor, isfinite, log10
 
 NONE = "-"
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 ROUNDING = 1e-12  # [rad/s, rad, m/s, m] an error below it comes of rounding, and of nothing measured
+LEAST_PROBABILITY = 1e-300  # the tail of a distribution underflows below it
+MAX_DIGITS = 10  # of a value
 MAX_ZEROS = 5  # powers of ten up to here are written out
 
 
@@ -18,6 +20,18 @@ def number(value: float | None, digits: int = 4) -> str:
     text = f"{value:.{digits}g}"
     _, _, power = text.partition("e")
     return f"{float(text):.0f}" if power and 0 < int(power) <= MAX_ZEROS else text
+
+
+def probability(value: float | None) -> str:
+    """A p-value, as programs read it too: never zero, which no test can tell from what is too small to be written."""
+    return "<1e-300" if value is not None and value < LEAST_PROBABILITY else number(value, 2)
+
+
+def resolved(value: float, std: float) -> str:
+    """A value with so many digits that two of its standard deviation can be seen in it, four at least."""
+    if not (isfinite(value) and isfinite(std) and value and std > 0):
+        return number(value)
+    return number(value, min(MAX_DIGITS, max(4, floor(log10(abs(value))) - floor(log10(std)) + 2)))
 
 
 def fixed(value: float | None, decimals: int = 2) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from robotid.numerals import number, percent, plain, portion, rms, significant
+from robotid.numerals import number, percent, plain, portion, probability, resolved, rms, significant
 
 
 @pytest.mark.parametrize(("value", "text"), [(4.03e-17, "0"), (0.0123, "0.0123"), (None, "-"), (1.5e-9, "1.5e-09")])
@@ -30,6 +30,26 @@ def test_a_message_is_ascii(value: float | None, text: str) -> None:
 )
 def test_a_number_in_a_table_is_written_out_as_far_as_people_read_it(value: float, text: str) -> None:
     assert number(value, 2) == text
+
+
+@pytest.mark.parametrize(("value", "text"), [(0.0, "<1e-300"), (3e-12, "3e-12"), (1.0, "1"), (None, "-")])
+def test_no_probability_is_written_as_zero(value: float | None, text: str) -> None:
+    assert probability(value) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "text"),
+    [
+        (1459932.1, 601.0, "1.45993e+06"),
+        (1130.0412, 0.429, "1130.04"),
+        (0.0121, 0.004, "0.0121"),
+        (-2.0, float("nan"), "-2"),
+        (0.0, 1.0, "0"),
+        (1.23456789012345, 1e-14, "1.23456789"),
+    ],
+)
+def test_a_value_shows_two_digits_of_its_standard_deviation(value: float, std: float, text: str) -> None:
+    assert resolved(value, std) == text
 
 
 @pytest.mark.parametrize(

@@ -230,6 +230,8 @@ def _write_entry(entry: h5py.Group, made: Made) -> None:
 
 def _open(path: Path) -> h5py.File:
     """The HDF5 file once its bytes are known to be those that were written."""
+    if path.is_dir():
+        raise InputError("this is a folder", where=str(path), hint="name an artifact in it, such as model.h5")
     if not path.is_file():
         raise InputError("there is no such file", where=str(path), hint="run the stage that makes it")
     try:

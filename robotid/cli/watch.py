@@ -104,6 +104,8 @@ def _read(run: Run, logs: Sequence[Path], like: str | None, taken: Sequence[str]
         raise ConfigError(what, where="--like", hint=suggest(like, known))
     names = set(taken)
     for path in logs:
+        if not path.exists():
+            raise InputError("there is no such file", where=str(path), hint="check the path")
         name = _name(path, names)
         pattern = known[like] if like is not None else next(iter(known.values()), None)
         changes = {"name": name, "role": "validate", "file": str(path), "start": None, "stop": None}

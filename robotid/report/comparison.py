@@ -11,8 +11,8 @@ from robotid.display import Displayed
 from robotid.estimate.comparison import Difference, FitComparison, WholeDifference, uncertainty
 from robotid.estimate.result import FitResult
 from robotid.model.units import on_axis
-from robotid.numerals import fixed, listed, number
-from robotid.report.drawing.layout import intervals_figure
+from robotid.numerals import fixed, listed, number, probability, resolved
+from robotid.report.drawing.layout import has_two_columns, intervals_figure
 from robotid.report.sections.section import FigureSpec
 from robotid.report.tables.estimates import estimates_document, relative
 from robotid.report.tables.table import Json, Table
@@ -86,7 +86,8 @@ def figures(found: RunComparison) -> Iterator[FigureSpec]:
     fits = dict(found.fits.fits)
     alt = f"Values of every parameter in {listed(list(fits))}, with intervals of two robust standard deviations."
     units = on_axis(linear=found.linear)
-    yield FigureSpec("parameters", "Parameters with intervals", alt, partial(intervals_figure, fits, units))
+    draw, wide = partial(intervals_figure, fits, units), has_two_columns(fits)
+    yield FigureSpec("parameters", "Parameters with intervals", alt, draw, wide=wide)
 
 
 def _in_words(compared: FitComparison, one: Difference) -> str:
@@ -110,7 +111,8 @@ def _cells(fit: FitResult, name: str) -> tuple[str, str]:
     if p is None:
         return "", ""
     std = uncertainty(p)
-    return number(p.value), "fixed" if p.fixed else number(2 * std) if isfinite(std) else p.remark or "-"
+    spread = "fixed" if p.fixed else number(2 * std, 2) if isfinite(std) else p.remark or "-"
+    return resolved(p.value, 2 * std), spread
 
 
 def _differences(found: RunComparison) -> Table:
@@ -123,13 +125,13 @@ def _differences(found: RunComparison) -> Table:
             number(one.value),
             _relative(compared, one),
             number(one.std),
-            number(one.p_value, 2),
+            probability(one.p_value),
             "yes" if one.differs else "no" if isfinite(one.p_value) else "not estimated",
         )
         for one in compared.differences
     ]
     rows += [
-        ("all together", one.run, "", "", "", number(one.p_value, 2), "yes" if one.differs else "no")
+        ("all together", one.run, "", "", "", probability(one.p_value), "yes" if one.differs else "no")
         for one in compared.whole
         if one.degrees
     ]

@@ -130,6 +130,10 @@ def test_missing(tmp_path: Path) -> None:
     assert complaint(tmp_path / "model.h5") == "there is no such file; run the stage that makes it"
 
 
+def test_a_folder(tmp_path: Path) -> None:
+    assert complaint(tmp_path) == "this is a folder; name an artifact in it, such as model.h5"
+
+
 def test_not_hdf5(tmp_path: Path) -> None:
     (tmp_path / "model.h5").write_text("t,u\n0,1\n")
     expected = "this is not a readable HDF5 file: foreign or damaged; run its stage again"

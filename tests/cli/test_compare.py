@@ -43,6 +43,7 @@ def test_a_page_of_it(two_runs: tuple[str, str], tmp_path: Path, capsys: pytest.
     assert "gear.spring.k1" in shown.out
     text = page.read_text()
     assert text.count("<svg") == 1
+    assert 'class="wide"' in text  # intervals in two columns
     assert "No parameter differs significantly" in text
     assert "The whole configuration" not in text
     Document(text)

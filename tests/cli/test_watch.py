@@ -42,7 +42,7 @@ def test_an_unchanged_log_is_exit_code_0_and_a_changed_one_5(
 @pytest.mark.parametrize(
     ("arguments", "code", "complaint"),
     [
-        (("none.csv",), 3, "none.csv"),
+        (("none.csv",), 3, "none.csv: there is no such file; check the path"),
         (("monday.csv", "--like", "three"), 2, 'no record "three" with a file'),
         (("monday.csv", "--model", "no"), 2, 'no model "no"'),
         (("monday.csv", "--level", "2"), 2, "--level"),

@@ -13,7 +13,7 @@ from robotid.extension.results import Extension
 from robotid.report.drawing.causes import draw_causes, rows_of
 from robotid.report.drawing.frequency import Motion, Responses, draw_responses
 from robotid.report.drawing.gain import draw_gain, gains
-from robotid.report.drawing.parameters import draw_intervals, interval_rows
+from robotid.report.drawing.parameters import draw_intervals, interval_rows, shown_parameters
 from robotid.report.drawing.perturbation import draw_perturbation, perturbations
 from robotid.report.drawing.residual import correlation_keys, draw_correlations
 from robotid.report.drawing.time import TimePlot, draw_strips, name_curves
@@ -67,10 +67,15 @@ def gain_figure(extension: Extension) -> Figure:
     return figure
 
 
+def has_two_columns(fits: Mapping[str, FitResult]) -> bool:
+    """Whether the intervals of these fits stand in two columns, which take the width of a page."""
+    return len(shown_parameters(fits)) > MAX_STRIPS
+
+
 def intervals_figure(fits: Mapping[str, FitResult], units: Callable[[str], str], extended: str | None = None) -> Figure:
     """Parameters with intervals, a strip a parameter. extended : the model whose extension is the last one, if any."""
     heights = [0.5 + 0.17 * rows for rows in interval_rows(fits)]
-    columns = 2 if len(heights) > MAX_STRIPS else 1
+    columns = 2 if has_two_columns(fits) else 1
     rows = -(-len(heights) // columns)
     tall = [max(heights[k::rows]) for k in range(rows)]
     figure = new_figure(WIDTH * columns, 0.3 + sum(tall))

@@ -52,7 +52,8 @@ class Location(Section):
         read = {companion_of(cause.effect)[1] for cause in f.diagnosis.causes}
         companions = sorted(companion_curves(f), key=lambda curve: variable(curve) not in read)
         for curve in companions:
-            located, is_read = Located(curve, f.units, names, None, samples(f, curve)), variable(curve) in read
+            located = Located(curve, f.units, names, reach_of([curve]), samples(f, curve))
+            is_read = variable(curve) in read
             yield _along(f, located, folded=clean or (curve.order < MIN_SHARE and not is_read))
         shown = {curve.along for curve in telling(chosen)}
         for curve in sorted(chosen, key=lambda c: c.along not in shown):

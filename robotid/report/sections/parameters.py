@@ -8,8 +8,8 @@ from functools import partial
 from robotid.estimate.result import FitResult
 from robotid.numerals import listed
 from robotid.report.drawing.correlation import draw_correlation, estimated
-from robotid.report.drawing.layout import MAX_STRIPS, intervals_figure, matrix_figure, one_figure
-from robotid.report.drawing.parameters import draw_iterations, shown_parameters
+from robotid.report.drawing.layout import has_two_columns, intervals_figure, matrix_figure, one_figure
+from robotid.report.drawing.parameters import draw_iterations
 from robotid.report.findings import Findings
 from robotid.report.sections.section import FigureSpec, Section, slug
 from robotid.report.tables.fit import parameter_table
@@ -29,7 +29,7 @@ class Parameters(Section):
         alt = f"Values of every parameter in {listed(list(fits))}, with intervals of two robust standard deviations."
         extension = f.extension_that_adds
         draw = partial(intervals_figure, fits, f.units, None if extension is None else extension.model)
-        wide = len(shown_parameters(fits)) > MAX_STRIPS
+        wide = has_two_columns(fits)
         yield FigureSpec("parameters", "Parameters with intervals", alt, draw, wide=wide)
         shown = {name: fit for name, fit in fits.items() if len(estimated(fit)) > 1}
         chosen = [name for name in (f.fits.best, *list(fits)[len(f.fits.models) :]) if name in shown]

@@ -10,7 +10,7 @@ import numpy as np
 from robotid.diagnosis.misfit.curve import Curve
 from robotid.diagnosis.results import Cause, DetectionLimit, Diagnosis, Event, Rejected, Separation
 from robotid.model.units import sliding
-from robotid.numerals import fixed, number, percent, portion, rms
+from robotid.numerals import fixed, number, percent, portion, probability, rms
 from robotid.report.tables.estimates import estimates_document
 from robotid.report.tables.table import Json, Table
 
@@ -240,7 +240,7 @@ def _causes(diagnosis: Diagnosis) -> tuple[Table, ...]:
             cause.effect,
             f"{percent(cause.explained)}{f' of {cause.explained_of}' if cause.explained_of else ''}",
             fixed(cause.heldout_gain),
-            number(cause.p_value, 2),
+            probability(cause.p_value),
             ", ".join(twin for twin in cause.twins if twin != cause.effect) or "-",
             ", ".join(f"{one.effect} {fixed(one.correlation)}" for one in cause.confounded_with[:ALIKE]) or "-",
         )
@@ -273,7 +273,7 @@ def _events(diagnosis: Diagnosis) -> tuple[Table, ...]:
             number(event.end, 4),
             number(event.torque, 3),
             number(event.std, 2),
-            number(event.p_value, 2),
+            probability(event.p_value),
         )
         for event in diagnosis.events
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robotid.monitoring import ParameterShift, WatchedLog, WatchResult
-from robotid.numerals import fixed, listed, number, plain
+from robotid.numerals import fixed, listed, number, plain, probability
 from robotid.report.tables.estimates import relative
 from robotid.report.tables.table import Json, Table
 
@@ -17,12 +17,12 @@ def tables(found: WatchResult) -> tuple[Table, ...]:
         (
             one.record,
             one.state,
-            number(one.p_value, 2),
+            probability(one.p_value),
             fixed(one.fit_percent),
             fixed(one.usual_percent),
             number(one.residual_ratio, 3),
-            number(one.p_parameters, 2),
-            number(one.p_residual, 2),
+            probability(one.p_parameters),
+            probability(one.p_residual),
         )
         for one in found.logs
     )
