@@ -116,6 +116,11 @@ def _speed_as_angle(log: Log) -> Log:
     return log | {"phi_m": speed} | ({"dphi_m": np.gradient(speed, H)} if "dphi_m" in log else {})
 
 
+def _with_noisy_speed(log: Log) -> Log:
+    speed = _speed_of(log)
+    return log | {"tau_m": speed + 0.2 * np.std(speed) * _noise(log, 6)}
+
+
 def _with_spike(log: Log) -> Log:
     torque = log["tau_m"].copy()
     torque[77] = 1e5
@@ -151,6 +156,7 @@ MISTAKES = (
         "torque_follows",
         speeds=ANGLE_ONLY,
     ),
+    Mistake("torque_is_a_noisy_speed", _with_noisy_speed, "torque_follows"),
     Mistake(
         "torque_is_acceleration",
         lambda log: log | {"tau_m": np.gradient(log["dphi_m"])},

@@ -12,7 +12,13 @@ from robotid.model.array import Array
 from robotid.signals.differentiate import central_difference
 from robotid.signals.plausibility.alignment import Alignment, align_speed
 from robotid.signals.plausibility.delay import torque_delay
-from robotid.signals.plausibility.regression import Determined, FilteredMotion, TorqueRegression, regress_torque
+from robotid.signals.plausibility.regression import (
+    Determined,
+    FilteredMotion,
+    TorqueRegression,
+    clearest,
+    regress_torque,
+)
 from robotid.signals.plausibility.rivals import Rival, angle_as_speed, torque_shifted
 from robotid.signals.quality import Report
 from robotid.signals.record import Record
@@ -61,6 +67,11 @@ class Evidence:
     def regression(self) -> TorqueRegression:
         """The torque against the motion."""
         return self._regressed[0]
+
+    @cached_property
+    def clearest(self) -> FilteredMotion:
+        """The record at the cut-off of the regression."""
+        return clearest(self._regressed[1])
 
     @cached_property
     def regression_alone(self) -> TorqueRegression:

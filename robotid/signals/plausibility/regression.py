@@ -25,7 +25,7 @@ from robotid.signals.plausibility.companion_torques import companion_torques
 from robotid.signals.plausibility.settings import CHECK, REGRESSION
 from robotid.signals.record import Record
 
-MASS, VISCOUS, DRY = 0, 1, 2
+MASS, VISCOUS, DRY, POSITION = 0, 1, 2, 4
 TINY = float(np.finfo(float).tiny)
 ROUNDING = 1e-8  # singular value, relative to the largest, of a column that repeats others
 
@@ -94,8 +94,13 @@ def regress_torque(record: Record, turns: float | None) -> tuple[TorqueRegressio
     return max(found, (_regression(record, beside), beside), key=lambda one: one[0].above_chance)
 
 
+def clearest(tried: Sequence[FilteredMotion]) -> FilteredMotion:
+    """The cut-off at which the motion explains the torque best."""
+    return max(tried, key=lambda one: one.adjusted)
+
+
 def _regression(record: Record, tried: Sequence[FilteredMotion]) -> TorqueRegression:
-    best = max(tried, key=lambda one: one.adjusted)
+    best = clearest(tried)
     solution = LeastSquares.of(best.columns, best.torque)
     explained, by_chance = _explained(record, best)
     v = best.speed

@@ -11,7 +11,7 @@ from robotid.model.array import Array
 from robotid.numerals import plain
 from robotid.signals.plausibility.check import Remark, check
 from robotid.signals.plausibility.evidence import Evidence
-from robotid.signals.plausibility.regression import explained_share
+from robotid.signals.plausibility.regression import POSITION, VISCOUS, explained_share
 from robotid.signals.plausibility.settings import CHECK, DELAY
 
 RECORDED = {"phi_m": "the motor angle", "dphi_m": "the motor speed", "phi_a": "the arm angle", "ref": "the reference"}
@@ -83,19 +83,20 @@ def torque_spikes(evidence: Evidence) -> Iterator[Remark]:
 
 @check(unless=("torque_copy", "torque_spikes", "speed_exchanged"))
 def torque_follows(evidence: Evidence) -> Iterator[Remark]:
-    """The torque follows speed or angle alone, and shows no inertia."""
-    record, found = evidence.record, evidence.regression
+    """The torque follows speed or angle alone, and shows no inertia.
+
+    As far as the regression sees them: above its cut-off either may be noise.
+    """
+    found = evidence.regression
     if found.inertia.ratio > CHECK.sure:
         return
-    inner = slice(2, -2)
-    for values, meaning, unit in (
-        (record.dphi_m, "speed", evidence.units["speed"]),
-        (record.phi_m, "angle", evidence.units["angle"]),
-    ):
-        share = _share_of(values[inner], record.tau_m[inner])
+    torque, columns = evidence.clearest.torque, evidence.clearest.columns
+    for values, meaning in ((columns[VISCOUS], "speed"), (columns[POSITION], "angle")):
+        unit = evidence.units[meaning]
+        share = _share_of(values, torque)
         if share < CHECK.follows or (meaning == "angle" and found.friction_power.ratio > CHECK.sure):
             continue
-        slope = float(np.polyfit(values[inner], record.tau_m[inner], 1)[0])
+        slope = float(np.polyfit(values, torque, 1)[0])
         same = abs(slope - 1.0) < CHECK.same_numbers
         yield Remark(
             "fatal" if same else "warning",
