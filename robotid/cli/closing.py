@@ -14,7 +14,7 @@ from robotid.pipeline.execute import Outcome, status
 from robotid.pipeline.freshness import StageStatus, State
 from robotid.pipeline.report_page import is_current
 from robotid.pipeline.run import Runs
-from robotid.pipeline.table import DIAGNOSE, EXTEND, PRODUCTS, REPORT, VALIDATE
+from robotid.pipeline.table import DIAGNOSE, EXTEND, PRODUCTS, REPORT, STAGES, VALIDATE
 from robotid.report.tables import by_axis
 
 EXTENDED = Path("extended.yaml")
@@ -43,7 +43,8 @@ def _reached(done: Sequence[Outcome]) -> Iterator[str]:
 def next_command(run: Runs, found: Sequence[StageStatus], stage: str | None = None) -> str:
     """After one stage the first that is due, else all of them; then the report; then the extended model, where there
     is one; else a way to look. found : the state of every stage."""
-    due = next((s.stage for s in found if s.state is not State.FRESH), None)
+    unread = _unread(run)
+    due = next((s.stage for s in found if s.state is not State.FRESH and s.stage not in unread), None)
     if due is not None and not (due == EXTEND.name and stage is not None and _is_clean(run)):
         return run.command(due if stage else "run")
     if not is_current(run, found):
@@ -52,6 +53,12 @@ def next_command(run: Runs, found: Sequence[StageStatus], stage: str | None = No
         again = f"{run.out}-{EXTENDED.stem}"
         return shlex.join(["robotid", "run", str(run.out / EXTENDED), "--out", again])
     return shlex.join(["robotid", "show", str(run.file(VALIDATE if due is None else DIAGNOSE))])
+
+
+def _unread(run: Runs) -> set[str]:
+    """Stages that records which excite need, where none does."""
+    axes, stages = run.axes.values(), STAGES.values()
+    return {name for axis in axes for stage in stages for name in {*stage.for_virtual} - {*axis.needs(stage)}}
 
 
 def _is_clean(run: Runs) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from support.mistaken_logs import configuration, right_log, write_csv
 
 from robotid.cli.app import main
 
@@ -43,6 +44,12 @@ def test_a_clean_machine_needs_no_extension(capsys: pytest.CaptureFixture[str]) 
     assert following(capsys, "report", "axis.yaml") == "next: robotid show runs/axis/diagnosis.h5"
     assert following(capsys, "extend", "axis.yaml") == "next: robotid report axis.yaml"
     assert following(capsys, "report", "axis.yaml") == "next: robotid show runs/axis/validation.h5"
+
+
+def test_measured_files_need_no_excitation(capsys: pytest.CaptureFixture[str]) -> None:
+    write_csv(Path("log.csv"), right_log("rigid"))
+    Path("axis.yaml").write_text(configuration("rigid", {"estimate": "log.csv"}))
+    assert following(capsys, "collect", "axis.yaml") == "next: robotid init-rigid axis.yaml"
 
 
 def test_a_cause_asks_for_the_extension_and_that_for_its_model(capsys: pytest.CaptureFixture[str]) -> None:

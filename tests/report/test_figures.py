@@ -138,6 +138,14 @@ def test_a_record_too_short_to_tell_is_not_called_free_of_the_torque() -> None:
     assert short.verdict.endswith("so few independent stretches cannot tell")
 
 
+def test_correlations_of_a_residual_of_nothing_are_drawn() -> None:
+    left = validation().models["m0"].records["small"].residual
+    nothing = replace(left, autocorrelation=0 * left.autocorrelation, crosscorrelation=0 * left.crosscorrelation)
+    axes = new_figure(3, 3).subplots(2)
+    draw_correlations(axes[0], axes[1], "still", replace(nothing, band=0.0, cross_band=0.0), 0.01)
+    assert axes[0].get_ylim() == axes[1].get_ylim() == (-1.0, 1.0)
+
+
 def test_the_envelope_keeps_every_peak() -> None:
     t = np.arange(100_000.0)
     signal = np.zeros(len(t))

@@ -54,7 +54,7 @@ def _stems(axes: Axes, lags: NDArray[np.floating[Any]], values: Array, band: flo
     for where, shade in ((~counts, FAINT), (counts & ~outside, BLUE), (outside, VERMILLION)):
         axes.vlines(lags[where], 0.0, values[where], color=shade, linewidth=1.4)
     axes.axhline(0.0, color=INK, linewidth=0.6)
-    reach = 1.25 * max(float(np.abs(values).max(initial=0.0)), 1.5 * band)
+    reach = 1.25 * max(float(np.abs(values).max(initial=0.0)), 1.5 * band) or 1.0  # nothing is left of a record
     axes.set_ylim(-reach, reach)
     return int(outside.sum())
 
