@@ -165,6 +165,11 @@ MISTAKES = (
     ),
     Mistake("speed_for_angle", _speed_as_angle, "angle_is_speed", kinds=("rigid",)),
     Mistake("torque_of_another_time", lambda log: log | {"tau_m": np.roll(log["tau_m"], 100)}, "torque_elsewhere"),
+    Mistake(
+        "torque_of_a_tenth_later",
+        lambda log: log | {"tau_m": np.roll(log["tau_m"], N // 10)},
+        "torque_elsewhere",
+    ),
     Mistake("torque_is_time", _instead(tau_m="t"), "torque_copy"),
     Mistake("torque_with_a_spike", _with_spike, "torque_spikes"),
     Mistake("two_levels", lambda log: log | {"tau_m": np.sign(log["tau_m"])}, "torque_levels", "warning"),

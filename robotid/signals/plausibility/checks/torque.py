@@ -11,7 +11,7 @@ from robotid.model.array import Array
 from robotid.numerals import plain
 from robotid.signals.plausibility.check import Remark, check
 from robotid.signals.plausibility.evidence import Evidence
-from robotid.signals.plausibility.regression import POSITION, VISCOUS, explained_share
+from robotid.signals.plausibility.regression import POSITION, VISCOUS, TorqueRegression, explained_share
 from robotid.signals.plausibility.settings import CHECK, DELAY
 
 RECORDED = {"phi_m": "the motor angle", "dphi_m": "the motor speed", "phi_a": "the arm angle", "ref": "the reference"}
@@ -108,16 +108,14 @@ def torque_follows(evidence: Evidence) -> Iterator[Remark]:
         return
 
 
-@check(unless=("torque_copy", "torque_spikes", "torque_follows", "speed_exchanged"))
+@check(unless=("torque_copy", "torque_spikes", "torque_follows", "torque_elsewhere", "speed_exchanged"))
 def torque_unrelated(evidence: Evidence) -> Iterator[Remark]:
     """The motion explains the torque no better than one that was shifted in time."""
     found = evidence.regression
     share = found.explained
     whose = "the torque" if found.left == 1.0 else "what companions leave of the torque"
     explained = f"{plain(100 * share, 2)} % of {whose}"
-    signs = np.array([found.inertia.ratio, found.friction_power.ratio])
-    chance = share < CHECK.weak and (share < CHECK.unexplained or found.above_chance < CHECK.chance)
-    lone = signs.max() < CHECK.sure and found.above_chance < CHECK.lone_chance
+    signs, chance = _signs(found), _hardly_above_chance(found)
     # one sine wave explains most of every shift of another of its period
     periodic = np.abs(signs).max() < CHECK.sure and CHECK.lone_chance * found.by_chance >= 1.0
     if periodic and not chance and share > CHECK.follows:
@@ -128,7 +126,7 @@ def torque_unrelated(evidence: Evidence) -> Iterator[Remark]:
             "neither inertia and friction nor whether torque and motion belong together can be told from it",
             "record a motion of many frequencies, such as robotid excite makes",
         )
-    elif chance or lone:
+    elif _is_chance(found):
         exchanged = evidence.regression_exchanged
         if exchanged.explained > CHECK.follows and exchanged.inertia.ratio > CHECK.sure:
             yield Remark(
@@ -153,6 +151,22 @@ def torque_unrelated(evidence: Evidence) -> Iterator[Remark]:
             "the rest is noise or comes from elsewhere, and parameters take part of it",
             "check the columns, and record a motion that takes more torque",
         )
+
+
+def _signs(found: TorqueRegression) -> Array:
+    """Inertia and friction's power in standard deviations, (2,)."""
+    return np.array([found.inertia.ratio, found.friction_power.ratio])
+
+
+def _hardly_above_chance(found: TorqueRegression) -> bool:
+    """Whether the motion explains little, and of a shifted torque nearly as much."""
+    return found.explained < CHECK.weak and (found.explained < CHECK.unexplained or found.above_chance < CHECK.chance)
+
+
+def _is_chance(found: TorqueRegression) -> bool:
+    """Whether what the motion explains of the torque may be chance: it is little, or shows no joint."""
+    lone = _signs(found).max() < CHECK.sure and found.above_chance < CHECK.lone_chance
+    return bool(lone) or _hardly_above_chance(found)
 
 
 @check(unless=("torque_copy", "speed_exchanged"))
@@ -203,7 +217,7 @@ def torque_sign(evidence: Evidence) -> Iterator[Remark]:
         )
 
 
-@check(unless=("torque_copy", "torque_spikes", "torque_follows", "torque_unrelated", "speed_exchanged"))
+@check(unless=("torque_copy", "torque_spikes", "torque_follows", "speed_exchanged"))
 def angle_is_speed(evidence: Evidence) -> Iterator[Remark]:
     """The motion explains the torque surely better where the column of the angle is taken for the speed."""
     rival = evidence.angle_as_speed
@@ -221,14 +235,16 @@ def angle_is_speed(evidence: Evidence) -> Iterator[Remark]:
 @check(unless=("torque_copy", "torque_spikes", "torque_follows", "speed_exchanged", "angle_is_speed"))
 def torque_elsewhere(evidence: Evidence) -> Iterator[Remark]:
     """The motion explains the torque of another time surely better than that of its own."""
-    rival, h = evidence.torque_shifted, evidence.record.sampling_time
-    if rival is None or abs(rival.shift) <= DELAY.max_shift * h or rival.explained < DELAY.explained:
-        return  # what is nearer is a delay, and read to a fraction of a sample
+    rival, h, chance = evidence.torque_shifted, evidence.record.sampling_time, _is_chance(evidence.regression)
+    if rival is None or rival.explained < DELAY.explained:
+        return
+    if abs(rival.shift) <= DELAY.max_shift * h and not chance:
+        return  # a delay, and read to a fraction of a sample
     if min(rival.inertia.ratio, rival.gain.ratio) < CHECK.sure:
         return
     when = "later" if rival.shift > 0.0 else "earlier"
     yield Remark(
-        "fatal" if rival.recorded < DELAY.explained else "warning",
+        "fatal" if chance or rival.recorded < DELAY.explained else "warning",
         f"the motion explains {plain(100 * rival.recorded)} % of the torque, and"
         f" {plain(100 * rival.explained)} % of that which is {plain(abs(rival.shift))} s {when} in the file",
         "torque and motion of different times are compared",
