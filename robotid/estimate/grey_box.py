@@ -160,7 +160,7 @@ def _solve(
         # simulating at every iterate is as fast, or all that memory allows
         return solve(problem, start, rules, initial=initial, log=log)
     found = lifted.solve(problem, start, rules, initial=initial, log=log)
-    if found.end in (End.CONVERGED, End.INTERRUPTED):
+    if found.direct or found.end in (End.CONVERGED, End.INTERRUPTED):
         return found
     try:  # a cost with kinks: what simulating at every iterate finds may be lower
         other = solve(problem, start, rules, initial=initial, log=log)

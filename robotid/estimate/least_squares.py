@@ -49,13 +49,15 @@ class SolveOptions:
 class Solution:
     """Where the iteration ended.
 
-    factor : (m, m) upper triangular with factor^T factor = J^T J at the end; cost : at the start and after each step.
+    factor : (m, m) upper triangular with factor^T factor = J^T J at the end; cost : at the start and after each step;
+    direct : whether every iterate from the given start on was simulated.
     """
 
     evaluation: Evaluation
     factor: Array
     cost: tuple[float, ...]
     end: End
+    direct: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)

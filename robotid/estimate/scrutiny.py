@@ -50,6 +50,7 @@ class ScrutinySettings:
     by which a first speed is nearer to the limit. poor_fit [%] : a fit below it is
     tried with a constant torque in any case. offset_gain : factor by which a constant torque must
     lower the variance of every residual. better : share by which a second fit must lower the residuals to be kept.
+    astray [%] : a fit below it is off by ten times the motion and more, and nothing is added to it.
     unstable : factors of e by which an error grows over a record, from which on a poor fit is tried in pieces; growth :
     those over such a piece; points : of a record at which the growth is computed, about.
     """
@@ -62,6 +63,7 @@ class ScrutinySettings:
     poor_fit: float = 90.0
     offset_gain: float = 0.5
     better: float = 0.01
+    astray: float = -900.0
     unstable: float = 10.0
     growth: float = 3.0
     points: int = 2000
@@ -147,6 +149,7 @@ def _scrutinised(first: FitResult, task: FitTask) -> ScrutinisedFit:
         in_pieces = _in_pieces(first, task)
         if in_pieces is not None:
             return ScrutinisedFit(in_pieces)
+    _refuse_astray(first)
     offset = _with_offset(first, task)
     if offset is None:
         return ScrutinisedFit(replace(first, remarks=found))
@@ -157,6 +160,18 @@ def _scrutinised(first: FitResult, task: FitTask) -> ScrutinisedFit:
         doubted = tuple(doubts(again, joint, parameters, records))
         return ScrutinisedFit(replace(again, remarks=(*doubted, note, _advice(again, offset))), offset)
     return ScrutinisedFit(replace(first, remarks=(*found, _advice(first, offset))), offset)
+
+
+def _refuse_astray(fit: FitResult) -> None:
+    """Raises NumericsError for a fit whose simulation has nothing to do with any of its records. A motor at rest would
+    be nearer."""
+    best = max(fit.fit_percent.values())
+    if best < SETTINGS.astray:
+        raise NumericsError(
+            f"the fit of {', '.join(fit.records)} ends with a simulation that is wrong by {plain(1 - best / 100, 2)}"
+            " times the motion",
+            hint="`robotid check` examines signs, units and columns; or give guesses under robot.parameters",
+        )
 
 
 def doubts(fit: FitResult, joint: Joint, start: Parameters, records: Sequence[Record]) -> Iterator[str]:

@@ -15,6 +15,7 @@ from robotid.errors import NumericsError
 from robotid.estimate import grey_box
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.least_squares import Solution
+from robotid.estimate.lifted import engine
 from robotid.estimate.result import End, FitResult
 from robotid.interrupt import interruptible
 from robotid.model.parameters import Parameters
@@ -210,6 +211,19 @@ def test_multistart_keeps_the_best(monkeypatch: pytest.MonkeyPatch) -> None:
     found = fit_model("m", joint, far, (light(),), FitOptions(max_iterations=1, multistart=3))
     assert len(costs) == 4
     assert found.cost[-1] == min(costs) < costs[0]
+
+
+def test_what_was_simulated_from_the_start_on_is_not_begun_again(
+    records: tuple[Record, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unsettled(*_: object, **__: object) -> None:
+        raise NumericsError("for a test")
+
+    monkeypatch.setattr(engine, "attempt", unsettled)
+    logged = list[Iteration]()
+    found = fit_model("m3", JOINT, start(), records[:1], FitOptions(max_iterations=2), logged.append)
+    assert found.end is End.ITERATIONS
+    assert [one.number for one in logged] == [1, 2]
 
 
 def test_a_diverging_start_is_refused(records: tuple[Record, ...]) -> None:

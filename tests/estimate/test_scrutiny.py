@@ -171,6 +171,13 @@ def test_a_start_from_which_the_motor_does_not_move_is_left_for_the_regression()
     assert any("far from the start that was given" in remark for remark in found.remarks)
 
 
+def test_nothing_is_added_to_a_fit_that_has_nothing_to_do_with_its_record(monkeypatch: pytest.MonkeyPatch) -> None:
+    astray = replace(scrutinised(0.0), fit_percent={"log": -2000.0})
+    monkeypatch.setattr("robotid.estimate.scrutiny.fit_model", lambda *_: astray)
+    with pytest.raises(NumericsError, match="the fit of log ends with a simulation that is wrong by 21 times the mot"):
+        scrutinised_fit(FitTask("m", JOINT, start(0.0), [record(0.0)], FitOptions()))
+
+
 @cache
 def flexible() -> tuple[Joint, Record]:
     """A joint that flexes, on a multisine over a square wave."""

@@ -77,21 +77,21 @@ def solve(
     initial : where the start is simulated already, whole simulations close by need an iteration or two, and go on. The
     costs of iterates before the last are those to be expected of a simulation.
     """
-    cost = tuple[float, ...]()
+    cost, direct = tuple[float, ...](), True
     if initial is None and len(start) and fits_in_memory(problem):
         try:
             ended = _solve(problem, Bounds(*problem.bounds()).clip(start), options, log)
             with _keeping(ended.end):
                 at = _simulation(problem, ended.at, ended.end is not End.INTERRUPTED)
             if ended.end in (End.CONVERGED, End.INTERRUPTED):
-                return Solution(at, ended.at.factor, (*ended.cost[:-1], at.cost), ended.end)
-            initial, cost = at, ended.cost[:-1]
+                return Solution(at, ended.at.factor, (*ended.cost[:-1], at.cost), ended.end, direct=False)
+            initial, cost, direct = at, ended.cost[:-1], False
         except NumericsError:
             pass
     left = replace(options, max_iterations=max(1, options.max_iterations - len(cost)))
     further = start if initial is None else initial.unknowns
     rest = least_squares.solve(problem, further, left, initial=initial, log=_continued(log, len(cost)))
-    return replace(rest, cost=(*cost, *rest.cost))
+    return replace(rest, cost=(*cost, *rest.cost), direct=direct)
 
 
 @contextmanager
