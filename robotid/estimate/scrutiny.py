@@ -37,6 +37,7 @@ from robotid.signals.record import SHORTEST_PIECE, Record
 from robotid.simulation.first_guess import measured_guess
 
 FAR_START = "fitted once more from what the initialisation found, far from the start that was given"
+WEIGHT = "gravity"
 OFFSET, OFFSET_SUFFIX = "motor.constant_torque", "_offset"
 
 
@@ -149,6 +150,9 @@ def _scrutinised(first: FitResult, task: FitTask) -> ScrutinisedFit:
         in_pieces = _in_pieces(first, task)
         if in_pieces is not None:
             return ScrutinisedFit(in_pieces)
+        beside_weight = _beside_weight(task)
+        if beside_weight is not None:
+            return ScrutinisedFit(beside_weight)
     _refuse_astray(first)
     offset = _with_offset(first, task)
     if offset is None:
@@ -321,6 +325,41 @@ def _in_pieces(first: FitResult, task: FitTask) -> FitResult | None:
     )
     remarks = (*doubts(found, task.joint, task.parameters, task.records), remark)
     return replace(found, horizon=horizon, remarks=remarks)
+
+
+def _beside_weight(task: FitTask) -> FitResult | None:
+    """The fit over pieces, where a weight that the model lacks makes the measured motion unstable; None where the
+    torque asks for none, or it makes no error grow far.
+
+    Of whole records, no simulation of such a motion leads to the weight, not even one with it.
+    """
+    joint = task.joint
+    if joint.structure.linear or any(name.endswith(f".{WEIGHT}") for name in joint.structure.terms):
+        return None
+    name = f"{'motor' if joint.structure.gear_ratio is None else 'arm'}.{WEIGHT}"
+    extended = assemble(joint.structure.extended(name), angle=joint.keeps_angle)
+    start = extended.parameters().taken_from(task.parameters)
+    try:
+        alone = fit_rigid(joint, task.parameters, task.records)
+        beside = fit_rigid(extended, start, task.records)
+    except NumericsError:
+        return None
+    before, after = (max(one.torque_error_percent.values()) for one in (alone, beside))
+    if before < SETTINGS.torque_factor * after or before < after + SETTINGS.torque_percent:
+        return None
+    instability = _instability(extended, start.with_values(beside.guesses), task.records)
+    if instability.growth < SETTINGS.unstable or instability.horizon is None:
+        return None
+    found = task.with_options(horizon=instability.horizon).attempt()
+    if found is None:
+        return None
+    remark = (
+        f"with a weight, which the model does not have, the torque is met to {plain(after)} % instead of"
+        f" {plain(before)} %, and an error of the open simulation grows by a factor of e in"
+        f" {1 / instability.rate:.2g} s: fitted, validated and diagnosed in pieces of {instability.horizon:g} s"
+    )
+    remarks = (*doubts(found, joint, task.parameters, task.records), remark)
+    return replace(found, horizon=instability.horizon, remarks=remarks)
 
 
 def _with_offset(first: FitResult, task: FitTask) -> FitResult | None:

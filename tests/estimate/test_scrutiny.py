@@ -10,6 +10,7 @@ import pytest
 from support.mistaken_logs import FLEXIBLE, RATIO, swing
 
 from robotid.catalogue import assemble
+from robotid.diagnosis.procedure import DiagnosisOptions, diagnose
 from robotid.errors import NumericsError
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.identify import starting_parameters
@@ -143,6 +144,18 @@ def test_an_unstable_motion_is_fitted_in_pieces() -> None:
     assert found["arm.gravity.G"].value == pytest.approx(1.0, rel=0.02)
     assert found.horizon == 1.0
     assert "fitted, validated and diagnosed in pieces of 1 s" in found.remarks[-1]
+
+
+def test_a_weight_that_is_not_declared_chooses_the_pieces_in_which_it_can_be_found() -> None:
+    """Of whole records, neither the fit nor a refit with gravity comes near: the diagnosis found no cause."""
+    _, _, log = pendulum()
+    joint = assemble(Structure(TERMS, gear_ratio=1.0))
+    begin = starting_parameters(joint, {}, fit_rigid(joint, joint.parameters(), [log]).guesses)
+    found = scrutinised_fit(FitTask("m", joint, begin, [log], FitOptions())).fit
+    assert found.horizon == 1.0
+    assert found.remarks[-1].startswith("with a weight, which the model does not have, the torque is met to ")
+    (cause,) = diagnose(found, [log], options=DiagnosisOptions(1.0)).causes
+    assert cause.effect.endswith(".gravity")
 
 
 def test_pieces_are_chosen_where_that_is_asked() -> None:
