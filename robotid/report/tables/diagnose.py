@@ -190,8 +190,8 @@ def _verdict(diagnosis: Diagnosis) -> Table:
     facts = (
         ("verdict", diagnosis.verdict),
         (f"noise floor [{unit}]", rms(diagnosis.noise_floor)),
-        (f"misfit beyond it [{unit}]", number(diagnosis.misfit, 3)),
-        (f"what the causes leave [{unit}]", number(diagnosis.remaining, 3)),
+        (f"misfit beyond it [{unit}]", rms(diagnosis.misfit)),
+        (f"what the causes leave [{unit}]", rms(diagnosis.remaining)),
         *(
             [("share of its energy that they leave [%]", percent(diagnosis.remaining_share))]
             if diagnosis.causes
@@ -208,9 +208,9 @@ def _records(diagnosis: Diagnosis) -> Table:
             name,
             m.role,
             fixed(m.fit_percent),
-            number(m.rmse, 3),
+            rms(m.rmse),
             rms(m.noise_floor),
-            number(m.misfit, 3),
+            rms(m.misfit),
             percent(m.explained_after),
         )
         for name, m in diagnosis.records.items()

@@ -106,6 +106,12 @@ def test_clean_is_short(capsys: pytest.CaptureFixture[str]) -> None:
     assert (found["verdict"], found["causes"], found["rejected"]) == ("clean", [], [])
 
 
+def test_rounding_is_shown_as_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    records = {name: replace(one, rmse=7e-159, misfit=7e-159) for name, one in CLEAN.records.items()}
+    still = replace(CLEAN, misfit=7e-159, remaining=7e-159, records=records)
+    assert "e-159" not in shown(diagnose.tables(still), capsys)
+
+
 @pytest.mark.parametrize(
     ("diagnosis", "sentence"),
     [
