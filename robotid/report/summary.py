@@ -180,6 +180,7 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
     noise = f"{significant(d.noise_floor, 2) if d.noise_floor > ROUNDING else 0} {unit}"
     if d.verdict == "clean":
         yield f"What it leaves is noise of {noise} RMS: there is nothing else to explain."
+        yield from _wrong_elsewhere(f, d)
         yield from _invisible(d)
         return
     if d.verdict == "not explained":
@@ -227,6 +228,17 @@ def _happened(f: Findings, d: Diagnosis) -> Iterator[str]:
         yield f"In {event.record} {what} {size} acts {when}: an event, not a property of the machine."
     if len(d.events) > MAX_NAMED:
         yield f"There are {len(d.events) - MAX_NAMED} more events."
+
+
+def _wrong_elsewhere(f: Findings, d: Diagnosis) -> Iterator[str]:
+    """What a model gets wrong on held-out records although it leaves but noise on those of its fit."""
+    wrong = {name: m.misfit for name, m in d.records.items() if m.role == "validate" and m.misfit > m.noise_floor}
+    if wrong:
+        size = significant(max(wrong.values()), 2)
+        yield (
+            f"On {_records(list(wrong))}, held out of the fit, it is wrong by {size} {f.units(d.unit)} RMS beyond the"
+            " noise, for reasons that the records of the fit do not show."
+        )
 
 
 def _invisible(d: Diagnosis) -> Iterator[str]:

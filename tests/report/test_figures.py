@@ -22,7 +22,7 @@ from robotid.report.drawing.frequency import tick_degrees
 from robotid.report.drawing.parameters import draw_iterations
 from robotid.report.drawing.residual import draw_correlations
 from robotid.report.figures import draw
-from robotid.report.style.axes import MAX_POINTS, envelope, new_figure, style_axes
+from robotid.report.style.axes import MAX_POINTS, envelope, new_figure, style_axes, write_out_ticks
 from robotid.signals.quality import Recordings
 
 
@@ -201,3 +201,20 @@ def test_a_cost_that_hardly_moves_is_drawn_as_one() -> None:
     assert max(map(len, written_ticks(figure))) <= len("1.0025")
     low, high = figure.axes[0].get_ylim()
     assert high - low == pytest.approx(0.02, rel=0.01)
+
+
+def test_ticks_of_less_than_a_decade_are_not_rounded() -> None:
+    figure = new_figure(4.0, 3.0)
+    axes = figure.subplots()
+    axes.semilogy([26.0, 34.0])
+    write_out_ticks(axes.yaxis)
+    ticks = [text for text in written_ticks(figure) if text]
+    assert len(ticks) == len(set(ticks)) > 2
+
+
+def test_small_ticks_of_a_logarithmic_axis_are_powers_of_ten() -> None:
+    figure = new_figure(4.0, 3.0)
+    axes = figure.subplots()
+    axes.semilogy([1e-7, 1e-2])
+    write_out_ticks(axes.yaxis)
+    assert {"1·10⁻⁶", "0.001"} <= set(written_ticks(figure))

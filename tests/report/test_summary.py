@@ -8,6 +8,7 @@ import pytest
 from support.diagnosed import CLEAN, UNKNOWN
 from support.report_findings import findings
 
+from robotid.diagnosis.results import Misfit
 from robotid.estimate.result import End
 from robotid.report.findings import Findings
 from robotid.report.summary import summary
@@ -153,3 +154,14 @@ def test_a_torque_that_was_moved_in_time_is_told_before_its_diagnosis() -> None:
     said = "The sampling intervals vary, and the torque is recorded 1.2 ms late: moved by as much before causes"
     assert 0 < text.index(said) < text.index("What it leaves is noise")
     assert said not in told(diagnosis=CLEAN)
+
+
+def test_a_clean_verdict_is_not_claimed_for_records_that_the_model_gets_wrong() -> None:
+    said = "On large, held out of the fit, it is wrong by 0.6 rad/s RMS beyond the noise"
+    records = {
+        "small": Misfit("estimate", 99.0, 0.02, 0.02, 0.0, 0.0),
+        "large": Misfit("validate", 95.0, 0.6, 0.01, 0.6, 0.0),
+    }
+    assert said in told(diagnosis=replace(CLEAN, records=records))
+    records["large"] = replace(records["large"], misfit=0.005)
+    assert "held out of the fit" not in told(diagnosis=replace(CLEAN, records=records))

@@ -22,6 +22,7 @@ Units = Callable[[str], str]
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 BLUE, VERMILLION, GREEN, PURPLE, SKY, ORANGE = PALETTE
 INK, QUIET, FAINT, BAND, GRID = "#222222", "#5C6166", "#9A9A9A", "#DDE6EE", "#E4E4E4"
+TICK_DIGITS = 6  # of a tick of a logarithmic axis: where it spans less than a decade they are no round numbers
 MAX_DECADES = 2.5  # that ticks at 1, 2, 5 have room on
 MAX_POINTS = 4000  # drawn of a signal; a longer one is drawn as its envelope
 
@@ -73,7 +74,7 @@ def write_out_ticks(axis: Axis) -> None:
     low, high = axis.get_view_interval()
     few = high > low * 10**MAX_DECADES
     axis.set_major_locator(LogLocator(subs=(1.0,) if few else (1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: significant(value, 1)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: significant(value, TICK_DIGITS)))
     axis.set_minor_formatter(NullFormatter())
 
 
