@@ -21,6 +21,7 @@ class SensorDelay(Channel):
 
     name = "sensor_delay"
     signals = (Signal.SPEED, Signal.ANGLE)
+    is_late = True
     # The guess starts off the bound, so that either direction is open, and off whole samples of usual rates.
     parameters = (Parameter("Td", "s", "delay", guess=7.3e-4, bounds=(0.0, 1.0), null=0.0),)
     formula = "y(t - Td)"

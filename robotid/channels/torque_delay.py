@@ -24,6 +24,7 @@ class TorqueDelay(Channel):
     name = "torque_delay"
     signals = (Signal.TORQUE,)
     has_memory = True
+    is_late = True
     # The guess lies off the bound, and off the multiples of usual sampling times, where the derivative jumps: there, as
     # at zero, `partials` gives the one to the right.
     parameters = (Parameter("Td", "s", "delay", guess=7.3e-4, bounds=(0.0, 1.0), null=0.0),)

@@ -26,6 +26,7 @@ class TorqueLag(Channel):
     name = "torque_lag"
     signals = (Signal.TORQUE,)
     has_memory = True
+    is_late = True
     # The guess lies off the bound, so that either direction is open; at zero the derivative exists to the right.
     parameters = (Parameter("T", "s", "time constant", guess=1e-3, bounds=(0.0, 10.0), null=0.0),)
     formula = "T du_eff/dt + u_eff = u"

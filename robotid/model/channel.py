@@ -18,9 +18,9 @@ class Channel(ABC):
 
     A torque signal is constant between samples (zero-order hold): `apply` takes and returns its mean over each
     sampling interval. has_memory : what a held torque becomes within an interval depends on what it was before, so that
-    it changes on the way; the simulation then applies the channel to parts of intervals. companion : the kind of a
-    further recorded signal that it depends on; which one, an instance says that `reading` has made, and `beside` gives
-    it the course.
+    it changes on the way; the simulation then applies the channel to parts of intervals. is_late : the signal only
+    comes late, whole or smoothed, by the one parameter. companion : the kind of a further recorded signal that it
+    depends on; which one, an instance says that `reading` has made, and `beside` gives it the course.
     """
 
     name: ClassVar[str]
@@ -31,6 +31,7 @@ class Channel(ABC):
     signature: ClassVar[str]
     companion: ClassVar[CompanionKind | None] = None
     has_memory: ClassVar[bool] = False
+    is_late: ClassVar[bool] = False
     companion_name: str = ""
     course: Course | None = None
 

@@ -91,6 +91,11 @@ class Candidate(ABC):
 class EffectCandidate(Candidate):
     """An effect of the catalogue at its null. Its columns come from the joint as it is, by either of two ways."""
 
+    @property
+    def is_late(self) -> bool:
+        """Whether it only makes a signal late, whole or smoothed."""
+        return False
+
     @classmethod
     def forces(cls, group: Sequence[Self], motion: Trajectory, record: Record) -> Array:
         """Generalised forces [Nm] that the scored parameters of a group of its kind add, per unit, mean over the

@@ -29,6 +29,10 @@ class ChannelCandidate(EffectCandidate):
     def parameters(self) -> tuple[Parameter, ...]:
         return self.effect.parameters
 
+    @property
+    def is_late(self) -> bool:
+        return self.effect.is_late
+
 
 @dataclass(frozen=True, slots=True)
 class TorqueChannelCandidate(ChannelCandidate):

@@ -9,13 +9,14 @@ import numpy as np
 
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.refitted_model import SegmentFit, Unknowns
-from robotid.diagnosis.scoring.candidate import EffectCandidate
+from robotid.diagnosis.scoring.candidate import EffectCandidate, columns_of
 from robotid.diagnosis.scoring.columns import columns
 from robotid.diagnosis.scoring.settings import SCORING
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.estimate.noise.whitening import InnovationsFilter
 from robotid.model.array import Array
 from robotid.parallel import each
+from robotid.signals.white_floor import WithoutFloor
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,12 +25,15 @@ class Scan:
 
     signals (m, n) : derivatives of the output to the first states, to the fitted parameters, to the candidates'
     parameters and to further forces, and last the residual, all in one array, for all go through the same whitening.
+    late : the rows of what makes a signal late. The noise of a logged torque drives the simulation, so it is in the
+    residual and in those rows, which smooth it and would seem to explain some of it: they are whitened without it.
     """
 
     segment: SegmentFit
     whitening: InnovationsFilter
     unknowns: Unknowns
     signals: Array
+    late: tuple[int, ...] = ()
 
     @property
     def states(self) -> int:
@@ -44,12 +48,17 @@ class Scan:
     @property
     def whitened(self) -> Array:
         """All signals through the whitening, (m, n)."""
-        return self.whitening(self.signals)
+        white = self.whitening(self.signals)
+        if self.late:
+            quiet = WithoutFloor.of(self.segment.trajectory.u, self.whitening.levels.torque)
+            late = list(self.late)
+            white[late] = self.whitening(quiet(self.signals[late]))
+        return white
 
     @property
     def bare(self) -> Scan:
         """The segment with what the fit has shaped, and its residual."""
-        return replace(self, signals=np.concatenate([self.signals[: self.known], self.signals[-1:]]))
+        return replace(self, signals=np.concatenate([self.signals[: self.known], self.signals[-1:]]), late=())
 
     def with_columns(self, more: Array) -> Scan:
         """The segment with further columns (k, n)."""
@@ -58,7 +67,9 @@ class Scan:
     def with_only(self, at: slice) -> Scan:
         """The segment with what the fit has shaped, the candidates' columns `at`, and its residual."""
         own = self.signals[self.known : -1][at]
-        return replace(self, signals=np.concatenate([self.signals[: self.known], own, self.signals[-1:]]))
+        rows = range(self.known, len(self.signals) - 1)[at]
+        late = tuple(self.known + k for k, row in enumerate(rows) if row in self.late)
+        return replace(self, signals=np.concatenate([self.signals[: self.known], own, self.signals[-1:]]), late=late)
 
     def whitened_as(self, segment: Segment) -> Scan:
         """The same columns under the noise of another segment."""
@@ -87,7 +98,14 @@ def scan(
     """All columns of one segment. forces : (nv, m, n) further generalised forces."""
     found = columns(segment.trajectory, segment.record, unknowns, candidates, forces)
     signals = [found.first_states, found.parameters, found.candidates, found.forces, segment.residual[None]]
-    return Scan(segment, segment.whitening, unknowns, np.concatenate(signals))
+    late = _late(candidates, len(found.first_states) + len(found.parameters))
+    return Scan(segment, segment.whitening, unknowns, np.concatenate(signals), late)
+
+
+def _late(candidates: Sequence[EffectCandidate], first: int) -> tuple[int, ...]:
+    """Rows of what makes a signal late. first : row of the first candidate."""
+    pairs = zip(candidates, columns_of(candidates), strict=True)
+    return tuple(first + k for one, at in pairs if one.is_late for k in range(at.start, at.stop))
 
 
 def scans(
@@ -101,7 +119,10 @@ def scans(
     items = list(zip(segments, each_force, strict=False))
     samples = sum(len(one.residual) for one, _ in items) // max(1, len(items))
     found = each(_signals, (unknowns, tuple(candidates)), items, samples=samples)
-    return tuple(Scan(one, one.whitening, unknowns, signals) for (one, _), signals in zip(items, found, strict=True))
+    late = _late(candidates, len(unknowns.first_states) + len(unknowns.parameters))
+    return tuple(
+        Scan(one, one.whitening, unknowns, signals, late) for (one, _), signals in zip(items, found, strict=True)
+    )
 
 
 def _signals(shared: tuple[Unknowns, tuple[EffectCandidate, ...]], item: tuple[SegmentFit, Array | None]) -> Array:

@@ -20,6 +20,7 @@ from robotid.diagnosis.search.constancy import is_not_constant
 from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
 from robotid.diagnosis.search.refits import CandidateRefit, from_the_start, refit_hopeful
 from robotid.diagnosis.search.settings import ACCEPTANCE
+from robotid.diagnosis.search.smoothing import is_smoothing
 from robotid.diagnosis.search.state import (
     AcceptedCause,
     Log,
@@ -80,6 +81,7 @@ OBJECTIONS: tuple[Objection, ...] = (
     is_uncertain,
     is_noise,
     is_not_constant,
+    is_smoothing,
 )
 """The tests of a cause, in the order in which they are asked. Each says in words why a cause is none, or None."""
 

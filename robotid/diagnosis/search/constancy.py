@@ -20,6 +20,8 @@ from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.step import Step
 from robotid.model.array import Array
 
+NEGLIGIBLE = 1e-12  # of the part that knows most of an effect: one that knows less knows nothing
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Course:
@@ -29,7 +31,6 @@ class Course:
     parts: Array
     spread: float
     p_value: float
-
 
 def is_not_constant(step: Step, criteria: Criteria) -> str | None:
     """A cause must be about as large in all parts of the records."""
@@ -59,6 +60,7 @@ def course(blocks: BlockedRegression) -> Course:
     scores, information = blocks.scores_of(blocks.moment.shape[1] - 1)
     parts = min(ACCEPTANCE.constant_parts, len(scores))
     score, weight = (np.array([p.sum() for p in np.array_split(x, parts)]) for x in (scores, information))
-    apart = score / np.maximum(weight, 1e-300)
-    spread = float(np.sqrt(np.sum(weight * apart**2) / max(float(weight.sum()), 1e-300)))
+    told = weight > NEGLIGIBLE * weight.max()
+    apart = np.divide(score, weight, out=np.zeros_like(score), where=told)
+    spread = float(np.sqrt(np.sum(weight * apart**2) / weight.sum())) if told.any() else 0.0
     return Course(1.0 + apart, spread, blocks.constancy(blocks.moment.shape[1] - 1))

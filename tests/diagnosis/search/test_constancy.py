@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -50,3 +52,12 @@ def test_sine_and_cosine_count_together() -> None:
     assert both.moment.shape[1] == 2
     assert both.information.sum(axis=0)[1, 1] == pytest.approx(float(np.sum((np.sin(t) + 1e-3 * np.cos(t)) ** 2)))
     assert not varies(course(both), 1e-3)
+
+
+def test_a_part_that_knows_nothing_of_an_effect_says_nothing() -> None:
+    blocks = left(np.ones(N))
+    silent, mute = blocks.information.copy(), blocks.moment.copy()
+    silent[-10:], mute[-10:] = 0.0, 1e-20
+    found = course(replace(blocks, information=silent, moment=mute))
+    assert found.parts[-1] == 1.0
+    assert found.spread < 0.1
