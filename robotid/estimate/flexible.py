@@ -57,7 +57,8 @@ class FlexReading:
 class FlexResult(Displayed):
     """Step 2. frfs, readings : one a record, or one for all realisations of an excitation. parameters : means over the
     responses that tell the stiffness. springs : the nonlinear law by eq. (14) and, where several responses tell it, by
-    equivalent linearisation. guesses : by dotted name of the model, empty where nothing was found."""
+    equivalent linearisation. guesses : by dotted name of the model; where no response tells the stiffness, those of a
+    joint that flexes above what was excited; empty for one that cannot flex."""
 
     frfs: tuple[Frf, ...]
     readings: tuple[FlexReading, ...]
@@ -156,9 +157,26 @@ def fit_flexible(
     found = _responses(joint, parameters, records, options)
     fitted = [_fit(linear, parts, values, fixed, total, response) for response in found]
     result = _result(linear, joint, parameters, total[0], fitted)
+    if not result.guesses:
+        result = replace(result, guesses=_stiff(linear, values, fixed, total[0], fitted))
     if not any(place.term.companion for place in joint.placed):
         return result
     return _without_pose(result, joint, parts.arm, _inertia_of_poses(joint, parameters, records))
+
+
+def _stiff(
+    linear: Joint,
+    values: Mapping[str, float],
+    fixed: Mapping[str, float],
+    total: float,
+    fitted: Sequence[_Fitted],
+) -> dict[str, float]:
+    """Start of a joint that flexes just above what was excited, where no response tells how: masses of half of the
+    rigid inertia each, and a spring between them with its notch at the highest line."""
+    top = max(float(f.response.frf.omega[-1]) for f in fitted)
+    reading = replace(fitted[0].reading, notch=top, gain=2.0 / total)
+    found = starts(linear, values, reading, total, fitted[0].response.frf.omega)[0]
+    return {name: value for name, value in found.items() if name not in fixed}
 
 
 def _inertia_of_poses(joint: Joint, parameters: Parameters, records: Sequence[Record]) -> Array:
@@ -331,5 +349,5 @@ def _remarks(linear: Joint, fitted: Sequence[_Fitted]) -> list[str]:
         if unseen:
             remarks.append(f"{name}: no second resonance that tells {', '.join(unseen)}")
     if not any(f.tells for f in fitted):
-        remarks.append("no response tells the stiffness: declared guesses stand")
+        remarks.append("no response tells the stiffness: it starts above what was excited")
     return remarks
