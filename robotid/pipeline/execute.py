@@ -324,5 +324,6 @@ def one_error(failures: Mapping[str, RobotidError]) -> RobotidError:
     if "" in failures:
         return first
     if len(failures) == 1:
-        return type(first)(first.what, where=f"axis {next(iter(failures))}: {first.where}", hint=first.hint)
+        where = ": ".join(filter(None, (f"axis {next(iter(failures))}", first.where)))
+        return type(first)(first.what, where=where, hint=first.hint)
     return type(first)("; ".join(f"axis {axis}: {error}" for axis, error in failures.items()))

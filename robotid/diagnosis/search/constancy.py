@@ -32,6 +32,7 @@ class Course:
     spread: float
     p_value: float
 
+
 def is_not_constant(step: Step, criteria: Criteria) -> str | None:
     """A cause must be about as large in all parts of the records."""
     for effect in step.added:
