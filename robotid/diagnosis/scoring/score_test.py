@@ -37,7 +37,13 @@ class Score:
 def score(projected: Projected, candidates: Sequence[Candidate]) -> list[Score]:
     """Every candidate by itself, best first."""
     found = [_score(projected, one, at) for one, at in zip(candidates, columns_of(candidates), strict=True)]
-    return sorted(found, key=lambda s: -s.energy)
+    return sorted(found, key=_place)
+
+
+def _place(one: Score) -> tuple[float, int]:
+    """The more is explained the further ahead, and of laws that are one on these motions, as a cogging of one period a
+    turn and gravity, the simpler one: which of them has the larger last digit is chance."""
+    return -float(f"{one.energy:.6g}"), len(one.candidate.parameters)
 
 
 def _score(projected: Projected, candidate: Candidate, at: slice) -> Score:

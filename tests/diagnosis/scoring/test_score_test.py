@@ -20,7 +20,7 @@ from robotid.diagnosis.scoring.candidate import EffectCandidate
 from robotid.diagnosis.scoring.catalogue_candidates import candidates
 from robotid.diagnosis.scoring.projection import Projected, project
 from robotid.diagnosis.scoring.scan import Scan, scans
-from robotid.diagnosis.scoring.score_test import Score, score, significance
+from robotid.diagnosis.scoring.score_test import Score, _place, score, significance
 from robotid.estimate.fitted_model import fitted_model
 from robotid.model.array import Array
 from robotid.signals.record import Record
@@ -147,3 +147,13 @@ def test_a_faint_effect_is_significant() -> None:
     assert significance(81.0, 1, total + 81.0, samples, tries) < 1e-12
     assert significance(25.0, 1, total + 25.0, samples, tries) < LEVEL
     assert significance(9.0, 1, total + 9.0, samples, tries) > LEVEL
+
+
+def test_of_laws_that_are_one_on_these_motions_the_simpler_comes_first() -> None:
+    known = {one.name: one for one in candidates(AXIS, "speed")}
+    nothing = np.zeros(0)
+    cogging = Score(known["motor.cogging"], 1000.0 * (1.0 + 1e-12), (1.0, 0.0), nothing, nothing)
+    gravity = Score(known["motor.gravity"], 1000.0, (1.0, 0.0), nothing, nothing)
+    assert sorted([cogging, gravity], key=_place) == [gravity, cogging]
+    better = replace(cogging, energy=1001.0)
+    assert sorted([gravity, better], key=_place) == [better, gravity]
