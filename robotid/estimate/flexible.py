@@ -28,7 +28,7 @@ LARGEST_DOUBT = 0.2  # relative standard deviation at which a response does not 
 PLAIN = ResponseOptions()
 LARGEST_FACTOR = 2.0  # between the rigid inertias of a response and of step 1, unless the latter is less certain
 CONTRADICTION = 3.0  # standard deviations of step 1's rigid inertia
-HOPELESS = 3.0  # relative standard deviation at which the declared guess is no worse
+HOPELESS = 3.0  # relative standard deviation at which an estimate is no start
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -158,25 +158,29 @@ def fit_flexible(
     fitted = [_fit(linear, parts, values, fixed, total, response) for response in found]
     result = _result(linear, joint, parameters, total[0], fitted)
     if not result.guesses:
-        result = replace(result, guesses=_stiff(linear, values, fixed, total[0], fitted))
+        result = _stiff(result, linear, values, fixed, total[0], fitted)
     if not any(place.term.companion for place in joint.placed):
         return result
     return _without_pose(result, joint, parts.arm, _inertia_of_poses(joint, parameters, records))
 
 
 def _stiff(
+    result: FlexResult,
     linear: Joint,
     values: Mapping[str, float],
     fixed: Mapping[str, float],
     total: float,
     fitted: Sequence[_Fitted],
-) -> dict[str, float]:
-    """Start of a joint that flexes just above what was excited, where no response tells how: masses of half of the
-    rigid inertia each, and a spring between them with its notch at the highest line."""
+) -> FlexResult:
+    """The result with the start of a joint that flexes just above what was excited, where no response tells how:
+    masses of half of the rigid inertia each, and a spring between them with its notch at the highest line."""
     top = max(float(f.response.frf.omega[-1]) for f in fitted)
     reading = replace(fitted[0].reading, notch=top, gain=2.0 / total)
     found = starts(linear, values, reading, total, fitted[0].response.frf.omega)[0]
-    return {name: value for name, value in found.items() if name not in fixed}
+    guesses = {name: value for name, value in found.items() if name not in fixed}
+    values_found = ", ".join(f"{name} = {value:.3g}" for name, value in guesses.items())
+    remark = f"no response tells the stiffness; a start that flexes just above what was excited: {values_found}"
+    return replace(result, guesses=guesses, remarks=(*result.remarks, remark))
 
 
 def _inertia_of_poses(joint: Joint, parameters: Parameters, records: Sequence[Record]) -> Array:
@@ -348,6 +352,4 @@ def _remarks(linear: Joint, fitted: Sequence[_Fitted]) -> list[str]:
         unseen = [n for n, std in f.fit.relative_std.items() if n in beyond and std > LARGEST_DOUBT]
         if unseen:
             remarks.append(f"{name}: no second resonance that tells {', '.join(unseen)}")
-    if not any(f.tells for f in fitted):
-        remarks.append("no response tells the stiffness: it starts above what was excited")
     return remarks

@@ -239,7 +239,7 @@ def test_slow_motion_tells_no_stiffness() -> None:
     options = ResponseOptions((0.2, 2.0))
     flex = fit_flexible(joint, joint.parameters().with_values(rigid.guesses), rigid, [set1], options)
     assert flex.parameters == ()
-    assert any("starts above what was excited" in remark for remark in flex.remarks)
+    assert any("flexes just above what was excited" in remark for remark in flex.remarks)
     start = theta(**{name.replace(".", "_"): value for name, value in flex.guesses.items()})
     values = dict(zip(LINEAR.names, start.tolist(), strict=True))
     known = {name: value for name, value in rigid.guesses.items() if name in values}

@@ -18,6 +18,8 @@ from robotid.model.array import Array
 from robotid.parallel import each
 from robotid.signals.white_floor import WithoutFloor
 
+_Shared = tuple[Unknowns, tuple[EffectCandidate, ...]]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
@@ -48,12 +50,11 @@ class Scan:
     @property
     def whitened(self) -> Array:
         """All signals through the whitening, (m, n)."""
-        white = self.whitening(self.signals)
-        if self.late:
-            quiet = WithoutFloor.of(self.segment.trajectory.u, self.whitening.levels.torque)
-            late = list(self.late)
-            white[late] = self.whitening(quiet(self.signals[late]))
-        return white
+        if not self.late:
+            return self.whitening(self.signals)
+        late, signals = list(self.late), self.signals.copy()
+        signals[late] = WithoutFloor.of(self.segment.trajectory.u, self.whitening.levels.torque)(signals[late])
+        return self.whitening(signals)
 
     @property
     def bare(self) -> Scan:
@@ -96,16 +97,8 @@ def scan(
     segment: SegmentFit, unknowns: Unknowns, candidates: Sequence[EffectCandidate], forces: Array | None = None
 ) -> Scan:
     """All columns of one segment. forces : (nv, m, n) further generalised forces."""
-    found = columns(segment.trajectory, segment.record, unknowns, candidates, forces)
-    signals = [found.first_states, found.parameters, found.candidates, found.forces, segment.residual[None]]
-    late = _late(candidates, len(found.first_states) + len(found.parameters))
-    return Scan(segment, segment.whitening, unknowns, np.concatenate(signals), late)
-
-
-def _late(candidates: Sequence[EffectCandidate], first: int) -> tuple[int, ...]:
-    """Rows of what makes a signal late. first : row of the first candidate."""
-    pairs = zip(candidates, columns_of(candidates), strict=True)
-    return tuple(first + k for one, at in pairs if one.is_late for k in range(at.start, at.stop))
+    shared = (unknowns, tuple(candidates))
+    return _scan(shared, segment, _signals(shared, (segment, forces)))
 
 
 def scans(
@@ -118,15 +111,24 @@ def scans(
     each_force: Sequence[Array | None] = [None] * len(segments) if forces is None else forces
     items = list(zip(segments, each_force, strict=False))
     samples = sum(len(one.residual) for one, _ in items) // max(1, len(items))
-    found = each(_signals, (unknowns, tuple(candidates)), items, samples=samples)
-    late = _late(candidates, len(unknowns.first_states) + len(unknowns.parameters))
-    return tuple(
-        Scan(one, one.whitening, unknowns, signals, late) for (one, _), signals in zip(items, found, strict=True)
-    )
+    shared = (unknowns, tuple(candidates))
+    found = each(_signals, shared, items, samples=samples)
+    return tuple(_scan(shared, one, signals) for (one, _), signals in zip(items, found, strict=True))
 
 
-def _signals(shared: tuple[Unknowns, tuple[EffectCandidate, ...]], item: tuple[SegmentFit, Array | None]) -> Array:
-    """All columns of a segment."""
+def _signals(shared: _Shared, item: tuple[SegmentFit, Array | None]) -> Array:
+    """All columns of a segment, and its residual."""
     unknowns, candidates = shared
     segment, forces = item
-    return scan(segment, unknowns, candidates, forces).signals
+    found = columns(segment.trajectory, segment.record, unknowns, candidates, forces)
+    signals = [found.first_states, found.parameters, found.candidates, found.forces, segment.residual[None]]
+    return np.concatenate(signals)
+
+
+def _scan(shared: _Shared, segment: SegmentFit, signals: Array) -> Scan:
+    """A segment with its signals, and which of them are of what makes a signal late."""
+    unknowns, candidates = shared
+    first = len(unknowns.first_states) + len(unknowns.parameters)
+    pairs = zip(candidates, columns_of(candidates), strict=True)
+    late = tuple(first + k for one, at in pairs if one.is_late for k in range(at.start, at.stop))
+    return Scan(segment, segment.whitening, unknowns, signals, late)

@@ -61,7 +61,7 @@ def course(blocks: BlockedRegression) -> Course:
     scores, information = blocks.scores_of(blocks.moment.shape[1] - 1)
     parts = min(ACCEPTANCE.constant_parts, len(scores))
     score, weight = (np.array([p.sum() for p in np.array_split(x, parts)]) for x in (scores, information))
-    told = weight > NEGLIGIBLE * weight.max()
-    apart = np.divide(score, weight, out=np.zeros_like(score), where=told)
-    spread = float(np.sqrt(np.sum(weight * apart**2) / weight.sum())) if told.any() else 0.0
+    visible = weight > NEGLIGIBLE * weight.max()
+    apart = np.divide(score, weight, out=np.zeros_like(score), where=visible)
+    spread = float(np.sqrt(np.sum(weight * apart**2) / weight.sum())) if visible.any() else 0.0
     return Course(1.0 + apart, spread, blocks.constancy(blocks.moment.shape[1] - 1))

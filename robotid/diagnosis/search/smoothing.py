@@ -17,11 +17,8 @@ import numpy as np
 from robotid.catalogue import EFFECTS
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.whitening import Segment
-from robotid.diagnosis.refit.refit import CONFIRMING, refit
-from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.diagnosis.search.settings import ACCEPTANCE
-from robotid.errors import NumericsError
 from robotid.signals.white_floor import WithoutFloor
 
 if TYPE_CHECKING:
@@ -34,7 +31,8 @@ def is_smoothing(step: Step, criteria: Criteria) -> str | None:
     late = list(_delays(step.added))
     if not late:
         return None
-    smooth = _without_torque_noise(step)
+    fitted = tuple(map(_quiet, step.data.fitted))
+    smooth = step.refitted_to(fitted, step.after.parameters, step.after.trajectories)
     if smooth is None:
         return None
     half = 0.5 * max(one.record.sampling_time for one in step.data.fitted)
@@ -53,17 +51,6 @@ def _delays(effects: tuple[str, ...]) -> Iterator[str]:
     for effect in effects:
         if getattr(EFFECTS.get(effect.rpartition(".")[2]), "is_late", False):
             yield effect
-
-
-def _without_torque_noise(step: Step) -> RefittedModel | None:
-    """The model with the cause, refitted to the fitted segments driven by what stands out of the torque's noise; None
-    where it cannot be."""
-    fitted = tuple(map(_quiet, step.data.fitted))
-    own = replace(step.data, fitted=fitted, validation=())
-    try:
-        return refit(step.after.structure, [step.after.parameters], own, step.after.trajectories, CONFIRMING)
-    except NumericsError:
-        return None
 
 
 def _quiet(one: Segment) -> Segment:

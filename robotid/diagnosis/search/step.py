@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import CONFIRMING, refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, Trajectories
@@ -13,6 +14,7 @@ from robotid.diagnosis.search.coloured import ALONE, Left, Tried, left_by, p_val
 from robotid.diagnosis.search.physical_sense import declarations
 from robotid.diagnosis.search.state import share_removed
 from robotid.errors import NumericsError
+from robotid.model.parameters import Parameters
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +42,17 @@ class Step:
         """The model with the cause, refitted to the validation segments alone; None where it cannot be. The cause is
         nothing at first, lest its size only stays what it was."""
         nothing = {name: p.null for one in self.added for name, p in declarations(one) if p.null is not None}
-        start = self.after.parameters.with_values(nothing)
-        own = replace(self.data, fitted=self.data.validation, validation=())
         near = Trajectories(tuple(one.trajectory for one in self.after.validation))
+        if not self.data.validation:
+            return None
+        return self.refitted_to(self.data.validation, self.after.parameters.with_values(nothing), near)
+
+    def refitted_to(self, fitted: tuple[Segment, ...], start: Parameters, near: Trajectories) -> RefittedModel | None:
+        """The model with the cause, refitted to other segments alone; None where it cannot be. start : from where;
+        near : trajectories near to the solution."""
+        own = replace(self.data, fitted=fitted, validation=())
         try:
-            return refit(self.after.structure, [start], own, near, CONFIRMING) if own.fitted else None
+            return refit(self.after.structure, [start], own, near, CONFIRMING)
         except NumericsError:
             return None
 
