@@ -132,7 +132,8 @@ class Diagnosis(Displayed):
     limits : the smallest size of each effect of the catalogue that would have been seen. records : by name. missing :
     the missing torque [Nm] of each record: its measured part is what the residual asks for, its simulated part what the
     causes supply. twist [rad] : of a flexible joint's gear at the same times, as the model has it under that torque; no
-    record holds it, and the curves along it run along this one. curves : where the missing torque sits, best ordered
+    record holds it, and the curves along it run along this one. apart : held-out records that no parameters simulate as
+    well as those of the fit and together with them. curves : where the missing torque sits, best ordered
     first. shape : the curve of what no cause explains, its order the share of the misfit. refitted : all parameters of
     the model with its causes, by name, to start from.
     """
@@ -158,3 +159,4 @@ class Diagnosis(Displayed):
     limits: tuple[DetectionLimit, ...] = ()
     late: float = field(default=0.0, metadata={"unit": "s"})
     twist: dict[str, Array] = field(default_factory=dict, metadata={"unit": "rad"})
+    apart: tuple[str, ...] = ()

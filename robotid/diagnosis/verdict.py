@@ -23,7 +23,7 @@ from robotid.estimate.residual import measured_output
 from robotid.estimate.result import Estimate
 from robotid.model.array import Array
 from robotid.model.structure import belongs, changed
-from robotid.numerals import portion
+from robotid.numerals import listed, portion
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
 from robotid.signals.trace import Trace, downsampled
@@ -86,6 +86,7 @@ def verdict(
         remaining_share=share,
         events=found.events,
         limits=detection_limits(found, criteria or Criteria()),
+        apart=found.agreement.apart,
     )
 
 
@@ -113,7 +114,7 @@ def _word(found: SearchResult, misfit: float, floor: float) -> Verdict:
     """The verdict in one word."""
     if found.causes or (found.changes and found.curve is None):
         return "named"
-    if found.late:
+    if found.late or found.agreement.apart:
         return "unknown"
     return without_cause(misfit, floor, shape=found.curve is not None, events=bool(found.events))
 
@@ -136,6 +137,17 @@ def is_partial(share: float, misfit: float, remaining: float, floor: float) -> b
 def _remarks(word: Verdict, found: SearchResult) -> tuple[str, ...]:
     if word == "not explained":
         return (UNEXPLAINED,)
+    joined, apart = listed(found.agreement.joined), listed(found.agreement.apart)
+    if word == "clean" and joined:
+        return (
+            f"the model simulates {joined} as well once it is fitted to them, too: the other records leave a parameter"
+            " uncertain",
+        )
+    if word == "unknown" and apart:
+        return (
+            f"no parameters of the model simulate both the records of its fit and {apart}: something is missing that"
+            f" the former do not show; fit {apart}, too, to look for it",
+        )
     return (SHAPELESS,) if word == "unknown" and found.curve is None and not found.late else ()
 
 

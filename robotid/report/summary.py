@@ -183,6 +183,11 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
         yield from _wrong_elsewhere(f, d)
         yield from _invisible(d)
         return
+    if d.apart:
+        yield f"What it leaves of the records of its fit is noise of {noise} RMS."
+        yield from _wrong_elsewhere(f, d)
+        yield "No parameters simulate both, so that something is missing: fit these records, too, to look for it."
+        return
     if d.verdict == "not explained":
         wrong = f"{significant(d.misfit, 2)} {unit} RMS"
         yield f"it does not simulate the records that it was fitted to: it is wrong by {wrong}. No cause can be named."

@@ -165,3 +165,14 @@ def test_a_clean_verdict_is_not_claimed_for_records_that_the_model_gets_wrong() 
     assert said in told(diagnosis=replace(CLEAN, records=records))
     records["large"] = replace(records["large"], misfit=0.005)
     assert "held out of the fit" not in told(diagnosis=replace(CLEAN, records=records))
+
+
+def test_held_out_records_that_no_parameters_simulate_are_said_to_lack_something() -> None:
+    records = {
+        "small": Misfit("estimate", 99.0, 0.02, 0.02, 0.0, 0.0),
+        "large": Misfit("validate", 95.0, 0.6, 0.01, 0.6, 0.0),
+    }
+    text = told(diagnosis=replace(CLEAN, verdict="unknown", records=records, apart=("large",)))
+    assert "On large, held out of the fit, it is wrong by 0.6 rad/s RMS beyond the noise" in text
+    assert "No parameters simulate both, so that something is missing: fit these records, too" in text
+    assert "nothing else to explain" not in text

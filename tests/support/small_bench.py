@@ -67,14 +67,23 @@ def records(
 
 def records_of(joint: Joint, truth: Mapping[str, float], seed: int = 1) -> list[Record]:
     """The same experiments on another joint."""
+    made = _made(joint, truth, references(), seed)
+    return [*made[:2], replace(made[2], role="validate")]
+
+
+def made_along(wanted: Mapping[str, Array], truth: Mapping[str, float] = TRUTH, seed: int = 1) -> list[Record]:
+    """Records of the axis along reference speeds [rad/s], by name."""
+    return _made(assemble(AXIS, angle=True), truth, wanted, seed)
+
+
+def _made(joint: Joint, truth: Mapping[str, float], wanted: Mapping[str, Array], seed: int) -> list[Record]:
     plant = VirtualRobot(
         joint, joint.parameters().with_values(truth).values, CONTROLLER, 0.0, TORQUE_NOISE, SPEED_NOISE, seed
     )
-    made = [
+    return [
         plant.record(Reference(name, SAMPLING_TIME, ref, "speed"), number)
-        for number, (name, ref) in enumerate(references().items())
+        for number, (name, ref) in enumerate(wanted.items())
     ]
-    return [*made[:2], replace(made[2], role="validate")]
 
 
 def fitted(made: list[Record]) -> FitResult:

@@ -12,12 +12,14 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, ca
 from robotid.diagnosis.refit.settings import REFIT
 from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandidate, record_changes
 from robotid.diagnosis.scoring.score_test import significance
+from robotid.diagnosis.search.agreement import Together
 from robotid.diagnosis.search.carry_over import held_out_gain
 from robotid.diagnosis.search.settings import CHANGES
 from robotid.errors import NumericsError
 from robotid.estimate.least_squares import SolveOptions, solve
 from robotid.estimate.residual import Evaluation, OutputError
 from robotid.estimate.sensing import joint_for
+from robotid.model.structure import changed
 from robotid.model.units import on_axis
 
 
@@ -62,9 +64,25 @@ def find_record_changes(
         before = _simulated(model, second)
         if before is not None and asks_for_a_reason(before, usual):
             change = _best(model, first, before, usual)
-            if change is not None and change.p_value < level:
+            if change is not None and change.p_value < level and _differs(model, data, change, usual, level):
                 found.setdefault(segment.record.name, change)
     return tuple(found.values())
+
+
+def _differs(model: RefittedModel, data: EvaluationData, change: RecordChange, usual: float, level: float) -> bool:
+    """Whether a parameter is not the same on a validation record and on those of the fit: the fit to all of them must
+    leave a misfit that the change explains. Else its own records have only determined it badly."""
+    both = Together.of(model, data, {changed(change.effect)[0]})
+    same = both.refitted()
+    if same is None:
+        return True
+    apart = both.refitted(change.effect, change.value)
+    if apart is None:
+        return False
+    removed = same.energy - apart.energy
+    if removed < CHANGES.confirmed_share * (same.energy - usual * same.samples):
+        return False
+    return significance(removed / usual, 1, same.energy / usual, same.samples, len(model.columns)) < level
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.search.acceptance import accept_best, accept_from_the_start, accept_pair, drop_worthless
+from robotid.diagnosis.search.agreement import agreement
 from robotid.diagnosis.search.coloured import in_colour, left_by
 from robotid.diagnosis.search.data import Evidence, first_state, renew_noise
 from robotid.diagnosis.search.events import largest_event, placed_again, resized, without_event
@@ -157,7 +158,10 @@ def _completed(
         log("comparing the records held out")
         by, usual = (coloured, left.energy) if coloured.noise_reached else (result.data, usual_energy(result))
         changes = find_record_changes(result.last, by, max(1.0, usual), criteria.significance)
-        return replace(result, changes=changes)
+        result = replace(result, changes=changes)
+        if changes or result.causes or result.curve is not None:
+            return result
+        return replace(result, agreement=agreement(result.last, by, max(1.0, usual)))
     except OutOfTime:
         return replace(result, late=True, unexamined=(CHANGES,))
 

@@ -14,6 +14,7 @@ from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.results import Confounded, Event
 from robotid.diagnosis.scoring.ranking import CandidateScan, Round, rank, scan_candidates
+from robotid.diagnosis.search.agreement import Agreement
 from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.settings import VERDICT
 from robotid.model.array import Array
@@ -112,7 +113,8 @@ class SearchResult:
     model's misfit that it explains. changes : what differs on validation records. unexamined : what no time was left
     for, candidates by name, then the rest in words; late : whether the time was up before the end. events : what
     happened once; all else is of records without them. coloured : the data by noise of any colour, as the last model
-    leaves it; None where time ran out before.
+    leaves it; None where time ran out before. agreement : whether the last model can be that of the validation
+    records, too, sought where nothing else was found.
     """
 
     data: EvaluationData
@@ -128,6 +130,7 @@ class SearchResult:
     late: bool = False
     events: tuple[Event, ...] = ()
     coloured: EvaluationData | None = None
+    agreement: Agreement = field(default_factory=Agreement)
 
     @property
     def remaining_share(self) -> float:

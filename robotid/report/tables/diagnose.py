@@ -10,7 +10,7 @@ import numpy as np
 from robotid.diagnosis.misfit.curve import Curve
 from robotid.diagnosis.results import Cause, DetectionLimit, Diagnosis, Event, Rejected, Separation
 from robotid.model.units import sliding
-from robotid.numerals import fixed, number, percent, portion, probability, rms
+from robotid.numerals import fixed, listed, number, percent, portion, probability, rms
 from robotid.report.tables.estimates import estimates_document
 from robotid.report.tables.table import Json, Table
 
@@ -87,6 +87,9 @@ def sentence(diagnosis: Diagnosis) -> str:
     if d.verdict in ("named", "partly named"):
         among = " among others" if d.verdict == "partly named" else ""
         return f"{d.model} lacks{among} {causes}{remainder(d)}"
+    if d.apart:
+        wrong = rms(max(d.records[name].misfit for name in d.apart), 2)
+        return f"{d.model} leaves noise on the records of its fit and is wrong by {wrong} {unit} on {listed(d.apart)}"
     place = "" if d.shape is None else f"; it is ordered best along {d.shape.along}"
     known = f"{d.model} lacks {causes}, and more" if causes else f"{d.model} is wrong by {rms(d.misfit, 2)} {unit}"
     return f"{known} that no effect of the catalogue explains{place}"

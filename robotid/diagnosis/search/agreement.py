@@ -1,0 +1,86 @@
+"""Whether one model simulates the records of the fit and those held out.
+
+A model that leaves noise on its own records may be far off on others because a parameter was badly determined, because
+one has changed, or because something is missing that its own records do not show. A fit to both tells the first from
+the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.refit.refit import CONFIRMING, refit
+from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, Trajectories, carried, segment_fit
+from robotid.diagnosis.search.settings import CHANGES
+from robotid.errors import NumericsError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Together:
+    """A model, and the records of its fit with some that were held out of it: data : all of them to be fitted; near :
+    how the model simulates them."""
+
+    model: RefittedModel
+    data: EvaluationData
+    near: Trajectories
+
+    @classmethod
+    def of(cls, model: RefittedModel, data: EvaluationData, names: Collection[str]) -> Together:
+        """With the validation records of these names."""
+        held = [k for k, segment in enumerate(data.validation) if segment.record.name in names]
+        both = (*data.fitted, *(data.validation[k] for k in held))
+        near = (*model.fitted, *(model.validation[k] for k in held))
+        own = replace(data, fitted=both, validation=())
+        return cls(model, own, Trajectories(tuple(one.trajectory for one in near)))
+
+    def refitted(self, effect: str = "", value: float = 0.0) -> RefittedModel | None:
+        """The model fitted to all of them, with a change of a record that starts at a value, where one is named; None
+        where they cannot be simulated so."""
+        structure, start = self.model.structure, self.model.parameters
+        if effect:
+            structure = structure.extended(effect)
+            start = carried(start, structure, {effect: value})
+        try:
+            return refit(structure, [start], self.data, self.near, CONFIRMING)
+        except NumericsError:
+            return None
+
+
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """Names of validation records that a model simulates clearly worse than those of its fit. joined : fitted together
+    with these, it simulates all of them as well; apart : no parameters do."""
+
+    joined: tuple[str, ...] = ()
+    apart: tuple[str, ...] = ()
+
+
+def agreement(model: RefittedModel, data: EvaluationData, usual: float) -> Agreement:
+    """Whether a model can be that of its validation records, too.
+
+    usual : energy a sample on the fitted segments, by the noise of `data`.
+    """
+    pairs = zip(data.validation, model.validation, strict=True)
+    names = _loud([segment_fit(segment, one.trajectory, data.output) for segment, one in pairs], usual)
+    if not names:
+        return Agreement()
+    together = Together.of(model, data, names).refitted()
+    loud = None if together is None else _loud(together.fitted, usual)
+    if loud is None or set(loud).difference(names):
+        return Agreement(apart=names)
+    return Agreement(tuple(name for name in names if name not in loud), loud)
+
+
+def _loud(segments: Sequence[SegmentFit], usual: float) -> tuple[str, ...]:
+    """Names of records with clearly more energy a sample than usual, by the noise through which they are whitened."""
+    found: dict[str, list[SegmentFit]] = {}
+    for one in segments:
+        found.setdefault(one.record.name, []).append(one)
+    least = CHANGES.loud_energy * usual
+    return tuple(
+        name
+        for name, own in found.items()
+        if sum(one.energy for one in own) > least * sum(len(one.residual) for one in own)
+    )

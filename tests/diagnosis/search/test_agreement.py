@@ -1,0 +1,73 @@
+"""Records that were held out: whether the model can be theirs, too."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from support.small_bench import SAMPLING_TIME, TRUTH, Criteria, fitted, made_along, records, references
+
+from robotid.diagnosis.procedure import diagnose
+from robotid.diagnosis.results import Diagnosis
+from robotid.report.tables.diagnose import sentence
+
+FEW = Criteria(max_refits=1)
+
+
+@cache
+def accelerated(by: float, heavier: float = 1.0) -> Diagnosis:
+    """An axis fitted at a speed that varies by so much [rad/s], and held to a record in which that varies more and the
+    inertia is so many times as large."""
+    t = np.arange(1500) * SAMPLING_TIME
+    even = {f"even{k}": 6.0 - k + by * np.sin(2 * np.pi * (0.5 + 0.1 * k) * t) for k in range(2)}
+    loaded = TRUTH | {"motor.inertia.J": heavier * TRUTH["motor.inertia.J"]}
+    (check,) = made_along({"check": references()["wide"]}, loaded)
+    made = [*(one.piece(500, 1500) for one in made_along(even)), replace(check, role="validate")]
+    return diagnose(fitted(made), made, FEW)
+
+
+def test_a_parameter_that_the_fitted_records_leave_uncertain_has_not_changed() -> None:
+    found = accelerated(by=0.1)
+    assert found.records["check"].misfit > 2.0 * found.records["check"].noise_floor
+    assert found.verdict == "clean"
+    assert not found.causes
+    assert "simulates check as well once it is fitted" in found.remarks[0]
+
+
+def test_one_that_has_changed_is_named() -> None:
+    found = accelerated(by=2.0, heavier=1.2)
+    assert [cause.effect for cause in found.causes] == ["record_change.check.motor.inertia.J"]
+    assert found.causes[0].parameters[0].value == pytest.approx(0.2 * TRUTH["motor.inertia.J"], rel=0.1)
+
+
+@cache
+def shaken() -> Diagnosis:
+    """A model that is right, and a held-out record in which something else moves the axis."""
+    *made, check = records({})
+    drive = lfilter([1.0], [1.0, -0.99], np.random.default_rng(3).standard_normal(len(check)))
+    made = [*made, replace(check, tau_m=check.tau_m + 0.03 * drive)]
+    return diagnose(fitted(made), made, FEW)
+
+
+def test_a_record_that_no_parameters_simulate_beside_the_fitted_ones_is_not_clean() -> None:
+    found = shaken()
+    assert found.verdict == "unknown"
+    assert found.apart == ("check",)
+    assert "no parameters of the model simulate both" in found.remarks[0]
+
+
+def test_the_sentence_says_where_the_model_is_wrong() -> None:
+    found = shaken()
+    wrong = found.records["check"].misfit
+    assert sentence(found) == (f"m leaves noise on the records of its fit and is wrong by {wrong:.2g} rad/s on check")
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_record_as_good_as_the_others_needs_no_fit_of_its_own(seed: int) -> None:
+    made = records({}, seed=seed)
+    found = diagnose(fitted(made), made, FEW)
+    assert found.verdict == "clean"
+    assert not found.remarks
