@@ -49,7 +49,7 @@ def noise_limit(record: Record, lowest: float, highest: float, order: int = 4) -
     """
     h = record.sampling_time
     density = angle_noise(record.phi_m, h)
-    highest = max(lowest, min(highest, 1 / (SAMPLES_A_PERIOD * h)))
+    highest = max(lowest, min(highest, finest(h)))
     shares = []
     cutoffs = np.geomspace(highest, lowest, 1 + int(np.ceil(np.log(highest / lowest) / np.log(NOISE_STEP)))).tolist()
     for cutoff in cutoffs:
@@ -58,6 +58,11 @@ def noise_limit(record: Record, lowest: float, highest: float, order: int = 4) -
         if shares[-1] <= MAX_NOISE_SHARE:
             return float(cutoff)
     return float(cutoffs[int(np.argmin(shares))])
+
+
+def finest(sampling_time: float) -> float:
+    """The highest frequency [Hz] at which central differences tell a motion."""
+    return 1 / (SAMPLES_A_PERIOD * sampling_time)
 
 
 def _acceleration(angle: Array, sampling_time: float, cutoff: float, order: int) -> Array:

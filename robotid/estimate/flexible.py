@@ -124,7 +124,9 @@ class _Fitted:
         notch = np.sqrt(values[parts.stiffness] / values[parts.arm])
         needed = (parts.motor, parts.stiffness, parts.arm)
         certain = all(self.fit.relative_std.get(name, 0.0) < LARGEST_DOUBT for name in needed)
-        return bool(certain and 0.5 * omega[0] < notch < 2 * omega[-1])
+        # Notch and resonance between two lines are the error of one line.
+        apart = notch * (np.sqrt(self.rigid / values[parts.motor]) - 1) > np.median(np.diff(omega))
+        return bool(certain and apart and 0.5 * omega[0] < notch < 2 * omega[-1])
 
 
 def fit_flexible(

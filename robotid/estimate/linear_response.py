@@ -86,5 +86,13 @@ def fit_response(
     best = min(solutions, key=lambda s: float(s.cost))
     misfit = float(np.sqrt(2 * best.cost / max(1, len(best.fun) - len(free))))
     jacobian = np.asarray(best.jac, dtype=np.float64)
-    covariance = np.linalg.pinv(jacobian.T @ jacobian) * max(1.0, misfit) ** 2
-    return ResponseFit(values(best.x), dict(zip(free, np.sqrt(np.diag(covariance)).tolist(), strict=True)), misfit)
+    std = max(1.0, misfit) * _standard_deviations(jacobian)
+    return ResponseFit(values(best.x), dict(zip(free, std.tolist(), strict=True)), misfit)
+
+
+def _standard_deviations(jacobian: Array) -> Array:
+    """Of parameters behind a Jacobian (n, m) of residuals of unit variance, (m,); beyond all bounds in a direction that
+    changes nothing."""
+    _, values, directions = np.linalg.svd(jacobian, full_matrices=False)
+    least = np.finfo(float).eps * values.max(initial=np.finfo(float).tiny)
+    return np.asarray(np.linalg.norm(directions / np.maximum(values, least)[:, None], axis=0))

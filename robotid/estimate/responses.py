@@ -7,14 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robotid.estimate.cutoff import SAMPLES_A_PERIOD, finest, noise_limit
 from robotid.estimate.regressor import moving
-from robotid.model.array import Array
+from robotid.model.array import Array, Mask
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.term import Motion
+from robotid.signals.angle_noise import angle_noise
+from robotid.signals.differentiate import central_difference, low_pass
 from robotid.signals.frf import Frf, combine, estimate_frf
 from robotid.signals.record import Record
 
+AT_REST = 6.0  # standard deviations of its noise over which an angle at rest spreads
+LINES = 10.0  # of a record, below which no noise limit is sought
 ALIKE = 0.01  # relative difference of reference RMS at which two records are realisations of one excitation
 
 
@@ -50,7 +55,7 @@ def responses(
     """
     found = []
     for group in _realisations(records):
-        frfs = tuple(estimate_frf(r, band, window, r.tau_m - nonlinear_torque(joint, parameters, r)) for r in group)
+        frfs = tuple(_response(joint, parameters, record, band, window) for record in group)
         together = len(frfs) > 1 and all(np.array_equal(f.frequency, frfs[0].frequency) for f in frfs)
         if together:
             found.append(Response(combine("+".join(r.name for r in group), frfs), group))
@@ -59,13 +64,59 @@ def responses(
     return tuple(found)
 
 
+def _response(
+    joint: Joint, parameters: Parameters, record: Record, band: tuple[float, float] | None, window: float | None
+) -> Frf:
+    torque = record.tau_m - nonlinear_torque(joint, parameters, record)
+    return estimate_frf(record, band, window, torque, highest=_noisy_from(record))
+
+
+def _noisy_from(record: Record) -> float:
+    """Frequency [Hz] above which the motion is lost in the noise of the angle, infinite where the sampling tells of
+    none. Of such noise a controller makes torque, and the response is then that of the controller, upside down."""
+    highest = finest(record.sampling_time)
+    limit = noise_limit(record, min(LINES / record.duration, highest), highest)
+    return limit if limit < highest else np.inf
+
+
+def _direction(record: Record) -> Array:
+    """Direction of a motion by its angle, (n,), zero where it rests."""
+    h, limit = record.sampling_time, _noisy_from(record)
+    angle = record.phi_m if np.isinf(limit) else low_pass(record.phi_m, h, limit)
+    return np.where(_rests(record), 0.0, np.sign(central_difference(angle, h)))
+
+
+def _rests(record: Record) -> Mask:
+    """Where the angle keeps within its noise for as long as a motion takes to be told, (n,)."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d  # late: a configuration is read without it
+
+    noise = np.sqrt(angle_noise(record.phi_m, record.sampling_time) * 0.5 / record.sampling_time)
+    samples = int(SAMPLES_A_PERIOD)
+    range_of = maximum_filter1d(record.phi_m, samples) - minimum_filter1d(record.phi_m, samples)
+    return np.asarray(maximum_filter1d(range_of <= AT_REST * noise, samples, origin=-(1 - samples % 2)))
+
+
 def nonlinear_torque(joint: Joint, parameters: Parameters, record: Record) -> Array:
-    """Torque of the nonlinear effects that move with the rigid joint: dry friction, gravity, cogging [Nm], (n,)."""
+    """Torque of the nonlinear effects that move with the rigid joint: dry friction, gravity, cogging [Nm], (n,).
+
+    Where the motor may rest, for its speed is no more than the noise of the angle makes of it, dry friction takes of
+    the recorded torque what it can.
+    """
+    direction = _direction(record)
+    rests = direction == 0.0
+    if not rests.any():
+        return _along(joint, parameters, record, direction)
+    ways = [_along(joint, parameters, record, np.where(rests, s, direction)) for s in (-1.0, 1.0)]
+    return np.where(rests, np.clip(record.tau_m, np.minimum(*ways), np.maximum(*ways)), ways[0])
+
+
+def _along(joint: Joint, parameters: Parameters, record: Record, direction: Array) -> Array:
+    """The same in directions (n,)."""
     torque, zero = np.zeros(len(record)), np.zeros(len(record))
     for place, factor in moving(joint):
         if not place.term.linear:
             x, v = factor * record.phi_m, factor * record.dphi_m
-            motion = Motion(x, v, zero, np.sign(v), record.t, np.zeros((0, len(record))))
+            motion = Motion(x, v, zero, np.sign(factor) * direction, record.t, np.zeros((0, len(record))))
             torque = torque + factor * place.term.torque(motion, list(parameters.values[place.at]))
     return torque
 

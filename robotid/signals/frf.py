@@ -68,18 +68,23 @@ class Spectra:
 
 
 def estimate_frf(
-    record: Record, band: tuple[float, float] | None = None, window: float | None = None, torque: Array | None = None
+    record: Record,
+    band: tuple[float, float] | None = None,
+    window: float | None = None,
+    torque: Array | None = None,
+    highest: float = np.inf,
 ) -> Frf:
     """Frequency response of one record.
 
     band [Hz], absent : the excitation's own, or where the reference (or the torque) has its energy. window [s] :
     resolution of a record that does not repeat. torque (n,) : instead of the record's, say with dry friction taken off.
+    highest [Hz] : above which no band that is not given reaches.
     Where two or more periods follow a first one, they are averaged and compared; a single period, or a record that does
     not repeat, is read by local polynomials, which also take out the transient.
     Raises NumericsError where the band holds no excited lines.
     """
     torque = record.tau_m if torque is None else torque
-    band = band or record.band or _occupied(record, torque)
+    band = band or record.band or _occupied(record, torque, highest)
     length, count = _stretches(record) if window is None else (len(record), 1)
     spectra = _spectra(record, torque, length, count)
     lines = _excited(spectra, band)
@@ -130,10 +135,10 @@ def _instrument(record: Record, torque: Array) -> Array:
     return central_difference(speed, record.sampling_time)
 
 
-def _occupied(record: Record, torque: Array) -> tuple[float, float]:
-    """Band of the instrument's energy [Hz]."""
+def _occupied(record: Record, torque: Array, highest: float) -> tuple[float, float]:
+    """Band of the instrument's energy below a frequency [Hz]."""
     lowest = 2 / record.duration
-    return lowest, max(4 * lowest, bandwidth(_instrument(record, torque), record.sampling_time))
+    return lowest, max(4 * lowest, min(highest, bandwidth(_instrument(record, torque), record.sampling_time)))
 
 
 def _stretches(record: Record) -> tuple[int, int]:
