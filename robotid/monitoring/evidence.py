@@ -108,7 +108,31 @@ def together_p_value(fitted: LogEvidence, log: LogEvidence) -> float:
     return float(fisher.sf(wald * (count - k) / (k * (count - 1)), k, count - k))
 
 
+def beyond_uncertainty(fitted: LogEvidence, log: LogEvidence) -> Array:
+    """What the model leaves of a log, by block, a sample, (B,), with the parameters that suit the log best among those
+    that the records of the fit leave possible: the most likely ones, the covariance of the fit their prior, and what
+    they cost by that taken off what they explain."""
+    usual = max(float(np.mean(fitted.residual_energy)), np.finfo(np.float64).tiny)
+    information, moment = log.blocks.information, log.blocks.moment
+    if not moment.shape[1]:
+        return log.residual_energy
+    # C (I C + s)^-1 m = (I + s C^-1)^-1 m, and needs no inverse of a covariance of nothing
+    covariance = fitted.blocks.covariance()
+    total = information.sum(axis=0) @ covariance + usual * np.eye(moment.shape[1])
+    change = covariance @ np.linalg.lstsq(total, moment.sum(axis=0), rcond=None)[0]
+    return np.asarray((log.blocks.energy - moment @ change) / log.lengths)
+
+
 def residual_p_value(fitted: LogEvidence, log: LogEvidence) -> float:
     """p-value of what the model leaves being no larger than on the records of the fit, by the ranks of the blocks'
     energies (Mann & Whitney 1947)."""
-    return float(mannwhitneyu(log.residual_energy, fitted.residual_energy, alternative="greater").pvalue)
+    return _louder(log.residual_energy, fitted)
+
+
+def unforeseen_p_value(fitted: LogEvidence, log: LogEvidence) -> float:
+    """The same of what the model leaves beyond the uncertainty of its parameters."""
+    return _louder(beyond_uncertainty(fitted, log), fitted)
+
+
+def _louder(energies: Array, fitted: LogEvidence) -> float:
+    return float(mannwhitneyu(energies, fitted.residual_energy, alternative="greater").pvalue)

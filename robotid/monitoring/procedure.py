@@ -1,9 +1,9 @@
 """Whether an accepted model is still right on new logs, and what has changed where it is not.
 
 Two questions are asked of every log, each by a test whose distribution without any change is known: whether it asks for
-other parameters, and whether the model leaves more than it did. An alarm needs significance over all
-logs and both tests (Holm 1979), and for the residual a size that matters. What has changed is then sought as the
-diagnosis seeks what differs on validation records.
+other parameters, and whether the model leaves more than it did. An alarm needs significance over all logs and both
+tests (Holm 1979), and for the residual a size that matters, beyond what the uncertainty of the parameters explains. What
+has changed is then sought as the diagnosis seeks what differs on validation records.
 """
 
 from __future__ import annotations
@@ -24,7 +24,14 @@ from robotid.diagnosis.search.record_changes import changes_of
 from robotid.errors import ConfigError, NumericsError
 from robotid.estimate.comparison import holm
 from robotid.estimate.fitted_model import FittedModel, simulate_record
-from robotid.monitoring.evidence import LogEvidence, evidence_of, parameters_p_value, residual_p_value, single_shift
+from robotid.monitoring.evidence import (
+    LogEvidence,
+    evidence_of,
+    parameters_p_value,
+    residual_p_value,
+    single_shift,
+    unforeseen_p_value,
+)
 from robotid.monitoring.results import ParameterShift, WatchedLog, WatchResult
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
@@ -134,6 +141,8 @@ def _verdict(
     sample there, in variances of the noise."""
     p_parameters, p_residual = p_values
     other, louder = p_parameters < level, p_residual < level and one.ratio > LOUDER
+    if louder and not other:  # parameters that the fit left uncertain may show for the first time
+        louder = unforeseen_p_value(one.fitted, one.log) < level
     found = WatchedLog(
         record=one.record,
         state="unchanged",

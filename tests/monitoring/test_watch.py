@@ -7,9 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.stats import binom
+from support.small_bench import AXIS, SAMPLING_TIME, TRUTH, made_along, references
 from support.watched_axis import watched
 
+from robotid.catalogue import assemble
 from robotid.errors import ConfigError
+from robotid.estimate.fitted_model import fitted_model
+from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.monitoring import WatchOptions, watch
 
 LEVEL = 0.05
@@ -48,6 +52,20 @@ def test_what_no_parameter_explains_is_said_to_be_that() -> None:
     assert found.logs[0].state == "not explained"
     assert found.logs[0].change is None
     assert found.logs[0].residual_ratio > 10.0
+
+
+def test_what_the_records_of_the_fit_left_uncertain_has_not_changed() -> None:
+    """An axis fitted at all but constant speed, with an inertia that is wrong by some per cent."""
+    t = np.arange(1500) * SAMPLING_TIME
+    even = {f"even{k}": 6.0 - k + 0.1 * np.sin(2 * np.pi * (0.5 + 0.1 * k) * t) for k in range(2)}
+    fitted = [one.piece(500, 1500) for one in made_along(even)]
+    (log,) = made_along({"log": references()["wide"]})
+    joint = assemble(AXIS)
+    fit = fit_model("m", joint, joint.parameters().with_values(TRUTH), fitted, FitOptions())
+    (found,) = watch(fitted_model(fit), fitted, [replace(log, role="validate")]).logs
+    assert found.residual_ratio > 5.0
+    assert found.p_residual < 1e-6
+    assert found.state == "unchanged"
 
 
 def test_no_log_is_refused() -> None:
