@@ -2,8 +2,8 @@
 
 Two questions are asked of every log, each by a test whose distribution without any change is known: whether it asks for
 other parameters, and whether the model leaves more than it did. An alarm needs significance over all logs and both
-tests (Holm 1979), and for the residual a size that matters, beyond what the uncertainty of the parameters explains. What
-has changed is then sought as the diagnosis seeks what differs on validation records.
+tests (Holm 1979), and for the residual a size that matters, beyond what the uncertainty of the parameters explains.
+What has changed is then sought as the diagnosis seeks what differs on validation records.
 """
 
 from __future__ import annotations
