@@ -8,11 +8,25 @@ from collections.abc import Callable
 SLIDING = {"rad": "m", "rad2": "m2", "rad3": "m3", "Nm": "N", "Nm2": "N2", "kg m2": "kg"}
 """What a turning axis' units become; others stay."""
 TURNING = re.compile(rf"\b({'|'.join(SLIDING)})\b")
+TURNING_WORDS = re.compile(r"(?<![\w.])(?:([Tt])orque|([Mm]otor|[Aa]rm) angle)(?=s?\b)(?!\.\w)")
+"""Words for a torque or an angle of the axis, not within the name of an effect or a key."""
 
 
 def sliding(unit: str) -> str:
     """The unit of a turning axis as a sliding one has it: rad is m, Nm is N, kg m2 is kg. One that slides stays."""
     return TURNING.sub(lambda found: SLIDING[found[1]], unit)
+
+
+def sliding_words(text: str) -> str:
+    """A text about a turning axis as one about a sliding axis: force and position where it says torque and angle; the
+    names of effects stay."""
+    return TURNING_WORDS.sub(_slid, text)
+
+
+def _slid(found: re.Match[str]) -> str:
+    if found[1]:
+        return "Force" if found[1] == "T" else "force"
+    return f"{found[2]} position"
 
 
 def on_axis(*, linear: bool) -> Callable[[str], str]:

@@ -61,6 +61,8 @@ def draw(content: object, units: Units = str) -> Figure:
 @draw.register
 def draw_excitation(content: Excitation, units: Units = str) -> Figure:
     """The reference of every record."""
+    if not content.references:
+        raise ConfigError("no reference was made: all records are measured", hint="robotid show records.h5 --plot ...")
     return _sheet([reference_plot(reference, units) for reference in content.references])
 
 
@@ -110,7 +112,7 @@ def draw_validation(content: Validation, units: Units = str) -> Figure:
     for subfigure in above:
         _bode(subfigure, content, units)
     _time_plots(middle, _traces(best, units))
-    _correlations(lower, best)
+    _correlations(lower, best, units)
     return figure
 
 
@@ -174,10 +176,11 @@ def _traces(model: ModelValidation, units: Units) -> list[TimePlot]:
     return [trace_plot(name, record, model.output, units) for name, record in model.records.items()]
 
 
-def _correlations(figure: FigureBase, model: ModelValidation) -> None:
+def _correlations(figure: FigureBase, model: ModelValidation, units: Units) -> None:
+    units = sliding if model.structure.linear else units
     for pair, (name, record) in zip(_grid(figure, len(model.records), (1, 1)), model.records.items(), strict=True):
-        draw_correlations(pair[0], pair[1], name, record.residual, record.trace.sampling_time)
-    name_correlations(figure)
+        draw_correlations(pair[0], pair[1], name, record.residual, record.trace.sampling_time, units)
+    name_correlations(figure, units)
 
 
 def _sheet(plots: Sequence[TimePlot]) -> Figure:

@@ -144,7 +144,7 @@ def _few(values: list[float]) -> str:
 def _rigid(f: Findings) -> Iterator[str]:
     assert f.rigid is not None
     errors = list(f.rigid.torque_error_percent.values())
-    explained = f"; the torque is met to {_few(errors)} %" if errors else ""
+    explained = f"; the {axis_label('torque', f.units)} is met to {_few(errors)} %" if errors else ""
     values = listed([_value(f, e) for e in f.rigid.parameters]) or "nothing to estimate"
     yield f"as a rigid joint {f.robot} has {values}{explained}."
     yield "No model has been fitted by simulation yet."
@@ -223,7 +223,7 @@ def _happened(f: Findings, d: Diagnosis) -> Iterator[str]:
     """What happened once in a record."""
     for event in d.events[:MAX_NAMED]:
         size = f"{significant(event.torque, 2)} {f.units('Nm')}"
-        what = "friction that is larger by" if event.friction else "a torque of"
+        what = "friction that is larger by" if event.friction else f"a {axis_label('torque', f.units)} of"
         if event.kind == "bump":
             when = f"from {significant(event.start)} to {significant(event.end)} s"
         elif event.kind == "step":

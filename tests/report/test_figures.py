@@ -20,10 +20,11 @@ from robotid.estimate.flexible import FlexResult
 from robotid.model.units import sliding
 from robotid.report.drawing.frequency import tick_degrees
 from robotid.report.drawing.parameters import draw_iterations
-from robotid.report.drawing.residual import draw_correlations
+from robotid.report.drawing.residual import correlation_keys, draw_correlations
 from robotid.report.figures import draw
 from robotid.report.style.axes import MAX_POINTS, envelope, new_figure, style_axes, write_out_ticks
 from robotid.signals.quality import Recordings
+from robotid.signals.reference import Excitation
 
 
 def recordings() -> Recordings:
@@ -116,6 +117,8 @@ def test_what_cannot_be_drawn_is_said() -> None:
         draw({})
     with pytest.raises(ConfigError, match="nothing is left to explain"):
         draw(CLEAN)
+    with pytest.raises(ConfigError, match="all records are measured"):
+        draw(Excitation(()))
     with pytest.raises(ConfigError, match="a rigid axis has no flexibility"):
         draw(FlexResult((), (), (), (), {}, ("a rigid axis has no flexibility",)))
 
@@ -217,4 +220,23 @@ def test_small_ticks_of_a_logarithmic_axis_are_powers_of_ten() -> None:
     axes = figure.subplots()
     axes.semilogy([1e-7, 1e-2])
     write_out_ticks(axes.yaxis)
-    assert {"1·10⁻⁶", "0.001"} <= set(written_ticks(figure))
+    assert {"10⁻⁶", "0.001"} <= set(written_ticks(figure))
+
+
+def test_small_ticks_carry_their_power_of_ten_themselves() -> None:
+    figure = new_figure(4.0, 3.0)
+    axes = figure.subplots()
+    axes.plot([-2e-5, 3e-5], [0.1, 0.4])
+    style_axes(axes, "gear twist [rad]", "")
+    figure.canvas.draw()
+    assert {"−2·10⁻⁵", "0", "1·10⁻⁵"} <= {tick.get_text() for tick in axes.get_xticklabels()}
+    assert axes.xaxis.get_offset_text().get_text() == ""
+
+
+def test_the_torque_of_an_axis_that_slides_is_a_force() -> None:
+    test = validation().models["m0"].records["small"].residual
+    axes = new_figure(3, 3).subplots(2)
+    draw_correlations(axes[0], axes[1], "small", test, 0.01, sliding)
+    texts = [axes[1].get_title(loc="left"), axes[1].get_ylabel(), *correlation_keys(sliding)[1]]
+    assert "torque" not in " ".join(texts)
+    assert "with the force" in texts

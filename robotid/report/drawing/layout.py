@@ -17,7 +17,7 @@ from robotid.report.drawing.parameters import draw_intervals, interval_rows, sho
 from robotid.report.drawing.perturbation import draw_perturbation, perturbations
 from robotid.report.drawing.residual import correlation_keys, draw_correlations
 from robotid.report.drawing.time import TimePlot, draw_strips, name_curves
-from robotid.report.style.axes import new_figure
+from robotid.report.style.axes import Units, new_figure
 from robotid.validation.results import ModelValidation
 
 WIDTH, HEIGHT = 4.6, 3.1  # [inch] of a figure that a phone can show
@@ -36,7 +36,7 @@ def time_figure(plot: TimePlot) -> Figure:
     return figure
 
 
-def responses_figure(shown: Responses, motion: Motion, units: Callable[[str], str]) -> Figure:
+def responses_figure(shown: Responses, motion: Motion, units: Units) -> Figure:
     """Magnitude, phase and coherence over frequency."""
     rows = -(-(len(shown.measured) + len(shown.models)) // 2)
     figure = new_figure(FREQUENCY_WIDTH, 0.9 + sum(shown.heights) + 0.2 * rows)
@@ -44,7 +44,7 @@ def responses_figure(shown: Responses, motion: Motion, units: Callable[[str], st
     return figure
 
 
-def draw_frequency(figure: FigureBase, shown: Responses, motion: Motion, units: Callable[[str], str]) -> None:
+def draw_frequency(figure: FigureBase, shown: Responses, motion: Motion, units: Units) -> None:
     """The same on a part of a figure."""
     strips = list(figure.subplots(len(shown.heights), 1, squeeze=False, height_ratios=shown.heights)[:, 0])
     draw_responses(strips, shown, motion, units)
@@ -72,7 +72,7 @@ def has_two_columns(fits: Mapping[str, FitResult]) -> bool:
     return len(shown_parameters(fits)) > MAX_STRIPS
 
 
-def intervals_figure(fits: Mapping[str, FitResult], units: Callable[[str], str], extended: str | None = None) -> Figure:
+def intervals_figure(fits: Mapping[str, FitResult], units: Units, extended: str | None = None) -> Figure:
     """Parameters with intervals, a strip a parameter. extended : the model whose extension is the last one, if any."""
     heights = [0.5 + 0.17 * rows for rows in interval_rows(fits)]
     columns = 2 if has_two_columns(fits) else 1
@@ -103,19 +103,19 @@ def matrix_figure(draw: Callable[..., None], size: int, *arguments: Any) -> Figu
     return figure
 
 
-def correlation_figure(name: str, model: ModelValidation) -> Figure:
+def correlation_figure(name: str, model: ModelValidation, units: Units = str) -> Figure:
     """Correlations of the residual of one record."""
     figure = new_figure(WIDTH, HEIGHT + 0.35)
     upper, lower = figure.subplots(2, 1)
     record = model.records[name]
-    draw_correlations(upper, lower, name, record.residual, record.trace.sampling_time)
-    name_correlations(figure)
+    draw_correlations(upper, lower, name, record.residual, record.trace.sampling_time, units)
+    name_correlations(figure, units)
     return figure
 
 
-def name_correlations(figure: FigureBase) -> None:
+def name_correlations(figure: FigureBase, units: Units = str) -> None:
     """A legend of colours and bands below all axes."""
-    handles, names = correlation_keys()
+    handles, names = correlation_keys(units)
     figure.legend(handles, names, fontsize=8, frameon=False, ncols=2, loc="outside lower center")
 
 

@@ -19,6 +19,8 @@ from robotid.report.style.axes import (
     INK,
     QUIET,
     VERMILLION,
+    Units,
+    axis_label,
     legend,
     style_axes,
     write_out_ticks,
@@ -28,7 +30,9 @@ from robotid.validation.results import ResidualTest
 MILLI = 1000.0  # lags are shown in milliseconds
 
 
-def draw_correlations(upper: Axes, lower: Axes, name: str, test: ResidualTest, sampling_time: float) -> None:
+def draw_correlations(
+    upper: Axes, lower: Axes, name: str, test: ResidualTest, sampling_time: float, units: Units = str
+) -> None:
     """Correlation of the residual with itself above, with the torque below; the band that all bars keep to together in
     99 of 100 records, and the bars beyond it, which are the verdict. Bars that do not count are faint."""
     lags = np.arange(1, len(test.autocorrelation) + 1) * sampling_time * MILLI
@@ -38,12 +42,13 @@ def draw_correlations(upper: Axes, lower: Axes, name: str, test: ResidualTest, s
     half = len(test.crosscorrelation) // 2
     lags = np.arange(-half, half + 1) * sampling_time * MILLI
     beyond = _stems(lower, lags, test.crosscorrelation, test.cross_band, lags > 0)
-    verdict = f"follows the torque, {beyond} of {half} bars beyond the band"
+    torque = axis_label("torque", units)
+    verdict = f"follows the {torque}, {beyond} of {half} bars beyond the band"
     if test.undecided:
         verdict = "too short a record to tell: the band is wider than 1"
     elif test.independent:
-        verdict = "no sign of the torque"
-    style_axes(lower, "lag [ms]", "with the torque", verdict)
+        verdict = f"no sign of the {torque}"
+    style_axes(lower, "lag [ms]", f"with the {torque}", verdict)
     lower.axvline(0.0, color=FAINT, linewidth=0.6)
 
 
@@ -59,10 +64,11 @@ def _stems(axes: Axes, lags: NDArray[np.floating[Any]], values: Array, band: flo
     return int(outside.sum())
 
 
-def correlation_keys() -> tuple[list[Line2D | Patch], list[str]]:
+def correlation_keys(units: Units = str) -> tuple[list[Line2D | Patch], list[str]]:
     """What colours and band mean."""
     lines: list[Line2D | Patch] = [Line2D([], [], color=shade, linewidth=1.6) for shade in (BLUE, VERMILLION, FAINT)]
-    return [*lines, Patch(color=BAND)], ["within", "beyond", "before the torque: feedback, not counted", "99 % band"]
+    feedback = f"before the {axis_label('torque', units)}: feedback, not counted"
+    return [*lines, Patch(color=BAND)], ["within", "beyond", feedback, "99 % band"]
 
 
 def draw_spectra(axes: Axes, name: str, spectra: ResidualSpectra, unit: str) -> None:

@@ -12,6 +12,7 @@ from robotid.report.drawing.layout import correlation_figure, one_figure
 from robotid.report.drawing.residual import draw_spectra
 from robotid.report.findings import Findings
 from robotid.report.sections.section import FigureSpec, Section
+from robotid.report.style.axes import axis_label
 from robotid.validation.results import ModelValidation, ResidualTest
 
 
@@ -44,7 +45,8 @@ def _correlations(f: Findings, model: ModelValidation, name: str) -> FigureSpec:
     test, of = model.records[name].residual, "" if f.validation is None else f.validation.best
     alt = f"Correlations of the residual of {name} in {of} with itself and with the torque, and the bands that all of"
     alt = f"{alt} them keep to at 99 %. Verdict: {test.verdict}{_though_clean(f, name, test)}."
-    return FigureSpec(f"correlations-{name}", name, alt, partial(correlation_figure, name, model))
+    draw = partial(correlation_figure, name, model, f.units)
+    return FigureSpec(f"correlations-{name}", name, axis_label(alt, f.units), draw)
 
 
 def _though_clean(f: Findings, name: str, test: ResidualTest) -> str:

@@ -10,6 +10,7 @@ from robotid.report.drawing.frequency import Motion, Responses
 from robotid.report.drawing.layout import responses_figure
 from robotid.report.findings import Findings
 from robotid.report.sections.section import FigureSpec, Section
+from robotid.report.style.axes import axis_label
 
 
 class FrequencyResponses(Section):
@@ -29,7 +30,8 @@ class FrequencyResponses(Section):
         motions: tuple[Motion, ...] = ("speed", "acceleration")
         for motion in motions:
             draw = partial(responses_figure, shown, motion, f.units)
-            yield FigureSpec(f"bode-{motion}", f"Model and measured responses, {motion}", _alt(shown, motion), draw)
+            alt = axis_label(_alt(shown, motion), f.units)
+            yield FigureSpec(f"bode-{motion}", f"Model and measured responses, {motion}", alt, draw)
 
 
 def _alt(shown: Responses, motion: Motion) -> str:

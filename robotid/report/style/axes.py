@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,6 +14,7 @@ from matplotlib.legend import Legend
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, ScalarFormatter
 
 from robotid.model.array import Array
+from robotid.model.units import sliding_words
 from robotid.numerals import significant
 
 Units = Callable[[str], str]
@@ -22,6 +23,7 @@ Units = Callable[[str], str]
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 BLUE, VERMILLION, GREEN, PURPLE, SKY, ORANGE = PALETTE
 INK, QUIET, FAINT, BAND, GRID = "#222222", "#5C6166", "#9A9A9A", "#DDE6EE", "#E4E4E4"
+ROUNDING = 1e-9  # of the largest tick: one below it is zero
 TICK_DIGITS = 6  # of a tick of a logarithmic axis: where it spans less than a decade they are no round numbers
 MAX_DECADES = 2.5  # that ticks at 1, 2, 5 have room on
 MAX_POINTS = 4000  # drawn of a signal; a longer one is drawn as its envelope
@@ -34,7 +36,7 @@ def new_figure(width: float, height: float, layout: Literal["constrained"] | Non
 
 def axis_label(quantity: str, units: Units) -> str:
     """A quantity in the words of its axis: one that slides has forces and positions."""
-    return quantity.replace("torque", "force").replace("angle", "position") if units("rad") == "m" else quantity
+    return sliding_words(quantity) if units("rad") == "m" else quantity
 
 
 def colour(k: int) -> str:
@@ -52,12 +54,30 @@ def style_axes(axes: Axes, x: str, y: str, title: str = "") -> None:
     axes.grid(True, which="major", color=GRID, linewidth=0.6)
     axes.set_axisbelow(True)
     for axis in (axes.xaxis, axes.yaxis):
-        if isinstance(written := axis.get_major_formatter(), ScalarFormatter):
-            written.set_useOffset(False)
+        if isinstance(axis.get_major_formatter(), ScalarFormatter):
+            axis.set_major_formatter(PlainTicks(useOffset=False))
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
     for side in ("left", "bottom"):
         axes.spines[side].set_color(FAINT)
+
+
+class PlainTicks(ScalarFormatter):
+    """Ticks with their power of ten in them, none to be multiplied by what stands beside the axis."""
+
+    _largest = 0.0
+
+    def set_locs(self, locs: Any) -> None:
+        super().set_locs(locs)
+        self._largest = float(np.abs(locs).max()) if len(locs) else 0.0
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        if not super().get_offset():
+            return super().__call__(x, pos)
+        return self.fix_minus(significant(x if abs(x) > ROUNDING * self._largest else 0.0, TICK_DIGITS))
+
+    def get_offset(self) -> str:
+        return ""
 
 
 def legend(axes: Axes, columns: int = 1, *, below: bool = False) -> Legend | None:
@@ -74,7 +94,7 @@ def write_out_ticks(axis: Axis) -> None:
     low, high = axis.get_view_interval()
     few = high > low * 10**MAX_DECADES
     axis.set_major_locator(LogLocator(subs=(1.0,) if few else (1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: significant(value, TICK_DIGITS)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: significant(value, TICK_DIGITS).removeprefix("1·")))
     axis.set_minor_formatter(NullFormatter())
 
 

@@ -30,6 +30,20 @@ def test_a_slid_table_stays_as_it_is() -> None:
     assert in_units_of_axis(once, linear=True) == once
 
 
+def test_words_are_those_of_the_axis_and_names_stay() -> None:
+    table = Table(
+        "Torque error",
+        ("record", "largest missing torque [Nm]", "motor angle", "why"),
+        (("torque", "2", "3", "motor.constant_torque carries 5 % of the torque at the motor; torque.torque_lag"),),
+        "share of the missing torque's variance",
+    )
+    found = in_units_of_axis(table, linear=True)
+    assert (found.title, found.note) == ("Force error", "share of the missing force's variance")
+    assert found.columns == ("record", "largest missing force [N]", "motor position", "why")
+    why = "motor.constant_torque carries 5 % of the force at the motor; torque.torque_lag"
+    assert found.rows == (("torque", "2", "3", why),)
+
+
 @pytest.mark.parametrize(
     "unit", sorted({p.unit for effect in (*TERMS.values(), *CHANNELS.values()) for p in effect.parameters})
 )
