@@ -1,4 +1,4 @@
-"""What diagnosis finds out: how much is wrong, where, why, and what the cause cannot be told from."""
+"""What diagnosis finds out: how much is wrong, where, why, and what the data cannot distinguish from the cause."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ def published_law(twists: Sequence[Array], shapes: Sequence[Array], k: Array, k_
     square, mixed, shape = np.array([[x @ x, x @ g, g @ g] for x, g in pairs]).T
     normal = np.array([[square.sum(), mixed.sum()], [mixed.sum(), shape.sum()]])
     gain = _solve(normal, np.array([square, mixed]))
-    return _law("eq. (14)", gain, k, k_std)
+    return _law("least squares of the spring torque", gain, k, k_std)
 
 
 def equivalent_law(twists: Sequence[Array], shapes: Sequence[Array], k: Array, k_std: Array) -> SpringLaw:

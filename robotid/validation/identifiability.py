@@ -98,7 +98,7 @@ def _by_cosine(fit: FitResult, k: int, cosine: float, correlation: Array) -> tup
     others = np.abs(correlation[k]) * (np.arange(len(correlation)) != k)
     nearest = int(np.argmax(others))
     return "weak", (
-        f"hardly told from the others (cosine {cosine:.4f}), least from {fit.parameters[nearest].name} "
+        f"hardly distinguishable from the others (cosine {cosine:.4f}), least from {fit.parameters[nearest].name} "
         f"(correlation {correlation[k, nearest]:+.3f})"
     )
 

@@ -160,7 +160,7 @@ def test_the_paper_joint_does_not_tell_its_cubic_spring() -> None:
     flex = initialised(STRUCTURE)[1]
     assert flex.guesses["gear.cubic_spring.k3"] == 0.0
     assert any("do not separate k1 from k3" in remark for remark in flex.remarks)
-    assert [law.method for law in flex.springs] == ["eq. (14)", "equivalent linearisation"]
+    assert [law.method for law in flex.springs] == ["least squares of the spring torque", "equivalent linearisation"]
 
 
 def test_readings_as_in_the_paper() -> None:

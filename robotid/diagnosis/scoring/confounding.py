@@ -1,6 +1,6 @@
 """What else answers like a cause: the correlation of its columns with those of other effects on the motions recorded.
 
-Two effects whose answers are alike once the fitted parameters have taken what they can are told apart by little, and a
+Two effects whose answers are alike once the fitted parameters have taken what they can differ little, and a
 misfit that one of them makes is nearly as well explained by the other.
 """
 

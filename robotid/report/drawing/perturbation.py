@@ -12,7 +12,7 @@ from robotid.report.drawing.heat_map import Cells, draw_cells
 from robotid.validation.results import ModelValidation, Perturbation
 
 LIGHTEST, DARKEST = 0.08, 0.93  # of the colour map that is used
-LEAST = 0.1  # [% points] below which changes are hardly told apart by their shade
+LEAST = 0.1  # [% points] below which changes can hardly be distinguished by their shade
 NONE_SEEN = 0.005  # [%] what two decimals do not show
 
 

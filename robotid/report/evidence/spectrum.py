@@ -14,7 +14,7 @@ from robotid.model.array import Array
 from robotid.signals.derivation import Derivation
 from robotid.signals.record import Quantity
 
-BINS_A_DECADE = 12  # over which a periodogram is averaged, so that two spectra can be told apart
+BINS_A_DECADE = 12  # over which a periodogram is averaged, so that two spectra can be distinguished
 MIN_LINES = 3  # frequencies in a bin: a mean of fewer scatters by more than it tells
 
 

@@ -35,7 +35,9 @@ class Parameters(Section):
         chosen = [name for name in (f.fits.best, *list(fits)[len(f.fits.models) :]) if name in shown]
         for name in chosen:
             fit = shown[name]
-            alt = f"Correlation of the estimates of {name}: pairs near +1 or −1 cannot be told apart by these records."
+            alt = (
+                f"Correlation of the estimates of {name}: pairs near +1 or −1 cannot be distinguished by these records."
+            )
             draw = partial(matrix_figure, draw_correlation, len(estimated(fit)), name, fit)
             yield FigureSpec(f"correlation-of-{slug(name)}", f"Correlation of the estimates of {name}", alt, draw)
         ends = listed([f"{name}: {one.end.value}" for name, one in f.fits.models.items()])

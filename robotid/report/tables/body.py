@@ -59,7 +59,9 @@ def _errors(body: BodyResult) -> Table:
         "base: least squares of the base parameters; consistent: parameters that a body can have, near their start "
         "where the motions show nothing; the simulation uses these"
     )
-    return Table("Body: torque error [%]", ("record", "", "parameters", *body.axes), rows, f"{note}\ncut-off {cutoffs}")
+    return Table(
+        "Body: torque error [%]", ("record", "role", "parameters", *body.axes), rows, f"{note}\ncut-off {cutoffs}"
+    )
 
 
 def _parameters(body: BodyResult) -> Table:

@@ -11,7 +11,7 @@ SEVERITIES = {"fatal": "red", "warning": "yellow", "note": "dim", "accepted": "c
 def tables(found: Plausibility) -> tuple[Table, ...]:
     """A row a finding, the gravest first."""
     rows = tuple((f.record, _severity(f), f.name, f.what, f.consequence, f.cure) for f in found.findings)
-    columns = ("record", "", "check", "what", "consequence", "cure")
+    columns = ("record", "severity", "check", "what", "consequence", "cure")
     note = "" if rows else f"nothing was found in {', '.join(found.records)}"
     return (Table("Do the records make sense?", columns, rows, note, SEVERITIES),)
 

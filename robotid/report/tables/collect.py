@@ -111,4 +111,4 @@ def _range(limits: tuple[float, float]) -> str:
 
 def _remarks(recordings: Recordings) -> tuple[Table, ...]:
     rows = tuple((r.name, remark) for r in recordings.reports for remark in r.remarks)
-    return (Table("Remarks", ("record", ""), rows),) if rows else ()
+    return (Table("Remarks", ("record", "remark"), rows),) if rows else ()

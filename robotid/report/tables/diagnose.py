@@ -249,7 +249,7 @@ def _causes(diagnosis: Diagnosis) -> tuple[Table, ...]:
         )
         for cause in diagnosis.causes
     )
-    columns = ("effect", "explains [%]", "held-out gain [% points]", "p", "cannot be told from", "much like")
+    columns = ("effect", "explains [%]", "held-out gain [% points]", "p", "indistinguishable from", "correlated with")
     values = tuple(
         (p.name, number(p.value, 4), number(p.std_robust, 2), p.unit, p.remark)
         for cause in diagnosis.causes
@@ -258,7 +258,7 @@ def _causes(diagnosis: Diagnosis) -> tuple[Table, ...]:
     note = (
         "explains: share of the misfit's energy beside the causes above, every frequency weighed by the noise that it"
         " has; all shares and what remains make 100 %\n"
-        "much like: other effects and the correlation of their answers on these motions"
+        "correlated with: other effects, and the correlation of their responses on these motions"
     )
     return (
         Table("Causes", columns, rows, note),
@@ -291,7 +291,7 @@ def _limits(diagnosis: Diagnosis) -> tuple[Table, ...]:
     unseen = [one.effect for one in diagnosis.limits if not isfinite(one.size)]
     note = "of effects that the model lacks, all its parameters refitted; what is smaller may be there"
     note += f"\ninvisible in these records: {', '.join(unseen)}" if unseen else ""
-    return (Table("Detection limits", ("effect", "", "would be seen from", "unit"), rows, note),) if rows else ()
+    return (Table("Detection limits", ("effect", "symbol", "would be seen from", "unit"), rows, note),) if rows else ()
 
 
 def _separations(diagnosis: Diagnosis) -> tuple[Table, ...]:
@@ -300,8 +300,8 @@ def _separations(diagnosis: Diagnosis) -> tuple[Table, ...]:
     rows = tuple((effect, s.against, number(s.ratio, 3)) for effect, s in found)
     blocks = (f"{effect} or {s.against}? excite: {json.dumps(_block(s))}" for effect, s in found)
     note = "\n".join(("difference: of the two models' outputs in that experiment, RMS over the noise", *blocks))
-    columns = ("effect", "to be told from", "difference")
-    return (Table("Experiments that tell causes apart", columns, rows, note),) if found else ()
+    columns = ("effect", "to be distinguished from", "difference")
+    return (Table("Experiments that distinguish causes", columns, rows, note),) if found else ()
 
 
 def _rejected(diagnosis: Diagnosis) -> tuple[Table, ...]:

@@ -22,7 +22,7 @@ def companion_constant(evidence: Evidence) -> Iterator[Remark]:
             yield Remark(
                 "warning",
                 f"{name} is {one.values[0]:.4g} {one.unit} throughout",
-                f"what reads {name} cannot be told from what does not",
+                f"what reads {name} cannot be distinguished from what does not",
                 "check the column, or record while it changes",
             )
 
@@ -61,7 +61,7 @@ def companion_copy(evidence: Evidence) -> Iterator[Remark]:
                 yield Remark(
                     "warning",
                     f"{name} is {other} but for offset and scale",
-                    f"what reads {name} cannot be told from what reads {other}",
+                    f"what reads {name} cannot be distinguished from what reads {other}",
                     "check the column, or move the axes differently",
                 )
         seen[name] = one.values

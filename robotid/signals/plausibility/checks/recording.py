@@ -109,7 +109,7 @@ def reversals(evidence: Evidence) -> Iterator[Remark]:
         yield Remark(
             "note",
             "the motor never reverses",
-            "dry friction cannot be told from a constant torque",
+            "dry friction cannot be distinguished from a constant torque",
             "use it beside a record that reverses, or fix one of the two",
         )
 

@@ -123,7 +123,7 @@ def torque_unrelated(evidence: Evidence) -> Iterator[Remark]:
             "warning",
             f"the motion explains {explained}, and {plain(100 * found.by_chance, 2)} % of a torque that is shifted in"
             " time: it hardly has more than one frequency",
-            "neither inertia and friction nor whether torque and motion belong together can be told from it",
+            "neither inertia and friction nor whether torque and motion belong together can be found from it",
             "record a motion of many frequencies, such as robotid excite makes",
         )
     elif _is_chance(found):
