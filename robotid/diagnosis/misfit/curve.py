@@ -19,7 +19,8 @@ class Curve:
     the root mean square of each band). After ", by direction" the torque is counted along the motion, after ", by
     speed" in proportion to the speed, as large as it is at the speed `at`. x, missing_torque, spread, count : (bins,)
     centre, mean, standard deviation within, samples. order : share of the missing torque's variance that the curve
-    explains on samples that did not make it, zero where it explains none.
+    explains on samples that did not make it, about the one value, counted alike, that explains most of it in all bins;
+    zero where it explains none.
     """
 
     along: str

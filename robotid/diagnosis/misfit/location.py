@@ -139,7 +139,7 @@ def _curve(samples: MovingSamples, variable: OrderingVariable, gain: str) -> Cur
         missing_torque=mean,
         spread=np.sqrt(left / np.maximum(count, 1)),
         count=count.astype(np.float64),
-        order=_share(torque, predicted),
+        order=_share(torque, weight, predicted),
         at=at if gain == BY_SPEED else 1.0,
     )
 
@@ -165,8 +165,10 @@ def _ratio(across: Array, own: Array, centre: Array, turn: bool) -> Array:
     return np.asarray(np.interp(centre, centre[full], across[full] / own[full], period=TURN if turn else None))
 
 
-def _share(torque: Array, predicted: Array) -> float:
-    total = float(np.sum((torque - torque.mean()) ** 2))
+def _share(torque: Array, weight: Array, predicted: Array) -> float:
+    """Of what the gain alone leaves, one value for all bins: the variable has no merit in what it explains."""
+    alike = weight * (float(weight @ torque) / (float(weight @ weight) or 1.0))
+    total = float(np.sum((torque - alike) ** 2))
     return max(0.0, 1 - float(np.sum((torque - predicted) ** 2)) / total) if total > 0 else 0.0
 
 

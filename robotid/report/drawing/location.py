@@ -26,32 +26,16 @@ from robotid.report.style.axes import (
     style_axes,
     write_out_ticks,
 )
+from robotid.report.variables import MIN_SHARE, variable_of
 
-VARIABLES = {
-    "dphi_m": "motor speed",
-    "phi_m": "motor angle",
-    "phi_m mod 2 pi": "motor angle within a turn",
-    "phi_a": "arm angle",
-    "twist": "gear twist",
-    "ddphi_m": "motor acceleration",
-    "tau_m": "motor torque",
-    "t": "time",
-    "reversal": "time since reversal",
-    "record": "record",
-    "frequency": "frequency",
-}
 ROOM = 1.15  # about the curves
-MIN_SHARE = 0.05  # of the variance that a variable accounts for, from which there is something to see
 SAME_SHARE = 0.01  # by which the arm's angle must tell more than the motor's, which it follows through the gear
 MAX_DOTS = 400  # samples that are drawn behind a curve
 
 
 def variable(curve: Curve, units: Units = str) -> str:
     """What a curve runs along, in words."""
-    name = curve.along.partition(",")[0]
-    if name.startswith("companion["):
-        return name.removeprefix("companion[").removesuffix("]")
-    return axis_label(VARIABLES.get(name, name), units)
+    return axis_label(variable_of(curve), units)
 
 
 def counted(curve: Curve, units: Units = str) -> str:

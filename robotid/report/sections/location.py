@@ -13,7 +13,6 @@ from robotid.model.companion import companion_of
 from robotid.numerals import listed, portion, significant
 from robotid.report.drawing.layout import one_figure
 from robotid.report.drawing.location import (
-    MIN_SHARE,
     Located,
     best_of_each,
     counted,
@@ -29,6 +28,7 @@ from robotid.report.evidence.samples import samples, stretches
 from robotid.report.findings import Findings
 from robotid.report.sections.section import Bin, FigureSpec, Section, over_time, slug
 from robotid.report.style.axes import axis_label
+from robotid.report.variables import MIN_SHARE
 
 
 class Location(Section):

@@ -9,10 +9,11 @@ import numpy as np
 
 from robotid.diagnosis.misfit.curve import Curve
 from robotid.diagnosis.results import Cause, DetectionLimit, Diagnosis, Event, Rejected, Separation
-from robotid.model.units import sliding
+from robotid.model.units import sliding, sliding_words
 from robotid.numerals import fixed, listed, number, percent, portion, probability, rms
 from robotid.report.tables.estimates import estimates_document
 from robotid.report.tables.table import Json, Table
+from robotid.report.variables import MIN_SHARE, counting_of, variable_of
 
 SHOWN = 12  # bins of a shape that a table shows
 ALIKE = 3  # confounded effects that a table shows
@@ -42,7 +43,7 @@ def brief(diagnosis: Diagnosis) -> tuple[Table, ...]:
 
 def document(diagnosis: Diagnosis) -> Json:
     """The `diagnose --json` document of docs/command-line.md."""
-    torque = "Nm" if diagnosis.unit != sliding(diagnosis.unit) else "N"
+    torque = _torque_unit(diagnosis)
     return {
         "verdict": diagnosis.verdict,
         "model": diagnosis.model,
@@ -72,6 +73,11 @@ def document(diagnosis: Diagnosis) -> Json:
     }
 
 
+def _torque_unit(diagnosis: Diagnosis) -> str:
+    """Of a torque on an axis whose output has this unit, a force where the axis slides."""
+    return "Nm" if diagnosis.unit != sliding(diagnosis.unit) else "N"
+
+
 def sentence(diagnosis: Diagnosis) -> str:
     """The verdict."""
     d, unit = diagnosis, diagnosis.unit
@@ -82,7 +88,7 @@ def sentence(diagnosis: Diagnosis) -> str:
         return f"{d.model} does not simulate the records that it was fitted to: {wrong}; `robotid check` examines them"
     causes = ", and ".join(map(_clause, d.causes))
     if d.verdict == "named" and not d.causes:
-        happened = ", and ".join(map(_happened, d.events))
+        happened = ", and ".join(_on_axis(d, _happened(event, _torque_unit(d))) for event in d.events)
         return f"{d.model} leaves nothing to explain but what happened once: {happened}"
     if d.verdict in ("named", "partly named"):
         among = " among others" if d.verdict == "partly named" else ""
@@ -90,9 +96,14 @@ def sentence(diagnosis: Diagnosis) -> str:
     if d.apart:
         wrong = rms(max(d.records[name].misfit for name in d.apart), 2)
         return f"{d.model} leaves noise on the records of its fit and is wrong by {wrong} {unit} on {listed(d.apart)}"
-    place = "" if d.shape is None else f"; it is ordered best along {d.shape.along}"
+    place = "" if d.shape is None else f"; it follows the {_on_axis(d, variable_of(d.shape))} best"
     known = f"{d.model} lacks {causes}, and more" if causes else f"{d.model} is wrong by {rms(d.misfit, 2)} {unit}"
     return f"{known} that no effect of the catalogue explains{place}"
+
+
+def _on_axis(d: Diagnosis, text: str) -> str:
+    """A text in the words of the axis."""
+    return sliding_words(text) if d.unit == sliding(d.unit) else text
 
 
 def remainder(d: Diagnosis) -> str:
@@ -111,10 +122,11 @@ def _clause(cause: Cause) -> str:
     return f"{cause.effect}{alternatives}, which explains {portion(cause.explained)}{of}"
 
 
-def _happened(event: Event) -> str:
+def _happened(event: Event, unit: str) -> str:
     """An event as part of a sentence."""
     until = f" to {number(event.end, 4)}" if event.kind == "bump" else ""
-    return f"a {_kind(event)} by {number(event.torque, 2)} Nm in {event.record}, from {number(event.start, 4)}{until} s"
+    size = f"{number(event.torque, 2)} {unit}"
+    return f"a {_kind(event)} by {size} in {event.record}, from {number(event.start, 4)}{until} s"
 
 
 def _kind(event: Event) -> str:
@@ -223,16 +235,29 @@ def _records(diagnosis: Diagnosis) -> Table:
 
 
 def _curves(diagnosis: Diagnosis) -> tuple[Table, ...]:
-    """Where the missing torque sits, a row a variable."""
-    rows = tuple((c.along, percent(c.order), *_largest(c), c.unit) for c in diagnosis.curves if len(c.x))
-    columns = ("along", "accounts for [%]", "largest missing torque [Nm]", "there", "unit")
+    """Where the missing torque sits, a row a variable that accounts for something."""
+    curves = [c for c in diagnosis.curves if len(c.x)]
+    shown = [c for c in curves if c.order >= MIN_SHARE or c.along == "frequency"]
+    rows = tuple((variable_of(c), counting_of(c), _order(c), *_largest(diagnosis, c)) for c in shown)
+    columns = ("variable", "torque counted", "accounts for [%]", "largest missing torque [Nm]", "there", "unit")
     note = "accounts for: share of the missing torque's variance that its mean along the variable explains"
-    return (Table("Where the misfit sits", columns, rows, note),) if rows else ()
+    if rest := list(dict.fromkeys(variable_of(c) for c in curves if c not in shown)):
+        less = [name for name in rest if name not in {variable_of(c) for c in shown}]
+        note += f"\nless than {portion(MIN_SHARE, 0)}: {', '.join(less)}" if less else ""
+    return (Table("Where the misfit sits", columns, rows, note),) if curves else ()
 
 
-def _largest(curve: Curve) -> tuple[str, str]:
+def _order(curve: Curve) -> str:
+    return "-" if curve.along == "frequency" else percent(curve.order)
+
+
+def _largest(diagnosis: Diagnosis, curve: Curve) -> tuple[str, str, str]:
+    """The largest missing torque, the value of the variable there, and its unit; the name of a record."""
     k = int(np.nanargmax(np.abs(curve.missing_torque))) if np.isfinite(curve.missing_torque).any() else 0
-    return number(float(curve.missing_torque[k]), 3), number(float(curve.x[k]), 3)
+    largest, there, names = number(float(curve.missing_torque[k]), 3), float(curve.x[k]), list(diagnosis.missing)
+    if curve.along.startswith("record") and 0 <= there < len(names):
+        return largest, names[int(there)], ""
+    return largest, number(there, 3), curve.unit
 
 
 def _causes(diagnosis: Diagnosis) -> tuple[Table, ...]:
@@ -325,5 +350,5 @@ def _shape(diagnosis: Diagnosis) -> tuple[Table, ...]:
         (number(float(curve.x[k]), 3), number(float(curve.missing_torque[k]), 3), number(float(curve.spread[k]), 2))
         for k in chosen
     )
-    head = f"{curve.along} [{curve.unit}]" if curve.unit else curve.along
+    head = f"{variable_of(curve)} [{curve.unit}]" if curve.unit else variable_of(curve)
     return (Table("Shape of what is unknown", (head, "missing torque [Nm]", "spread [Nm]"), rows),)

@@ -96,6 +96,14 @@ def test_a_difference_between_records_shows_along_the_records(clean: tuple[Missi
     assert curve.order == pytest.approx(1.0)
 
 
+def test_what_follows_the_speed_alone_is_no_merit_of_what_it_is_counted_along(clean: tuple[MissingTorque, ...]) -> None:
+    curves = locate([told(one, -1e-3 * speed_of(one)) for one in clean])
+    assert curves[0].along == "dphi_m"
+    assert curves[0].order > 0.95
+    assert max(curve.order for curve in curves if curve.along.endswith(("by speed", "by direction"))) < 0.7
+    assert named(curves, "record, by speed").order < 0.01
+
+
 def test_no_bin_of_a_speed_crosses_zero(clean: tuple[MissingTorque, ...]) -> None:
     fast = [told(one, np.sign(speed_of(one))) for one in clean]
     curve = named(locate(fast), "dphi_m")

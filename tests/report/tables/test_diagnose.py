@@ -6,8 +6,9 @@ import json
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
-from support.diagnosed import CLEAN, EXTENSION, NAMED, PAYLOAD, UNKNOWN
+from support.diagnosed import CLEAN, EXTENSION, NAMED, PAYLOAD, PUSH, UNKNOWN
 
 from robotid.cli.console import print_json, print_tables
 from robotid.diagnosis.results import Diagnosis, Separation
@@ -74,7 +75,7 @@ def test_the_shape_of_what_is_unknown(capsys: pytest.CaptureFixture[str]) -> Non
     assert shape["missing_torque"][2] is None
     text = shown(diagnose.tables(UNKNOWN), capsys)
     assert "Shape of what is unknown" in text
-    assert "phi_m [rad]" in text
+    assert "motor angle [rad]" in text
 
 
 def test_a_block_may_be_that_of_a_whole_record(capsys: pytest.CaptureFixture[str]) -> None:
@@ -96,6 +97,27 @@ def test_all_that_matters_is_in_the_tables(capsys: pytest.CaptureFixture[str]) -
     assert "invisible in these records: gear.backlash" in text
     assert "the records are short" in text
     assert "-0.2" in text or "0.2" in text
+
+
+def test_where_the_misfit_sits_is_said_in_words() -> None:
+    speed, of_record = NAMED.curves
+    twist = replace(speed, along="twist, by direction", unit="rad", order=0.3)
+    little = replace(speed, along="phi_m", unit="rad", order=0.01)
+    first = replace(of_record, x=np.array([0.0, 1.0]), missing_torque=np.array([0.0, 0.1]))
+    found = diagnose.tables(replace(NAMED, curves=(speed, first, twist, little)))
+    (table,) = [one for one in found if one.title == "Where the misfit sits"]
+    assert [row[:3] for row in table.rows] == [
+        ("motor speed", "", "83.0"),
+        ("record", "", "83.0"),
+        ("gear twist", "along the motion", "30.0"),
+    ]
+    assert table.rows[1][4:] == ("check", "")
+    assert table.note.endswith("less than 5 %: motor angle")
+
+
+def test_an_event_on_an_axis_that_slides_is_a_force() -> None:
+    sliding = replace(NAMED, unit="m/s", causes=(), events=(PUSH,))
+    assert diagnose.sentence(sliding).endswith("a bump of force by 0.3 N in set1, from 1.7 to 2.5 s")
 
 
 def test_clean_is_short(capsys: pytest.CaptureFixture[str]) -> None:
@@ -129,7 +151,7 @@ def test_rounding_is_shown_as_nothing(capsys: pytest.CaptureFixture[str]) -> Non
         ),
         (
             UNKNOWN,
-            "m3 is wrong by 0.13 rad/s that no effect of the catalogue explains; it is ordered best along phi_m",
+            "m3 is wrong by 0.13 rad/s that no effect of the catalogue explains; it follows the motor angle best",
         ),
     ],
     ids=["clean", "named", "partly named", "unknown"],
