@@ -9,6 +9,7 @@ model lacks and that makes an open simulation drift.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -23,7 +24,7 @@ from robotid.estimate.linear_regression import relative_error
 from robotid.estimate.linear_response import total_inertia
 from robotid.estimate.regressor import regress
 from robotid.estimate.result import End, FitResult
-from robotid.estimate.rigid import fit_rigid
+from robotid.estimate.rigid import RigidResult, fit_rigid
 from robotid.model.array import Array
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
@@ -150,9 +151,9 @@ def _scrutinised(first: FitResult, task: FitTask) -> ScrutinisedFit:
         in_pieces = _in_pieces(first, task)
         if in_pieces is not None:
             return ScrutinisedFit(in_pieces)
-        beside_weight = _beside_weight(task)
-        if beside_weight is not None:
-            return ScrutinisedFit(beside_weight)
+        beside = _beside_lacking(task)
+        if beside is not None:
+            return ScrutinisedFit(beside)
     _refuse_astray(first)
     offset = _with_offset(first, task)
     if offset is None:
@@ -327,39 +328,60 @@ def _in_pieces(first: FitResult, task: FitTask) -> FitResult | None:
     return replace(found, horizon=horizon, remarks=remarks)
 
 
-def _beside_weight(task: FitTask) -> FitResult | None:
-    """The fit over pieces, where a weight that the model lacks makes the measured motion unstable; None where the
-    torque asks for none, or it makes no error grow far.
+def _beside_lacking(task: FitTask) -> FitResult | None:
+    """The fit over pieces, where the torque asks for a weight or a constant torque that the model lacks, and an error
+    grows far on the measured motion; None where it asks for neither, or no error grows far.
 
-    Of whole records, no simulation of such a motion leads to the weight, not even one with it.
+    Of whole records, no simulation of such a motion leads to what is lacking, not even one with it.
     """
-    joint = task.joint
-    if joint.structure.linear or any(name.endswith(f".{WEIGHT}") for name in joint.structure.terms):
+    joint, found = task.joint, list(_regressed_beside(task))
+    if not found:
         return None
-    name = f"{'motor' if joint.structure.gear_ratio is None else 'arm'}.{WEIGHT}"
-    extended = assemble(joint.structure.extended(name), angle=joint.keeps_angle)
-    start = extended.parameters().taken_from(task.parameters)
     try:
-        alone = fit_rigid(joint, task.parameters, task.records)
-        beside = fit_rigid(extended, start, task.records)
+        before = _torque_error_percent(fit_rigid(joint, task.parameters, task.records))
     except NumericsError:
         return None
-    before, after = (max(one.torque_error_percent.values()) for one in (alone, beside))
+    after, what, extended, start = min(found, key=lambda one: one[0])
     if before < SETTINGS.torque_factor * after or before < after + SETTINGS.torque_percent:
         return None
-    instability = _instability(extended, start.with_values(beside.guesses), task.records)
+    instability = _instability(extended, start, task.records)
     if instability.growth < SETTINGS.unstable or instability.horizon is None:
         return None
-    found = task.with_options(horizon=instability.horizon).attempt()
-    if found is None:
+    fit = task.with_options(horizon=instability.horizon).attempt()
+    if fit is None:
         return None
     remark = (
-        f"with a weight, which the model does not have, the torque is met to {plain(after)} % instead of"
+        f"with {what}, which the model does not have, the torque is met to {plain(after)} % instead of"
         f" {plain(before)} %, and an error of the open simulation grows by a factor of e in"
         f" {1 / instability.rate:.2g} s: fitted, validated and diagnosed in pieces of {instability.horizon:g} s"
     )
-    remarks = (*doubts(found, joint, task.parameters, task.records), remark)
-    return replace(found, horizon=instability.horizon, remarks=remarks)
+    remarks = (*doubts(fit, joint, task.parameters, task.records), remark)
+    return replace(fit, horizon=instability.horizon, remarks=remarks)
+
+
+def _torque_error_percent(rigid: RigidResult) -> float:
+    return max(rigid.torque_error_percent.values())
+
+
+def _regressed_beside(task: FitTask) -> Iterator[tuple[float, str, Joint, Parameters]]:
+    """Regressions of the torque with a weight and with a constant torque besides, where the model has none and the
+    records tell of it: the torque error [%], what is added in words, the extended joint, and its start from there."""
+    structure = task.joint.structure
+    lacking = {} if OFFSET in structure.terms else {OFFSET: "a constant torque"}
+    weight = f"{'motor' if structure.gear_ratio is None else 'arm'}.{WEIGHT}"
+    if not structure.linear and not any(name.endswith(f".{WEIGHT}") for name in structure.terms):
+        lacking[weight] = "a weight"
+    for effect, what in lacking.items():
+        with suppress(NumericsError):
+            rigid, extended, start = _regressed_with(effect, task)
+            yield _torque_error_percent(rigid), what, extended, start
+
+
+def _regressed_with(effect: str, task: FitTask) -> tuple[RigidResult, Joint, Parameters]:
+    extended = assemble(task.joint.structure.extended(effect), angle=task.joint.keeps_angle)
+    start = extended.parameters().taken_from(task.parameters)
+    rigid = fit_rigid(extended, start, task.records)
+    return rigid, extended, start.with_values(rigid.guesses)
 
 
 def _with_offset(first: FitResult, task: FitTask) -> FitResult | None:
@@ -370,7 +392,7 @@ def _with_offset(first: FitResult, task: FitTask) -> FitResult | None:
     extended = assemble(joint.structure.extended(OFFSET), angle=joint.keeps_angle)
     start = extended.parameters().taken_from(task.parameters)
     other = replace(task, name=first.name + OFFSET_SUFFIX, joint=extended, parameters=start)
-    found = other.with_options(other_starts=()).attempt()
+    found = other.with_options(other_starts=_by_regression(task)).attempt()
     if found is None:
         return None
     gain = [(found.noise_std[n] / std) ** 2 for n, std in first.noise_std.items() if std > 0]
@@ -379,6 +401,15 @@ def _with_offset(first: FitResult, task: FitTask) -> FitResult | None:
     torque = found[f"{OFFSET}.tau0"]
     remark = f"{first.name} with a constant torque of {torque.value:.3g} {torque.unit}, which it does not have"
     return replace(found, horizon=task.options.horizon, remarks=(remark,))
+
+
+def _by_regression(task: FitTask) -> tuple[Parameters, ...]:
+    """The start of a fit with a constant torque that a regression of the torque gives, none where there is none. One
+    that is far from nothing moves the motion so far that a simulation without it does not lead there."""
+    try:
+        return (_regressed_with(OFFSET, task)[2],)
+    except NumericsError:
+        return ()
 
 
 def _misfit(fit: FitResult) -> float:
