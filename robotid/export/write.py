@@ -32,7 +32,7 @@ def check_format(path: Path, further: Iterable[str] = ()) -> None:
     """Raises ConfigError for a format that nothing is written in. further : endings besides those of this module."""
     known = (*FORMATS, *further)
     if path.suffix.lower() not in known:
-        close = get_close_matches(path.suffix.lower(), known, 1, 0.6)
+        close = get_close_matches(path.suffix.lower(), known, 1, 0.7)
         hint = f"did you mean {close[0]}?" if close else f"use {', '.join(known)}"
         raise ConfigError(f'nothing is exported as "{path.suffix}"', where=str(path), hint=hint)
 

@@ -29,6 +29,7 @@ FLEXIBLE = (*RIGID, "gear.spring", "gear.damper", "arm.inertia")
 LARGE = (*FLEXIBLE, "gear.cubic_spring", "arm.viscous", "arm.coulomb")
 THREE = (*FLEXIBLE, "link.spring", "link.damper", "tool.inertia")
 PLAY = (*FLEXIBLE, "gear.backlash")
+OFFSET = (*FLEXIBLE, "motor.constant_torque")
 SAME_MOTION = 0.01  # of the speed's RMS: what MuJoCo's integrator and its soft dry friction may differ by
 
 ROBOT = """<?xml version="1.0"?>
@@ -160,7 +161,9 @@ def in_mujoco(text: str, model: HandedModel, record: Record) -> Array:
 
 
 @pytest.mark.parametrize(
-    "terms", [RIGID, FLEXIBLE, LARGE, THREE, PLAY], ids=["rigid", "flexible", "cubic", "tool", "play"]
+    "terms",
+    [RIGID, FLEXIBLE, LARGE, THREE, PLAY, OFFSET],
+    ids=["rigid", "flexible", "cubic", "tool", "play", "offset"],
 )
 def test_mujoco_moves_as_the_model_does(terms: tuple[str, ...]) -> None:
     pytest.importorskip("mujoco", reason="mujoco is not installed")
@@ -169,6 +172,20 @@ def test_mujoco_moves_as_the_model_does(terms: tuple[str, ...]) -> None:
     assert found.omitted == {}
     error = in_mujoco(found.text, model, record) - record.dphi_m
     assert np.sqrt(np.mean(error**2)) < SAME_MOTION * np.sqrt(np.mean(record.dphi_m**2))
+
+
+def test_a_constant_torque_beyond_the_gear_has_no_actuator() -> None:
+    assert set(Mujoco().omitted(handed((*FLEXIBLE, "arm.constant_torque")))) == {"arm.constant_torque"}
+    assert set(Urdf().omitted(handed((*RIGID, "motor.constant_torque"), ratio=None))) == {"motor.constant_torque"}
+
+
+def test_the_control_of_an_axis_that_slides_is_a_force() -> None:
+    model = handed((*RIGID, "motor.constant_torque"), ratio=None)
+    slides = replace(model, fit=replace(model.fit, structure=replace(model.fit.structure, linear=True)))
+    assert Mujoco().remarks(slides) == (
+        "The control is the force of the motor.",
+        "The constant part is a bias of the actuator.",
+    )
 
 
 def test_what_mujoco_lacks_shows_as_the_cost_that_was_stated() -> None:

@@ -54,7 +54,13 @@ def test_columns_come_back_to_the_last_digit(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "hint"), [("a.mta", "did you mean .mat?"), ("a.xlsx", "use .mat, .json, .csv"), ("a", "use .mat")]
+    ("name", "hint"),
+    [
+        ("a.mta", "did you mean .mat?"),
+        ("a.fmu", "use .mat, .json, .csv"),
+        ("a.xlsx", "use .mat, .json, .csv"),
+        ("a", "use .mat"),
+    ],
 )
 def test_a_format_that_nobody_writes(name: str, hint: str) -> None:
     with pytest.raises(ConfigError, match=r"nothing is exported as") as error:

@@ -30,6 +30,8 @@ VALUES = {
     "link.damper.d": 20.0,
     "tool.inertia.J": 10.0,
     "motor.quadratic_friction.Fq": 1e-3,
+    "motor.constant_torque.tau0": 0.15,
+    "arm.constant_torque.tau0": 8.0,
 }
 STEP = 1e-3
 

@@ -1,7 +1,7 @@
-"""Effects as the elements of rigid-body simulators: inertia, damper, spring, dry friction, play.
+"""Effects as the elements of rigid-body simulators: inertia, damper, spring, dry friction, play, constant torque.
 
-What an effect is, its formula tells: where its torque is a sum of constants times position, speed, acceleration and
-direction of motion, these constants are the element, whatever the effect is called.
+What an effect is, its formula tells: where its torque is a constant and a sum of constants times position, speed,
+acceleration and direction of motion, these constants are the element, whatever the effect is called.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ EXACT = 1e-9  # relative: two torques that differ by less are one
 
 @dataclass(frozen=True, slots=True)
 class Element:
-    """What an effect is at its port, in SI: torque = stiffness x + cubic x^3 + damping v + inertia a + friction sgn(v).
-    play : half the gap [rad] that the others at the port do not see."""
+    """What an effect is at its port, in SI: torque = stiffness x + cubic x^3 + damping v + inertia a + friction sgn(v)
+    + constant. play : half the gap [rad] that the others at the port do not see."""
 
     port: Port
     stiffness: float = 0.0
@@ -32,6 +32,7 @@ class Element:
     damping: float = 0.0
     inertia: float = 0.0
     friction: float = 0.0
+    constant: float = 0.0
     play: float = 0.0
 
     def __add__(self, other: Element) -> Element:
@@ -42,6 +43,7 @@ class Element:
             self.damping + other.damping,
             self.inertia + other.inertia,
             self.friction + other.friction,
+            self.constant + other.constant,
             self.play + other.play,
         )
 
@@ -67,16 +69,17 @@ def element_of(place: Placed, theta: Array) -> Element | None:
         return Element(place.port, play=p[0]) if place.transform.play else None
     if term.states or term.edges or term.reads is not None or term.companion_name:
         return None
-    slopes = [_torque(place, p, *axis) for axis in np.eye(4).tolist()]
-    cubic = (_torque(place, p, 2.0, 0.0, 0.0, 0.0) - 2.0 * slopes[0]) / 6.0
-    found = Element(place.port, slopes[0] - cubic, cubic, *slopes[1:])
-    size = max(map(abs, slopes), default=0.0)
+    constant = _torque(place, p, 0.0, 0.0, 0.0, 0.0)
+    slopes = [_torque(place, p, *axis) - constant for axis in np.eye(4).tolist()]
+    cubic = (_torque(place, p, 2.0, 0.0, 0.0, 0.0) - constant - 2.0 * slopes[0]) / 6.0
+    found = Element(place.port, slopes[0] - cubic, cubic, *slopes[1:], constant)
+    size = max(map(abs, (*slopes, constant)), default=0.0)
     for x in PROBE:
         for v in PROBE:
             s = float(np.sign(v))
             expected = (found.stiffness + found.cubic * x * x) * x + found.damping * v + found.inertia * x * v
             torque = _torque(place, p, x, v, x * v, s, t=v)
-            if abs(expected + found.friction * s - torque) > EXACT * size:
+            if abs(expected + found.friction * s + constant - torque) > EXACT * size:
                 return None
     return found
 

@@ -20,7 +20,7 @@ class Mujoco(Target):
     """Motor and twist of the gear are two hinges of one body: the first has the motor's inertia as armature, its
     damping and dry friction, the second the stiffness and damping of the gear. A tool behind an elastic link is a body
     of its own. Play is the dead band of the gear's spring, which is exact where a hinge with limits would need a mass
-    of its own and soft stops."""
+    of its own and soft stops. A constant torque of the motor is a bias of its actuator."""
 
     name = "mujoco"
     suffix = ".xml"
@@ -31,11 +31,17 @@ class Mujoco(Target):
         why = "MJCF has no element of this law"
         names = [f"{place.port}.{place.term.name}" for place in model.joint.placed]
         missing = {name: why for name in names if name not in known}
+        rigid = model.joint.masses == 1
+        missing |= {name: why for name, one in known.items() if one.constant and one.port != Port.MOTOR and not rigid}
         return missing | {f"{signal}.{c.name}": OF_A_SIGNAL for signal, c in model.joint.channels}
 
     def remarks(self, model: HandedModel) -> tuple[str, ...]:
         ports = by_port(list(elements(model).values()))
-        found = ["The control is the torque of the motor; angles are the joint's, the motor's times the gear ratio."]
+        found = [f"The control is the {'force' if model.fit.structure.linear else 'torque'} of the motor."]
+        if model.joint.ratio != 1.0:
+            found[0] = found[0].replace(".", "; angles are the joint's, the motor's times the gear ratio.")
+        if any(one.constant for one in ports.values()):
+            found.append("The constant part is a bias of the actuator.")
         if any(one.cubic for one in ports.values()):
             found.append("A stiffness of three numbers, which a cubic spring is, needs MuJoCo 3.8 or later.")
         if any(one.play and one.damping for one in ports.values()):
@@ -85,7 +91,7 @@ class Mujoco(Target):
             lines += ["  <tendon>", *(f"    {line}" for line in tendons), "  </tendon>"]
         lines += [
             "  <actuator>",
-            f'    <motor name="{name}" joint="{name}" gear="{1.0 / ratio!r}"/>',
+            f"    {_actuator(name, ratio, motor.constant)}",
             "  </actuator>",
             "</mujoco>",
         ]
@@ -102,7 +108,16 @@ def _reflected(one: Element, ratio: float) -> Element:
         one.damping / squared,
         one.inertia / squared,
         one.friction / abs(ratio),
+        one.constant / ratio,
     )
+
+
+def _actuator(name: str, ratio: float, constant: float) -> str:
+    """The motor; constant : what the joint absorbs all the time [Nm], on its own side."""
+    driven = f'name="{name}" joint="{name}" gear="{1.0 / ratio!r}"'
+    if not constant:
+        return f"<motor {driven}/>"
+    return f'<general {driven} gaintype="fixed" gainprm="1" biastype="affine" biasprm="{-constant * ratio!r} 0 0"/>'
 
 
 def _joint(name: str, kind: str, one: Element, step: float, armature: float = 0.0) -> str:

@@ -37,7 +37,7 @@ class Urdf(Target):
             one = known.get(name)
             if place.port in (Port.GEAR, Port.LINK):
                 found[name] = "URDF has nothing elastic"
-            elif one is None or one.stiffness or one.cubic:
+            elif one is None or one.stiffness or one.cubic or one.constant:
                 found[name] = "URDF has no element of this law"
         return found | {f"{signal}.{c.name}": OF_A_SIGNAL for signal, c in model.joint.channels}
 
