@@ -52,6 +52,8 @@ def load_run(folder: Path, model: str | None = None, axis: str = "", *, extended
     """What a run directory holds of its model, or of that of an axis. Raises InputError where it holds none,
     ConfigError for a name."""
     if not folder.is_dir():
+        if folder.is_file():
+            raise InputError("it is a file", where=str(folder), hint=f"give the run directory, {folder.parent}")
         raise InputError(
             "there is no such run directory", where=str(folder), hint="run `robotid run` of its configuration"
         )

@@ -55,7 +55,15 @@ def test_what_cannot_be_compared_is_refused(
     assert main(["compare", two_runs[0]]) == 2
     assert main(["compare", two_runs[0], two_runs[0]]) == 2
     assert main(["compare", two_runs[0], str(tmp_path / "none")]) == 3
+    (tmp_path / "model.h5").write_bytes(b"")
+    assert main(["compare", two_runs[0], str(tmp_path / "model.h5")]) == 3
     assert main(["compare", *two_runs, "--model", "no"]) == 2
     complaints = capsys.readouterr().err
-    for text in ("nothing to compare with", "given twice", "no such run directory", 'there is no model "no"'):
+    for text in (
+        "nothing to compare with",
+        "given twice",
+        "no such run directory",
+        "it is a file",
+        'there is no model "no"',
+    ):
         assert text in complaints

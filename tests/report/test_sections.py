@@ -221,6 +221,22 @@ def test_a_sliding_axis_has_its_own_units() -> None:
     assert labels(found["misfit-phi_a-by-speed"].draw())[1].startswith("missing force\nin proportion to speed, at ")
 
 
+def test_a_fit_in_pieces_is_said_beside_its_curves() -> None:
+    spec = next(spec for spec in figure_specs(replace(findings(), horizon=2.5)) if spec.name == "time-small")
+    assert spec.alt.endswith("Simulated in pieces of 2.5 s, each from a first state of its own.")
+    assert "pieces" not in by_name()["time-small"].alt
+
+
+def test_a_curve_on_zero_is_explained() -> None:
+    f = findings()
+    assert f.diagnosis is not None
+    one = f.diagnosis.missing["small"]
+    explained = replace(f.diagnosis, missing={"small": replace(one, simulated=one.measured)})
+    spec = next(s for s in figure_specs(replace(f, diagnosis=explained)) if s.name == "missing-small")
+    assert "the residual is no more than noise and asks for nothing" in spec.alt
+    assert "no more than noise" not in by_name()["missing-small"].alt
+
+
 def test_what_is_unknown_has_a_shape() -> None:
     found = {spec.name: spec for spec in figure_specs(Findings("irb", diagnosis=UNKNOWN))}
     assert found["unknown"].draw().axes[0].get_xlabel() == "motor angle [rad]"

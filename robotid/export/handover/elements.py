@@ -72,7 +72,8 @@ def element_of(place: Placed, theta: Array) -> Element | None:
     constant = _torque(place, p, 0.0, 0.0, 0.0, 0.0)
     slopes = [_torque(place, p, *axis) - constant for axis in np.eye(4).tolist()]
     cubic = (_torque(place, p, 2.0, 0.0, 0.0, 0.0) - constant - 2.0 * slopes[0]) / 6.0
-    found = Element(place.port, slopes[0] - cubic, cubic, *slopes[1:], constant)
+    stiffness, damping, inertia, friction = slopes
+    found = Element(place.port, stiffness - cubic, cubic, damping, inertia, friction, constant)
     size = max(map(abs, (*slopes, constant)), default=0.0)
     for x in PROBE:
         for v in PROBE:

@@ -29,6 +29,9 @@ from robotid.report.findings import Findings
 from robotid.report.sections.section import Bin, FigureSpec, Section, over_time, slug
 from robotid.report.style.axes import axis_label
 from robotid.report.variables import MIN_SHARE
+from robotid.signals.trace import Trace
+
+NOTHING = 1e-3  # of the largest missing torque: what is less lies on the axis of the figure
 
 
 class Location(Section):
@@ -71,9 +74,18 @@ class Location(Section):
             parts = ["what the residual asks for"]
             parts += ["the law that the extension adds along its own motion"] * (law is not None)
             parts += ["what is still asked for once the causes are there"] * bool(f.diagnosis.causes)
-            alt = f"{axis_label('Missing torque', f.units)} of {name} over time: {listed(parts)}.{_beyond(plot, f)}"
+            alt = f"{axis_label('Missing torque', f.units)} of {name} over time: {listed(parts)}."
+            alt = f"{alt}{_nothing_left(trace) if f.diagnosis.causes else ''}{_beyond(plot, f)}"
             spec = over_time(f"missing-{name}", plot, alt, name, f.samples_of(name))
             yield replace(spec, folded=clean)
+
+
+def _nothing_left(missing: Trace) -> str:
+    """Why a curve lies on zero: of a residual that is no more than noise the likeliest missing torque is none."""
+    left, size = missing.measured - missing.simulated, float(np.abs(missing.measured).max(initial=0.0))
+    if not np.any(missing.simulated) or float(np.abs(left).max(initial=0.0)) > NOTHING * size:
+        return ""
+    return " Once they are there, the residual is no more than noise and asks for nothing."
 
 
 def _beyond(plot: TimePlot, f: Findings) -> str:
@@ -94,7 +106,7 @@ def _along(f: Findings, located: Located, *, folded: bool) -> FigureSpec:
         alt += ", the broken line is the law of the extension." if located.samples[0].law is not None else "."
     name = f"misfit-{slug(curve.along)}"
     draw = partial(one_figure, draw_curve, located)
-    return FigureSpec(name, f"Along {what}", alt, draw, folded=folded, bins=_bins(located, what, f))
+    return FigureSpec(name, f"along {what}", alt, draw, folded=folded, bins=_bins(located, what, f))
 
 
 def _bins(located: Located, what: str, f: Findings) -> tuple[Bin, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from robotid.numerals import fixed
+from robotid.numerals import fixed, significant
 from robotid.report.drawing.time import TimePlot, extended_plot, trace_plot
 from robotid.report.findings import Findings
 from robotid.report.sections.section import FigureSpec, Section, over_time
@@ -23,6 +23,13 @@ class Traces(Section):
             yield over_time(f"time-{name}", plot, alt, name, f.samples_of(name))
 
 
+def _in_pieces(f: Findings) -> str:
+    """What makes the residual jump where a fit simulates pieces of its records."""
+    if f.horizon is None:
+        return ""
+    return f" Simulated in pieces of {significant(f.horizon)} s, each from a first state of its own."
+
+
 def _compared(f: Findings) -> Iterator[tuple[str, TimePlot, str]]:
     text = "Measured and simulated motor {} of {} over time, and the residual below: fit {} %"
     if f.extension is not None and f.extension.added:
@@ -33,7 +40,7 @@ def _compared(f: Findings) -> Iterator[tuple[str, TimePlot, str]]:
             yield (
                 name,
                 extended_plot(name, before, after, e.output, f.units),
-                f"{text.format(e.output, name, fits)} after the extension.",
+                f"{text.format(e.output, name, fits)} after the extension.{_in_pieces(f)}",
             )
     elif f.validation is not None:
         best = f.validation.models[f.validation.best]
