@@ -17,7 +17,7 @@ from robotid.pipeline.run import Run, Runs
 from robotid.pipeline.table import REPORT, STAGES
 from robotid.progress import Begun, Log, Progress
 from robotid.report.origin import Origin
-from robotid.report.save import Size, check_format, save_figure
+from robotid.report.save import Size, check_format, letters_remark, save_figure
 from robotid.report.stamp import Report
 
 if TYPE_CHECKING:
@@ -57,10 +57,10 @@ def make_report(
         atomic_write(file, _page(material), hint=ELSEWHERE)
     else:
         touch(file)  # make compares times
-    written = () if figures is None else _write_figures(material, figures, log)
+    written, remarks = ((), ()) if figures is None else _write_figures(material, figures, log)
     stamp = page_stamp(run)
     assert stamp is not None
-    content = Report(file, stamp.summary, material.stages, dict(material.left_out), written)
+    content = Report(file, stamp.summary, material.stages, dict(material.left_out), written, remarks)
     return Outcome(REPORT.name, file, bool(why), why or FRESH, time.perf_counter() - begin, lambda: content)
 
 
@@ -94,7 +94,10 @@ def _tables(run: Run, material: Material, axis: str) -> tuple[StageTables, ...]:
     )
 
 
-def _write_figures(material: Material, wanted: FigureFiles, log: Log | None) -> tuple[Path, ...]:
+def _write_figures(
+    material: Material, wanted: FigureFiles, log: Log | None
+) -> tuple[tuple[Path, ...], tuple[str, ...]]:
+    """The files, and what is to be said of them."""
     from robotid.report.sections import figure_specs
 
     every = [
@@ -103,9 +106,13 @@ def _write_figures(material: Material, wanted: FigureFiles, log: Log | None) -> 
         for spec in figure_specs(findings)
     ]
     files = tuple(wanted.folder / f"{spec.name}.{wanted.form}" for spec in every)
+    shrunk = dict[str, float]()
     for k, (spec, file) in enumerate(zip(every, files, strict=True)):
         check()
         if log is not None:
             log(Progress(spec.name, k, len(every)))
-        save_figure(spec.draw(), file, wanted.size)
-    return files
+        shrunk[spec.name] = save_figure(spec.draw(), file, wanted.size)
+    found = [letters_remark(shrunk[name], name, wanted.size) for name in sorted(shrunk, key=lambda n: shrunk[n])]
+    small = [remark for remark in found if remark]
+    more = f"; so are those of {len(small) - 1} more, less so" if len(small) > 1 else ""
+    return files, tuple(f"{remark}{more}" for remark in small[:1])

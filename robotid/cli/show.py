@@ -42,7 +42,7 @@ def plot_artifact(file: Path, figure: Path, axis: str | None = None, size: str |
     """Draw an artifact into a file, whole or not at all. axis : one of several. Raises ConfigError for a directory, for
     a format or a size that cannot be drawn, and for one of several axes that is not named."""
     from robotid.report.figures import draw
-    from robotid.report.save import check_format, parse_size, save_figure
+    from robotid.report.save import check_format, letters_remark, parse_size, save_figure
 
     check_format(figure.suffix.removeprefix("."), str(figure))
     wanted = parse_size(size)
@@ -51,8 +51,10 @@ def plot_artifact(file: Path, figure: Path, axis: str | None = None, size: str |
         raise ConfigError("a run directory is not one figure", where=str(file), hint=hint)
     header = read_header(file, axis or "")
     content = load(file, _stage(file, header).type(), axis or "").content
-    save_figure(draw(content, on_axis(linear=_linear(header))), figure, wanted)
+    shrunk = save_figure(draw(content, on_axis(linear=_linear(header))), figure, wanted)
     print_message(f"{figure} written")
+    if remark := letters_remark(shrunk, figure.name, wanted):
+        print_message(remark)
 
 
 def show_directory(folder: Path, *, as_json: bool = False) -> None:

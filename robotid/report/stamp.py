@@ -27,10 +27,12 @@ def stamp_of(text: str) -> Stamp | None:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What was written. shows : stages; left_out : artifacts that are stale, and why; figures : files."""
+    """What was written. shows : stages; left_out : artifacts that are stale, and why; figures : files; remarks : on
+    them."""
 
     file: Path
     summary: str
     shows: tuple[str, ...]
     left_out: dict[str, str]
     figures: tuple[Path, ...]
+    remarks: tuple[str, ...] = ()

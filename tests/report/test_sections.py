@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import struct
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -20,7 +21,7 @@ from robotid.report.drawing.layout import matrix_figure
 from robotid.report.drawing.parameters import interval_colours
 from robotid.report.evidence.gather import with_evidence
 from robotid.report.findings import Findings
-from robotid.report.save import FORMATS, Size, check_format, save_figure
+from robotid.report.save import FORMATS, Size, check_format, letters_remark, save_figure
 from robotid.report.sections import FigureSpec, figure_specs
 from robotid.report.style.axes import BLUE, VERMILLION, new_figure
 from robotid.validation.results import Perturbation
@@ -94,14 +95,40 @@ def test_a_format_that_cannot_be_drawn_is_refused() -> None:
         check_format("doc", "--format")
 
 
-def test_a_size_without_room_for_a_figure_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize("form", FORMATS)
+def test_a_smaller_figure_shrinks_as_a_whole(form: str, tmp_path: Path) -> None:
+    figure, file = by_name()["parameters"].draw(), tmp_path / f"parameters.{form}"
+    wide, high = (float(side) for side in figure.get_size_inches())
+    assert save_figure(figure, file, Size(88, 60)) == pytest.approx(88 / 25.4 / wide)
+    assert figure.get_size_inches() == pytest.approx([wide, wide * 60 / 88])
+    assert figure.get_size_inches()[1] >= high
+    written = file.read_bytes()
+    if form == "png":
+        assert struct.unpack(">II", written[16:24]) == (1039, 708)
+    elif form == "pdf":
+        assert re.search(rb"/MediaBox \[ 0 0 249\.4\d* 170\.0\d* \]", written)
+    else:
+        assert b'width="249.448' in written
+        assert f'viewBox="0 0 {72 * wide:.6g}'.encode() in written
+
+
+def test_letters_that_shrink_too_far_are_said() -> None:
+    assert letters_remark(0.7, "gain", Size(88, 60)) == letters_remark(0.2, "gain", None) == ""
+    said = "letters of gain are 4.0 points high; --size 110x75 makes them 5"
+    assert letters_remark(0.5, "gain", Size(88, 60)) == said
+
+
+def test_a_larger_figure_keeps_its_letters(tmp_path: Path) -> None:
+    figure = by_name()["gain"].draw()
+    assert save_figure(figure, tmp_path / "gain.pdf", Size(300, 200)) == 1.0
+
+
+def test_a_figure_of_many_axes_has_room_in_any_size(tmp_path: Path) -> None:
     figure = new_figure(4, 3)
     for axes in figure.subplots(6, 6).ravel():
         axes.set_xlabel("a label that takes room")
         axes.set_ylabel("another")
-    with pytest.raises(ConfigError, match="no room in that size"):
-        save_figure(figure, tmp_path / "small.png", Size(20, 20))
-    assert not list(tmp_path.iterdir())
+    assert save_figure(figure, tmp_path / "small.png", Size(20, 20)) < 0.2
 
 
 def test_before_and_after_are_compared() -> None:

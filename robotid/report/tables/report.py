@@ -15,7 +15,7 @@ def tables(report: Report) -> tuple[Table, ...]:
     figures = f"{len(report.figures)} in {report.figures[0].parent}" if report.figures else ""
     left_out = "; ".join(f"{file}: {why}" for file, why in report.left_out.items())
     facts = (("answer", report.summary), ("page", str(report.file)), ("figures", figures), ("left out", left_out))
-    return (Table("Report", ("", ""), tuple(fact for fact in facts if fact[1])),)
+    return (Table("Report", ("", ""), tuple(fact for fact in facts if fact[1]), "\n".join(report.remarks)),)
 
 
 def document(report: Report) -> Json:
@@ -26,6 +26,7 @@ def document(report: Report) -> Json:
         "shows": report.shows,
         "left_out": report.left_out,
         "figures": [str(file) for file in report.figures],
+        "remarks": report.remarks,
     }
 
 
