@@ -19,6 +19,7 @@ from robotid.diagnosis.search.coloured import Tried
 from robotid.diagnosis.search.constancy import is_not_constant
 from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
 from robotid.diagnosis.search.refits import CandidateRefit, from_the_start, refit_hopeful
+from robotid.diagnosis.search.regression import asked_for
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.smoothing import is_smoothing
 from robotid.diagnosis.search.state import (
@@ -123,6 +124,17 @@ def accept_from_the_start(
         return state
     step = step_to(state, found)
     return state if objection(step, criteria) is not None else state.with_cause(as_cause(state, [found, *refits], step))
+
+
+def accept_asked_for(state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria, log: Log) -> SearchState:
+    """The state with the effect that the torque asks for along the measured motion, where it stands all tests."""
+    log("regressing the torque along the measured motion")
+    found = asked_for(state)
+    if found is None:
+        return state
+    step = step_to(state, found)
+    others = [one for one in refits if one.effect != found.effect]
+    return state if objection(step, criteria) is not None else state.with_cause(as_cause(state, [found, *others], step))
 
 
 def accept_pair(state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria, log: Log) -> SearchState:

@@ -214,8 +214,13 @@ def from_the_start(one: CandidateRefit, state: SearchState) -> CandidateRefit | 
     score, structure = one.score, one.model.structure
     effect = score.candidate.start([min(CHOICE.start_ways) * a for a in score.amplitude])
     parameters = carried(state.model.parameters.with_values(state.start), structure, effect)
-    found = _refit_by_pieces((state.model, state.data), _Attempt(structure, (parameters,), score.energy))
-    return None if found is None else replace(one, model=found)
+    return by_pieces(score, structure, parameters, state)
+
+
+def by_pieces(score: Score, structure: Structure, start: Parameters, state: SearchState) -> CandidateRefit | None:
+    """A candidate, fitted with the whole model by short pieces from given values; None where that leads nowhere."""
+    found = _refit_by_pieces((state.model, state.data), _Attempt(structure, (start,), score.energy))
+    return None if found is None else CandidateRefit(score, found)
 
 
 def rivals(one: Score, best: Score) -> bool:

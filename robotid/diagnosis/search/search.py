@@ -9,14 +9,20 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
 from robotid.diagnosis.results import Event
-from robotid.diagnosis.search.acceptance import accept_best, accept_from_the_start, accept_pair, drop_worthless
+from robotid.diagnosis.search.acceptance import (
+    accept_asked_for,
+    accept_best,
+    accept_from_the_start,
+    accept_pair,
+    drop_worthless,
+)
 from robotid.diagnosis.search.agreement import agreement
 from robotid.diagnosis.search.coloured import in_colour, left_by
 from robotid.diagnosis.search.data import Evidence, first_state, renew_noise
 from robotid.diagnosis.search.events import largest_event, placed_again, resized, without_event
 from robotid.diagnosis.search.record_changes import find_record_changes
 from robotid.diagnosis.search.refits import refit_hopeful
-from robotid.diagnosis.search.settings import ACCEPTANCE
+from robotid.diagnosis.search.settings import ACCEPTANCE, CHOICE
 from robotid.diagnosis.search.state import (
     AcceptedCause,
     Log,
@@ -176,12 +182,27 @@ def add_cause(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
     two that carry over only beside each other; where none stands its tests, with those that were rejected."""
     found = refit_hopeful(state, criteria, log)
     extended = replace(accept_best(state, found.refits, criteria), unexamined=found.unexamined)
-    if len(extended.causes) > len(state.causes) or found.unexamined:
+    accepted = len(extended.causes) > len(state.causes)
+    if found.unexamined or (accepted and extended.causes[-1].explained > CHOICE.doubtful_share * left_share(state)):
+        return extended
+    if state.misfit > state.data.samples:  # what scores along another motion than the measured one may be anything
+        rejected = state if accepted else extended
+        other = accept_asked_for(rejected, found.refits, criteria, log)
+        if len(other.causes) > len(state.causes) and not (
+            accepted and other.causes[-1].explained < extended.causes[-1].explained
+        ):
+            return other
+    if accepted:
         return extended
     again = accept_from_the_start(extended, found.refits, criteria, log)
     if len(again.causes) > len(state.causes):
         return again
     return accept_pair(extended, found.refits, criteria, log)
+
+
+def left_share(state: SearchState) -> float:
+    """Share of the first model's misfit that the causes so far leave."""
+    return max(0.0, state.misfit) / max(misfit_energy(state.first, state.data), 1e-9)
 
 
 def as_result(state: SearchState) -> SearchResult:

@@ -1,0 +1,89 @@
+"""The effect that the torque asks for along the measured motion, whatever a simulation has made of it.
+
+A model that lacks most of what moves a joint is fitted to parameters of another joint, and simulates another motion.
+Along that one, the effect that is lacking may score next to nothing. The measured motion is not led astray: there the
+recorded torque is regressed on the rigid joint with each candidate besides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robotid.catalogue import EFFECTS, assemble
+from robotid.diagnosis.refit.refitted_model import carried
+from robotid.diagnosis.scoring.score_test import Score
+from robotid.diagnosis.search.refits import CandidateRefit, by_pieces
+from robotid.diagnosis.search.settings import ACCEPTANCE, CHOICE
+from robotid.diagnosis.search.state import SearchState
+from robotid.errors import NumericsError
+from robotid.estimate.rigid import RigidResult, fit_rigid
+from robotid.model.parameters import Parameters
+from robotid.model.structure import Structure, is_change
+from robotid.model.term import Role
+from robotid.signals.differentiate import ParallelFilter
+from robotid.signals.record import Record
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Regressed:
+    """A candidate's regression. left : squared torque error, a sum over records of parts of the torque; values : of the
+    parameters, by dotted name."""
+
+    score: Score
+    structure: Structure
+    left: float
+    values: Mapping[str, float]
+
+
+def asked_for(state: SearchState) -> CandidateRefit | None:
+    """The candidate of the last round with which the measured motion explains the torque best, the model refitted with
+    it from there by short pieces; None where no candidate takes most of what the torque leaves without it, or the refit
+    leads nowhere."""
+    records = [replace(one.record, name=f"{k}") for k, one in enumerate(state.model.fitted)]  # of pieces each its own
+    structure, parameters = state.model.structure, state.model.parameters
+    try:
+        before = fit_rigid(assemble(structure), parameters, records)
+    except NumericsError:
+        return None
+    parallel = ParallelFilter(min(before.cutoff.values()))
+    found, whole = list(_regressed(state, records, parallel)), _left(before)
+    most = max((whole - one.left for one in found), default=0.0)
+    if most < (1.0 - CHOICE.good_start) * whole:
+        return None
+    # Of laws that are one on this motion, as a cogging of one period a turn and gravity, the simpler.
+    alike = [one for one in found if whole - one.left >= (1.0 - ACCEPTANCE.same_share) * most]
+    best = min(alike, key=lambda one: (len(one.score.candidate.parameters), one.left))
+    start = parameters.with_values(state.start) if state.start else parameters
+    return by_pieces(best.score, best.structure, carried(start, best.structure, best.values), state)
+
+
+def _regressed(state: SearchState, records: list[Record], parallel: ParallelFilter) -> Iterator[Regressed]:
+    """All candidates that depend on a rigid motion alone, at every point of their grids."""
+    for score in state.round.scores:
+        name = score.candidate.name
+        if is_change(name) or name.partition(".")[2] not in EFFECTS:
+            continue
+        structure = state.model.structure.extended(name)
+        effect = score.candidate.start([0.0] * len(score.candidate.scored))
+        parameters = carried(state.model.parameters, structure, effect)
+        try:
+            rigid = fit_rigid(assemble(structure), parameters, records, parallel)
+        except NumericsError:
+            continue
+        yield Regressed(score, structure, _left(rigid), dict(effect) | _values(rigid, parameters, structure))
+
+
+def _left(rigid: RigidResult) -> float:
+    return float(np.sum(np.square(list(rigid.torque_error_percent.values()))))
+
+
+def _values(rigid: RigidResult, parameters: Parameters, structure: Structure) -> dict[str, float]:
+    """What a regression tells of free parameters, but for masses where there are several: it knows their sum alone."""
+    joint = assemble(structure)
+    masses = joint.playing(Role.MASS)
+    shared = masses if len(masses) > 1 else {}
+    free = dict(zip(parameters.names, parameters.free.tolist(), strict=True))
+    return {name: value for name, value in rigid.guesses.items() if name not in shared and free.get(name, False)}

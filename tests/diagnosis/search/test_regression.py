@@ -1,0 +1,42 @@
+"""The effect that the torque asks for along the measured motion, where a fit without it has gone astray."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from support.small_bench import QUICK, TRUTH, begun, records
+
+from robotid.diagnosis.refit.refit import AS_IT_IS, refit
+from robotid.diagnosis.search.refits import RefitRound
+from robotid.diagnosis.search.regression import asked_for
+from robotid.diagnosis.search.search import add_cause
+from robotid.diagnosis.search.state import SearchState
+
+GRAVITY = {"motor.gravity.G": 0.4, "motor.gravity.H": 0.0}
+ASTRAY = {"motor.inertia.J": 0.6, "motor.viscous.Fv": 8.0, "motor.coulomb.Fc": 0.2}
+"""Factors on the truth."""
+
+
+def astray() -> SearchState:
+    """A search that begins with a model which simulates another motion."""
+    state = begun(records(GRAVITY), QUICK)
+    values = {name: factor * TRUTH[name] for name, factor in ASTRAY.items()}
+    first = refit(state.first.structure, [state.first.parameters.with_values(values)], state.data, options=AS_IT_IS)
+    return replace(state, first=first).with_model(first, QUICK).scored(QUICK)
+
+
+def test_a_model_that_goes_astray_still_gets_what_the_torque_asks_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    state = astray()
+    found = asked_for(state)
+    assert found is not None
+    assert found.effect == "motor.gravity"
+    assert found.model.parameters["motor.gravity.G"] == pytest.approx(0.4, rel=0.05)
+    assert found.model.parameters["motor.inertia.J"] == pytest.approx(TRUTH["motor.inertia.J"], rel=0.02)
+    monkeypatch.setattr("robotid.diagnosis.search.search.refit_hopeful", lambda *_: RefitRound())
+    (cause,) = add_cause(state, QUICK, lambda _: None).causes
+    assert cause.effect == "motor.gravity"
+
+
+def test_a_torque_that_is_explained_asks_for_nothing() -> None:
+    assert asked_for(begun(records({}), QUICK).scored(QUICK)) is None
