@@ -93,12 +93,19 @@ def objection(step: Step, criteria: Criteria) -> str | None:
 
 
 def accept_best(state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria) -> SearchState:
-    """The state with the best cause of a round that stands all tests, and with those before it rejected."""
+    """The state with the best cause of a round that stands all tests, and with those before it rejected.
+
+    One that is rejected only because it may be noise is a twin of what explains no more and is accepted: by chance
+    alone the one passes and the other does not.
+    """
+    doubted = list[CandidateRefit]()
     for k, one in enumerate(refits):
         step = step_to(state, one)
         why = objection(step, criteria)
         if why is None:
-            return state.with_cause(as_cause(state, refits[k:], step))
+            return state.with_cause(as_cause(state, [one, *doubted, *refits[k + 1 :]], step))
+        if why == is_noise(step, criteria):
+            doubted.append(one)
         state = state.with_rejected(RejectedCause(one.effect, step.share, step.gain, why))
     return state
 

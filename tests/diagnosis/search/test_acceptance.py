@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import pytest
 from support.small_bench import AXIS, QUICK, STRIBECK, TRUTH, begun, idle_then_stribeck, records
 
+from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.refit import RefitOptions, refit
-from robotid.diagnosis.refit.refitted_model import extended
-from robotid.diagnosis.search.acceptance import Step, accept_from_the_start, drop_worthless, objection
+from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
+from robotid.diagnosis.search import acceptance
+from robotid.diagnosis.search.acceptance import Step, accept_best, accept_from_the_start, drop_worthless, objection
 from robotid.diagnosis.search.refits import CandidateRefit
 from robotid.diagnosis.search.state import AcceptedCause
 
@@ -49,6 +52,28 @@ def test_a_cause_that_explains_a_thousandth_is_an_error_of_the_simulation() -> N
     wild = replace(step.first, fitted=tuple(replace(one, residual=100.0 * one.residual) for one in step.first.fitted))
     assert objection(step, QUICK) is None
     assert "of the misfit" in str(objection(replace(step, first=wild), QUICK))
+
+
+def test_what_may_be_noise_by_chance_alone_is_not_distinguished(monkeypatch: pytest.MonkeyPatch) -> None:
+    state = begun(records(STRIBECK), QUICK).scored(QUICK)
+    scores = {one.candidate.name: one for one in state.round.best_of_each}
+    score, other = scores["motor.stribeck"], scores["motor.quadratic_friction"]
+    structure, start = extended(state.first, "motor.stribeck", STRIBECK)
+    model = refit(structure, [start], state.data, state.first.trajectories)
+    refits = [CandidateRefit(other, model), CandidateRefit(score, replace(model))]
+    monkeypatch.setattr(acceptance, "is_noise", lambda step, _: "may be" if step.after is model else None)
+    for doubted, twins in (
+        ("may be", ("motor.stribeck", "motor.quadratic_friction")),
+        ("does harm", ("motor.stribeck",)),
+    ):
+        test = partial(_rejected_alone, model, doubted)
+        monkeypatch.setattr(acceptance, "OBJECTIONS", (test,))
+        (cause,) = accept_best(state, refits, QUICK).causes
+        assert cause.twins == twins
+
+
+def _rejected_alone(model: RefittedModel, why: str, step: Step, _: Criteria) -> str | None:
+    return why if step.after is model else None
 
 
 def test_a_cause_is_found_from_where_the_fit_started_when_the_fit_has_led_astray() -> None:
