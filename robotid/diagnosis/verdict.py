@@ -59,12 +59,12 @@ def verdict(
     left = {name: after.get(name, before[name]) for name in dict.fromkeys(fitted)}
     measured = {name: runs[name].measured(model.output) for name in left}
     share = found.remaining_share
-    word = _word(found, misfit, floor)
+    changes = _changes(found, misfit, floor)
+    word = _word(found, changes, misfit, floor)
     if hardly_explained(measured, left):
         word = "not explained"
     elif found.causes and is_partial(share, misfit, remaining, floor):
         word = "partly named"
-    changes = found.changes if found.causes or found.curve is None else ()
     return Diagnosis(
         verdict=word,
         model=model.name,
@@ -75,7 +75,7 @@ def verdict(
         remaining=remaining,
         records=misfits,
         causes=(*map(_cause, found.causes), *map(_changed, changes)),
-        rejected=tuple(_rejected(found, word)),
+        rejected=tuple(_rejected(found, word, changes)),
         curves=() if word == "clean" else location.curves,
         missing=location.missing,
         twist=location.twist,
@@ -110,9 +110,16 @@ def known_noise(found: SearchResult) -> dict[str, Noise] | None:
     return known
 
 
-def _word(found: SearchResult, misfit: float, floor: float) -> Verdict:
-    """The verdict in one word."""
-    if found.causes or (found.changes and found.curve is None):
+def _changes(found: SearchResult, misfit: float, floor: float) -> tuple[RecordChange, ...]:
+    """What differs on held-out records. It differs from a model that is right elsewhere: where the records of the fit
+    are far from the noise and nothing explains them, the model is wrong everywhere, and a change only imitates that."""
+    unexplained = found.curve is not None or misfit > VERDICT.clear_misfit * floor
+    return () if unexplained and not found.causes else found.changes
+
+
+def _word(found: SearchResult, changes: Sequence[RecordChange], misfit: float, floor: float) -> Verdict:
+    """The verdict in one word. changes : that stand."""
+    if found.causes or changes:
         return "named"
     if found.late or found.agreement.apart:
         return "unknown"
@@ -306,7 +313,7 @@ def _estimates(model: RefittedModel, effect: str) -> tuple[Estimate, ...]:
     return tuple(found)
 
 
-def _rejected(found: SearchResult, word: Verdict) -> Iterator[Rejected]:
+def _rejected(found: SearchResult, word: Verdict, changes: Sequence[RecordChange]) -> Iterator[Rejected]:
     """What was refitted without success, and then what the score alone rejected in the first round.
 
     Where something unknown is wrong with the model everywhere, a difference on one record only imitates it.
@@ -316,9 +323,9 @@ def _rejected(found: SearchResult, word: Verdict) -> Iterator[Rejected]:
         if one.effect not in reported:
             reported.add(one.effect)
             yield Rejected(one.effect, one.explained, one.gain, one.why)
-    if found.curve is not None and not found.causes:
-        why = f"only imitates what no effect explains along {found.curve.curve.along}"
-        yield from (Rejected(c.effect, c.explained, c.gain, why) for c in found.changes)
+    along = "" if found.curve is None else f" along {found.curve.curve.along}"
+    why = f"only imitates what no effect explains{along}"
+    yield from (Rejected(c.effect, c.explained, c.gain, why) for c in found.changes if c not in changes)
     first = found.rounds[0]
     samples = found.data.samples
     whole = max(first.projected.energy - samples, VERDICT.chance * np.sqrt(2 * samples))

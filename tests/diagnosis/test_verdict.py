@@ -1,0 +1,36 @@
+"""The verdict on what a search has found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from support.small_bench import QUICK, STRIBECK, begun, fitted, records, simulated
+
+from robotid.diagnosis.results import Diagnosis
+from robotid.diagnosis.search.record_changes import RecordChange
+from robotid.diagnosis.search.search import as_result
+from robotid.diagnosis.verdict import verdict
+from robotid.estimate.fitted_model import fitted_model
+
+CHANGE = "record_change.check.motor.coulomb.Fc"
+
+
+def with_a_change(hidden: Mapping[str, float]) -> Diagnosis:
+    """A search that found nothing but a change of the record that was held out."""
+    made = records(hidden)
+    found = as_result(begun(made, QUICK).scored(QUICK))
+    found = replace(found, changes=(RecordChange(CHANGE, 0.1, "Nm", 0.9, 5.0, 1e-6, (CHANGE,)),))
+    return verdict(fitted_model(fitted(made)), simulated(made), found, QUICK)
+
+
+def test_a_record_differs_from_a_model_that_is_right_elsewhere() -> None:
+    found = with_a_change({})
+    assert (found.verdict, [c.effect for c in found.causes]) == ("named", [CHANGE])
+
+
+def test_a_record_does_not_differ_from_a_model_that_is_wrong_everywhere() -> None:
+    found = with_a_change(STRIBECK)
+    assert (found.verdict, found.causes) == ("unknown", ())
+    (rejected,) = (one for one in found.rejected if one.effect == CHANGE)
+    assert rejected.why == "only imitates what no effect explains"
