@@ -65,9 +65,11 @@ def records(
     return [*made[:2], replace(made[2], role="validate")]
 
 
-def records_of(joint: Joint, truth: Mapping[str, float], seed: int = 1) -> list[Record]:
-    """The same experiments on another joint."""
-    made = _made(joint, truth, references(), seed)
+def records_of(
+    joint: Joint, truth: Mapping[str, float], seed: int = 1, wanted: Mapping[str, Array] | None = None
+) -> list[Record]:
+    """The same experiments on another joint, or three others. wanted : reference speeds [rad/s], by name."""
+    made = _made(joint, truth, references() if wanted is None else wanted, seed)
     return [*made[:2], replace(made[2], role="validate")]
 
 
