@@ -81,17 +81,17 @@ def _noisy_from(record: Record) -> float:
 
 def _direction(record: Record) -> Array:
     """Direction of a motion by its angle, (n,), zero where it rests."""
-    h, limit = record.sampling_time, _noisy_from(record)
-    angle = record.phi_m if np.isinf(limit) else low_pass(record.phi_m, h, limit)
+    h = record.sampling_time
+    angle = low_pass(record.phi_m, h, min(_noisy_from(record), finest(h)))
     return np.where(_rests(record), 0.0, np.sign(central_difference(angle, h)))
 
 
 def _rests(record: Record) -> Mask:
-    """Where the angle keeps within its noise for as long as a motion takes to be told, (n,)."""
+    """Where the angle keeps within its noise for two periods of the finest motion, (n,): a reversal passes sooner."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d  # late: a configuration is read without it
 
     noise = np.sqrt(angle_noise(record.phi_m, record.sampling_time) * 0.5 / record.sampling_time)
-    samples = int(SAMPLES_A_PERIOD)
+    samples = int(2 * SAMPLES_A_PERIOD)
     range_of = maximum_filter1d(record.phi_m, samples) - minimum_filter1d(record.phi_m, samples)
     return np.asarray(maximum_filter1d(range_of <= AT_REST * noise, samples, origin=-(1 - samples % 2)))
 

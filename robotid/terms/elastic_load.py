@@ -10,10 +10,11 @@ from robotid.terms.third_mass import ThirdMass
 class ElasticLoad(ThirdMass):
     """The flexibility of an axis without a gear in its model: a part of the inertia hangs on the motor elastically.
 
-    Stiffness and damping are given by the frequency and damping ratio of the load with the motor locked, k = J w^2 and
-    d = 2 zeta w J, as seen at the motor; w is the notch of its frequency response. So the effect vanishes with J, and
-    an axis that is rigid has none. With the arm as a coordinate of its own, friction and weight behind the gear and
-    springs that are not linear can be told apart: spring and damper at the gear, inertia at the arm.
+    Shows itself as a notch and a resonance in the motor's response to torque. Stiffness and damping are given by the
+    frequency and damping ratio of the load with the motor locked, k = J w^2 and d = 2 zeta w J, as seen at the motor; w
+    is the notch. So the effect vanishes with J, and an axis that is rigid has none. With the arm as a coordinate of its
+    own, springs that are not linear, and friction and weight behind the gear, can be added: spring and damper at the
+    gear, inertia at the arm.
     """
 
     name = "elastic_load"

@@ -15,8 +15,9 @@ from robotid.model.term import Motion, Partials, Term
 class GearedGravity(Term):
     """Weight of an arm at its lever, for any zero of the angle, as it reaches the motor through a gear of ratio r.
 
-    Over an arm's motion of a few degrees it is a constant torque and one in proportion to the angle, and r is hardly
-    seen. With the arm as a coordinate of its own, this is `gravity` at the arm.
+    Shows itself as a slow function of motor angle, over many turns. Over an arm's motion of a few degrees it is a
+    constant torque and one in proportion to the angle, and r is hardly seen. With the arm as a coordinate of its own,
+    this is `gravity` at the arm.
     """
 
     name = "geared_gravity"
