@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from robotid.model.hung_mass import HungMass
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port
-from robotid.terms.third_mass import ThirdMass
 
 
-class ElasticLoad(ThirdMass):
+class ElasticLoad(HungMass):
     """The flexibility of an axis without a gear in its model: a part of the inertia hangs on the motor elastically.
 
     Shows itself as a notch and a resonance in the motor's response to torque. Stiffness and damping are given by the

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-import numpy as np
-
-from robotid.model.array import Array
+from robotid.model.hung_mass import HungMass
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port
-from robotid.model.term import Motion, Oscillation, Partials, Role, Term
 
 
-class ThirdMass(Term):
+class ThirdMass(HungMass):
     """Inertia of a tool that hangs on the arm by a spring and damper of its own.
 
     Spring and damper are given by the frequency and damping ratio of the tool with the arm locked, k = Jb wb^2 and
@@ -36,39 +31,6 @@ class ThirdMass(Term):
         ),
         Parameter("zeta", "1", "damping ratio of the link", guess=0.05, bounds=(0.0, 10.0), grid=(0.02, 0.1)),
     )
-    states = ("twist", "speed")
     formula = "Jb dz1/dt with dz0/dt = v - z1, dz1/dt = wb^2 z0 + 2 zeta wb (v - z1)"
     source = "Wernholt & Gunnarsson 2005, section 6.3"
     signature = "a second resonance"
-    linear = True
-    role = Role.MASS
-
-    def torque(self, m: Motion, p: Sequence[float]) -> Array:
-        return np.asarray(p[0] * self.rate(m, p)[1])
-
-    def partials(self, m: Motion, p: Sequence[float]) -> Partials:
-        Jb, _, tool = p[0], *self.rate_partials(m, p)
-        return Partials(
-            v=Jb * tool.v,
-            z=tuple(Jb * d for d in tool.z),
-            theta=(self.rate(m, p)[1], *(Jb * d for d in tool.theta[1:])),
-        )
-
-    def rate(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array]:
-        _, wb, zeta = p
-        slip = m.v - m.z[1]
-        return slip, np.asarray(wb**2 * m.z[0] + 2.0 * zeta * wb * slip)
-
-    def rate_partials(self, m: Motion, p: Sequence[float]) -> tuple[Partials, Partials]:
-        _, wb, zeta = p
-        slip = m.v - m.z[1]
-        d = 2.0 * zeta * wb
-        link = Partials(v=1.0, z=(0.0, -1.0), theta=(0.0, 0.0, 0.0))
-        tool = Partials(v=d, z=(wb**2, -d), theta=(0.0, 2.0 * wb * m.z[0] + 2.0 * zeta * slip, 2.0 * wb * slip))
-        return link, tool
-
-    def settled(self, m: Motion, p: Sequence[float]) -> tuple[Array | float, ...]:
-        return (0.0, m.v)
-
-    def sized(self, oscillation: Oscillation) -> tuple[float, float, float]:
-        return oscillation.inertia, oscillation.frequency, oscillation.damping_ratio
