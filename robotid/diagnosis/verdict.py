@@ -13,6 +13,7 @@ from robotid.diagnosis.misfit.summary import locate_misfit
 from robotid.diagnosis.noise.noise_floor import Noise
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.results import Cause, Diagnosis, Misfit, Rejected, Verdict
+from robotid.diagnosis.search.agreement import Agreement
 from robotid.diagnosis.search.coloured import energy_a_sample
 from robotid.diagnosis.search.limits import detection_limits
 from robotid.diagnosis.search.record_changes import RecordChange
@@ -59,6 +60,8 @@ def verdict(
     left = {name: after.get(name, before[name]) for name in dict.fromkeys(fitted)}
     measured = {name: runs[name].measured(model.output) for name in left}
     share = found.remaining_share
+    if misfit > VERDICT.clear_misfit * floor:  # it is wrong on the records of its fit, too
+        found = replace(found, agreement=Agreement())
     changes = _changes(found, misfit, floor)
     word = _word(found, changes, misfit, floor)
     if hardly_explained(measured, left):

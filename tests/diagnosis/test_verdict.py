@@ -8,6 +8,7 @@ from dataclasses import replace
 from support.small_bench import QUICK, STRIBECK, begun, fitted, records, simulated
 
 from robotid.diagnosis.results import Diagnosis
+from robotid.diagnosis.search.agreement import Agreement
 from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.search.search import as_result
 from robotid.diagnosis.verdict import verdict
@@ -34,3 +35,10 @@ def test_a_record_does_not_differ_from_a_model_that_is_wrong_everywhere() -> Non
     assert (found.verdict, found.causes) == ("unknown", ())
     (rejected,) = (one for one in found.rejected if one.effect == CHANGE)
     assert rejected.why == "only imitates what no effect explains"
+
+
+def test_only_a_model_that_leaves_noise_on_its_own_records_is_said_to_be_wrong_elsewhere_only() -> None:
+    for hidden, apart in (({}, ("check",)), (STRIBECK, ())):
+        made = records(hidden)
+        found = replace(as_result(begun(made, QUICK).scored(QUICK)), agreement=Agreement(apart=("check",)))
+        assert verdict(fitted_model(fitted(made)), simulated(made), found, QUICK).apart == apart
