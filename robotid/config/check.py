@@ -257,8 +257,10 @@ def _masses(model: Effects, gear_ratio: float | None, at: tuple[Step, ...]) -> I
 
 
 def _plays(role: Role, effects: Iterable[str]) -> bool:
-    """Whether a linear mass or spring is among the effects: a cubic spring alone carries nothing at small twist."""
-    return any(effect in TERMS and TERMS[effect].linear and TERMS[effect].role is role for effect in effects)
+    """Whether a linear mass or spring is among the effects: a cubic spring alone carries nothing at small twist, and a
+    mass with a motion of its own does not move with its port."""
+    found = [TERMS[effect] for effect in effects if effect in TERMS]
+    return any(term.linear and term.role is role and not term.states for term in found)
 
 
 def _players(role: Role, port: Port) -> str:

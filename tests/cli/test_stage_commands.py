@@ -124,7 +124,7 @@ def test_show_prints_an_axis_that_slides_in_its_units(config: str, capsys: pytes
     save(file, UNKNOWN, Provenance("diagnose", "robotid diagnose", {}, {}, text))
     assert main(["show", str(file)]) == 0
     out = capsys.readouterr().out
-    assert "missing torque [N]" in out
+    assert "missing force [N]" in out
     assert "[Nm]" not in out
 
 

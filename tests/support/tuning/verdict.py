@@ -30,14 +30,14 @@ def named(k: int) -> Score:
 
 @sees(VERDICT, "max_rejected")
 def check_a_dozen_effects_are_listed() -> None:
-    assert len(list(_rejected(result(2000.0, *map(named, range(50))), "unknown"))) == 12
+    assert len(list(_rejected(result(2000.0, *map(named, range(50))), "unknown", ()))) == 12
 
 
 @sees(VERDICT, "clear_misfit")
 def check_a_misfit_of_twice_the_noise_is_something() -> None:
     found = result(2000.0, friction(1.0))
-    assert _word(found, 1.9, 1.0) == "clean"
-    assert _word(found, 2.1, 1.0) == "unknown"
+    assert _word(found, (), 1.9, 1.0) == "clean"
+    assert _word(found, (), 2.1, 1.0) == "unknown"
 
 
 @sees(VERDICT, "partial_share")
@@ -65,7 +65,7 @@ def check_a_millionth_of_the_output_is_rounding() -> None:
 @sees(VERDICT, "chance")
 def check_a_share_is_of_no_less_misfit_than_chance_makes() -> None:
     # a thousand samples: the energy of their noise has a standard deviation of root 2000
-    (one,) = _rejected(result(1000.0, friction(20.0)), "unknown")
+    (one,) = _rejected(result(1000.0, friction(20.0)), "unknown", ())
     assert one.explained == pytest.approx(20.0 / (3 * np.sqrt(2000.0)))
 
 
