@@ -97,7 +97,7 @@ def _tables(run: Run, material: Material, axis: str) -> tuple[StageTables, ...]:
 def _write_figures(
     material: Material, wanted: FigureFiles, log: Log | None
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """The files, and what is to be said of them."""
+    """The files, and remarks on them."""
     from robotid.report.sections import figure_specs
 
     every = [

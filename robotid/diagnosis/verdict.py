@@ -60,7 +60,7 @@ def verdict(
     left = {name: after.get(name, before[name]) for name in dict.fromkeys(fitted)}
     measured = {name: runs[name].measured(model.output) for name in left}
     share = found.remaining_share
-    if misfit > VERDICT.clear_misfit * floor:  # it is wrong on the records of its fit, too
+    if _is_clear(misfit, floor):  # it is wrong on the records of its fit, too
         found = replace(found, agreement=Agreement())
     changes = _changes(found, misfit, floor)
     word = _word(found, changes, misfit, floor)
@@ -113,10 +113,15 @@ def known_noise(found: SearchResult) -> dict[str, Noise] | None:
     return known
 
 
+def _is_clear(misfit: float, floor: float) -> bool:
+    """Whether a misfit stands out of the noise so far that something is wrong, whatever it is."""
+    return misfit > VERDICT.clear_misfit * floor
+
+
 def _changes(found: SearchResult, misfit: float, floor: float) -> tuple[RecordChange, ...]:
     """What differs on held-out records. It differs from a model that is right elsewhere: where the records of the fit
     are far from the noise and nothing explains them, the model is wrong everywhere, and a change only imitates that."""
-    unexplained = found.curve is not None or misfit > VERDICT.clear_misfit * floor
+    unexplained = found.curve is not None or _is_clear(misfit, floor)
     return () if unexplained and not found.causes else found.changes
 
 
@@ -132,7 +137,7 @@ def _word(found: SearchResult, changes: Sequence[RecordChange], misfit: float, f
 def without_cause(misfit: float, floor: float, *, shape: bool, events: bool) -> Verdict:
     """The verdict where there is no cause: what has a shape is never clean, nor is a misfit far above the noise that
     has none. An event that leaves nothing else is a name, too."""
-    if shape or misfit > VERDICT.clear_misfit * floor:
+    if shape or _is_clear(misfit, floor):
         return "unknown"
     return "named" if events else "clean"
 

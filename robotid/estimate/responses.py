@@ -67,8 +67,9 @@ def responses(
 def _response(
     joint: Joint, parameters: Parameters, record: Record, band: tuple[float, float] | None, window: float | None
 ) -> Frf:
-    torque = record.tau_m - nonlinear_torque(joint, parameters, record)
-    return estimate_frf(record, band, window, torque, highest=_noisy_from(record))
+    limit = _noisy_from(record)
+    torque = record.tau_m - _nonlinear_torque(joint, parameters, record, limit)
+    return estimate_frf(record, band, window, torque, highest=limit)
 
 
 def _noisy_from(record: Record) -> float:
@@ -79,10 +80,10 @@ def _noisy_from(record: Record) -> float:
     return limit if limit < highest else np.inf
 
 
-def _direction(record: Record) -> Array:
-    """Direction of a motion by its angle, (n,), zero where it rests."""
+def _direction(record: Record, limit: float) -> Array:
+    """Direction of a motion by its angle, (n,), zero where it rests. limit : from where the angle is noisy [Hz]."""
     h = record.sampling_time
-    angle = low_pass(record.phi_m, h, min(_noisy_from(record), finest(h)))
+    angle = low_pass(record.phi_m, h, min(limit, finest(h)))
     return np.where(_rests(record), 0.0, np.sign(central_difference(angle, h)))
 
 
@@ -102,7 +103,12 @@ def nonlinear_torque(joint: Joint, parameters: Parameters, record: Record) -> Ar
     Where the motor may rest, for its speed is no more than the noise of the angle makes of it, dry friction takes of
     the recorded torque what it can.
     """
-    direction = _direction(record)
+    return _nonlinear_torque(joint, parameters, record, _noisy_from(record))
+
+
+def _nonlinear_torque(joint: Joint, parameters: Parameters, record: Record, limit: float) -> Array:
+    """The same. limit : from where the angle is noisy [Hz]."""
+    direction = _direction(record, limit)
     rests = direction == 0.0
     if not rests.any():
         return _along(joint, parameters, record, direction)

@@ -148,9 +148,8 @@ class Term(ABC):
     What others must know of a term it declares itself, so that nothing outside its file names it. friction : it opposes
     the motion of surfaces that rub, so that what changes all friction changes it. linear : the torque, and the rates of
     its states, are linear in x, v, a and the states, so that it is part of a frequency response; what reads a companion
-    is not. role : what it is to
-    the skeleton of masses, springs and dampers. instead_of : a port that a joint lacks where the effect stands for what
-    acts there; a joint with that port does not lack the effect.
+    is not. role : what it is to the skeleton of masses, springs and dampers. instead_of : a port that a joint lacks
+    where the effect stands for what acts there; a joint with that port does not lack the effect.
     """
 
     name: ClassVar[str]

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-import numpy as np
-
-from robotid.model.array import Array
 from robotid.model.parameters import Parameter
 from robotid.model.physical import Physical
 from robotid.model.port import Port
-from robotid.model.term import Motion, Partials, Term
+from robotid.model.wave import Wave
 
 
-class Cogging(Term):
+class Cogging(Wave):
     """Torque between magnets and slots, n periods a turn.
 
     Shows itself as misfit periodic in the motor angle, whatever the direction.
@@ -40,13 +35,3 @@ class Cogging(Term):
     formula = "A sin(n x) + B cos(n x)"
     source = "Holtz & Springob 1996, IEEE Trans. Industrial Electronics 43(2) (torque ripple)"
     signature = "misfit periodic in the motor angle, whatever the direction"
-
-    def torque(self, m: Motion, p: Sequence[float]) -> Array:
-        A, B, n = p
-        return np.asarray(A * np.sin(n * m.x) + B * np.cos(n * m.x))
-
-    def partials(self, m: Motion, p: Sequence[float]) -> Partials:
-        A, B, n = p
-        sine, cosine = np.sin(n * m.x), np.cos(n * m.x)
-        slope = A * cosine - B * sine
-        return Partials(x=n * slope, theta=(sine, cosine, m.x * slope))

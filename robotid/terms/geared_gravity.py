@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-import numpy as np
-
-from robotid.model.array import Array
 from robotid.model.parameters import Parameter
 from robotid.model.port import Port
-from robotid.model.term import Motion, Partials, Term
+from robotid.model.wave import Wave
 
 
-class GearedGravity(Term):
+class GearedGravity(Wave):
     """Weight of an arm at its lever, for any zero of the angle, as it reaches the motor through a gear of ratio r.
 
     Shows itself as a slow function of motor angle, over many turns. Over an arm's motion of a few degrees it is a
@@ -43,13 +38,3 @@ class GearedGravity(Term):
     formula = "G sin(r x) + H cos(r x)"
     source = "Siciliano, Sciavicco, Villani & Oriolo 2009, Robotics, section 7.3"
     signature = "a slow function of motor angle, over many turns"
-
-    def torque(self, m: Motion, p: Sequence[float]) -> Array:
-        G, H, r = p
-        return np.asarray(G * np.sin(r * m.x) + H * np.cos(r * m.x))
-
-    def partials(self, m: Motion, p: Sequence[float]) -> Partials:
-        G, H, r = p
-        sine, cosine = np.sin(r * m.x), np.cos(r * m.x)
-        slope = G * cosine - H * sine
-        return Partials(x=r * slope, theta=(sine, cosine, m.x * slope))

@@ -78,9 +78,10 @@ def _loud(segments: Sequence[SegmentFit], usual: float) -> tuple[str, ...]:
     found: dict[str, list[SegmentFit]] = {}
     for one in segments:
         found.setdefault(one.record.name, []).append(one)
-    least = CHANGES.loud_energy * usual
-    return tuple(
-        name
-        for name, own in found.items()
-        if sum(one.energy for one in own) > least * sum(len(one.residual) for one in own)
-    )
+    return tuple(name for name, own in found.items() if is_loud(own, usual))
+
+
+def is_loud(segments: Sequence[SegmentFit], usual: float) -> bool:
+    """Whether segments are simulated clearly worse than usual. usual : energy a sample on the fitted segments."""
+    energy, samples = sum(one.energy for one in segments), sum(len(one.residual) for one in segments)
+    return energy > CHANGES.loud_energy * usual * samples

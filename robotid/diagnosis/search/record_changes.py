@@ -12,7 +12,7 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, ca
 from robotid.diagnosis.refit.settings import REFIT
 from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandidate, record_changes
 from robotid.diagnosis.scoring.score_test import significance
-from robotid.diagnosis.search.agreement import Together
+from robotid.diagnosis.search.agreement import Together, is_loud
 from robotid.diagnosis.search.carry_over import held_out_gain
 from robotid.diagnosis.search.settings import CHANGES
 from robotid.errors import NumericsError
@@ -110,7 +110,7 @@ def changes_of(model: RefittedModel, segment: Segment) -> tuple[float, tuple[Seg
 
 def asks_for_a_reason(before: SegmentFit, usual: float) -> bool:
     """Whether a segment is simulated clearly worse than usual. usual : energy a sample on the fitted segments."""
-    return before.energy > CHANGES.loud_energy * usual * len(before.residual)
+    return is_loud([before], usual)
 
 
 def _halves(segment: Segment) -> tuple[Segment, Segment]:

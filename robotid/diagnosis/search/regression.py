@@ -20,6 +20,7 @@ from robotid.diagnosis.search.settings import ACCEPTANCE, CHOICE
 from robotid.diagnosis.search.state import SearchState
 from robotid.errors import NumericsError
 from robotid.estimate.rigid import RigidResult, fit_rigid
+from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure, is_change
 from robotid.model.term import Role
@@ -69,20 +70,20 @@ def _regressed(state: SearchState, records: list[Record], parallel: ParallelFilt
         structure = state.model.structure.extended(name)
         effect = score.candidate.start([0.0] * len(score.candidate.scored))
         parameters = carried(state.model.parameters, structure, effect)
+        joint = assemble(structure)
         try:
-            rigid = fit_rigid(assemble(structure), parameters, records, parallel)
+            rigid = fit_rigid(joint, parameters, records, parallel)
         except NumericsError:
             continue
-        yield Regressed(score, structure, _left(rigid), dict(effect) | _values(rigid, parameters, structure))
+        yield Regressed(score, structure, _left(rigid), dict(effect) | _values(rigid, parameters, joint))
 
 
 def _left(rigid: RigidResult) -> float:
     return float(np.sum(np.square(list(rigid.torque_error_percent.values()))))
 
 
-def _values(rigid: RigidResult, parameters: Parameters, structure: Structure) -> dict[str, float]:
+def _values(rigid: RigidResult, parameters: Parameters, joint: Joint) -> dict[str, float]:
     """What a regression tells of free parameters, but for masses where there are several: it knows their sum alone."""
-    joint = assemble(structure)
     masses = joint.playing(Role.MASS)
     shared = masses if len(masses) > 1 else {}
     free = dict(zip(parameters.names, parameters.free.tolist(), strict=True))

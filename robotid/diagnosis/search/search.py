@@ -179,7 +179,8 @@ def usual_energy(result: SearchResult) -> float:
 
 def add_cause(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
     """The state with the best cause of the last round, from where the model is or from where its fit started, or with
-    two that carry over only beside each other; where none stands its tests, with those that were rejected."""
+    two that carry over only beside each other; where it explains little of a large misfit, with what the torque asks
+    for along the measured motion; where none stands its tests, with those that were rejected."""
     found = refit_hopeful(state, criteria, log)
     extended = replace(accept_best(state, found.refits, criteria), unexamined=found.unexamined)
     accepted = len(extended.causes) > len(state.causes)

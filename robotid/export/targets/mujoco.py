@@ -37,9 +37,8 @@ class Mujoco(Target):
 
     def remarks(self, model: HandedModel) -> tuple[str, ...]:
         ports = by_port(list(elements(model).values()))
-        found = [f"The control is the {'force' if model.fit.structure.linear else 'torque'} of the motor."]
-        if model.joint.ratio != 1.0:
-            found[0] = found[0].replace(".", "; angles are the joint's, the motor's times the gear ratio.")
+        geared = "; angles are the joint's, the motor's times the gear ratio" if model.joint.ratio != 1.0 else ""
+        found = [f"The control is the {'force' if model.fit.structure.linear else 'torque'} of the motor{geared}."]
         if any(one.constant for one in ports.values()):
             found.append("The constant part is a bias of the actuator.")
         if any(one.cubic for one in ports.values()):
