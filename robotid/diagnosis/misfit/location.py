@@ -169,7 +169,8 @@ def _share(torque: Array, weight: Array, predicted: Array) -> float:
     """Of what the gain alone leaves, one value for all bins: the variable has no merit in what it explains."""
     alike = weight * (float(weight @ torque) / (float(weight @ weight) or 1.0))
     total = float(np.sum((torque - alike) ** 2))
-    return max(0.0, 1 - float(np.sum((torque - predicted) ** 2)) / total) if total > 0 else 0.0
+    rounding = (len(torque) * np.finfo(np.float64).eps) ** 2 * float(torque @ torque)
+    return max(0.0, 1 - float(np.sum((torque - predicted) ** 2)) / total) if total > rounding else 0.0
 
 
 def _bands(found: Sequence[MissingTorque]) -> Curve:
