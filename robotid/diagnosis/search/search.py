@@ -44,8 +44,8 @@ BLUNT = "errors of the torque"
 
 
 def search(evidence: Evidence, criteria: Criteria, log: Log) -> SearchResult:
-    """What a model lacks, by the noise of the sensors; and where that is out of reach and names nothing, as it is on
-    most machines, by that of torque errors besides.
+    """What a model lacks, by the noise of the sensors; and where that is out of reach, as it is on most machines, by
+    that of torque errors besides, and by the sensors' only if that names nothing.
 
     What happened once is set aside first; and where it shows only beside the causes, these are sought again without it.
     Raises NumericsError where the model cannot be simulated.
@@ -92,17 +92,18 @@ def _settled(evidence: Evidence, event: Event, criteria: Criteria) -> Event:
 
 
 def _by_either_noise(evidence: Evidence, start: SearchState, criteria: Criteria, log: Log) -> SearchResult:
-    """By the noise of the sensors, and where it names nothing, by that of torque errors."""
-    result = find_causes(start, criteria, log)
-    if result.causes or result.late or start.data.noise_reached:
-        return result
+    """By the noise of the sensors; where all that is known leaves more than that, first by that of torque errors."""
+    if start.data.noise_reached:
+        return find_causes(start, criteria, log)
     try:
         log("allowing for errors of the torque")
-        blunt_start = first_state(evidence, criteria, torque_errors=True)
+        blunt = find_causes(first_state(evidence, criteria, torque_errors=True), criteria, log)
     except OutOfTime:
-        return replace(result, late=True, unexamined=(*result.unexamined, BLUNT))
-    blunt = find_causes(blunt_start, criteria, log)
-    return blunt if blunt.causes or result.curve is None else result
+        return replace(as_result(start), late=True, unexamined=(FURTHER, UNEXPLAINED, CHANGES))
+    if blunt.causes or blunt.late:
+        return blunt
+    sharp = find_causes(start, criteria, log)
+    return sharp if sharp.causes or sharp.late or sharp.curve is not None else blunt
 
 
 def find_causes(start: SearchState, criteria: Criteria, log: Log) -> SearchResult:
