@@ -1,4 +1,5 @@
-"""What differs on validation records: one parameter at a time, found on their first half and measured on the second."""
+"""What differs on validation records: one parameter at a time, found on their first part and measured on the second,
+each with half of what is wrong."""
 
 from __future__ import annotations
 
@@ -19,6 +20,7 @@ from robotid.errors import NumericsError
 from robotid.estimate.least_squares import SolveOptions, solve
 from robotid.estimate.residual import Evaluation, OutputError
 from robotid.estimate.sensing import joint_for
+from robotid.model.array import Array
 from robotid.model.structure import changed
 from robotid.model.units import on_axis
 
@@ -27,7 +29,7 @@ from robotid.model.units import on_axis
 class RecordChange:
     """A parameter that differs on a validation record.
 
-    value : its difference, in `unit`. explained : share of the misfit's energy on the second half that it removes;
+    value : its difference, in `unit`. explained : share of the misfit's energy on the second part that it removes;
     gain : of the fit there [% points]; twins : what explains as much, itself first.
     """
 
@@ -42,7 +44,7 @@ class RecordChange:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Tried:
-    """A change found on the first half of a record. explained : of the misfit on the second, where `after` is what the
+    """A change found on the first part of a record. explained : of the misfit on the second, where `after` is what the
     model simulates with it."""
 
     candidate: RecordChangeCandidate
@@ -59,8 +61,8 @@ def find_record_changes(
     usual : energy a sample on the fitted segments, what the fit could still take left out; level : of significance.
     """
     found: dict[str, RecordChange] = {}
-    for segment in data.validation:
-        first, second = _halves(segment)
+    for segment, seen in zip(data.validation, model.validation, strict=True):
+        first, second = _parts(segment, seen.residual)
         before = _simulated(model, second)
         if before is not None and asks_for_a_reason(before, usual):
             change = _best(model, first, before, usual)
@@ -113,13 +115,17 @@ def asks_for_a_reason(before: SegmentFit, usual: float) -> bool:
     return is_loud([before], usual)
 
 
-def _halves(segment: Segment) -> tuple[Segment, Segment]:
-    record, half = segment.record, len(segment.record) // 2
-    return replace(segment, record=record.piece(0, half)), replace(segment, record=record.piece(half, len(record)))
+def _parts(segment: Segment, residual: Array) -> tuple[Segment, Segment]:
+    """A segment in two, each with half the energy of its residual (n,): the second tests what the first asks for, which
+    no part does that rests or hardly shows it. None is shorter than a share of the whole."""
+    record, left = segment.record, np.cumsum(np.square(segment.whitening(residual)))
+    shortest = round(CHANGES.shortest_part * len(record))
+    cut = int(np.clip(np.searchsorted(left, left[-1] / 2.0), shortest, len(record) - shortest))
+    return replace(segment, record=record.piece(0, cut)), replace(segment, record=record.piece(cut, len(record)))
 
 
 def _best(model: RefittedModel, first: Segment, before: SegmentFit, usual: float) -> RecordChange | None:
-    """The change that carries over best from the first half of a record to the second, `before` without it, of those
+    """The change that carries over best from the first part of a record to the second, `before` without it, of those
     with which the fit of that rises."""
     second = Segment(before.record, before.whitening)
     misfit = before.energy - usual * len(before.residual)

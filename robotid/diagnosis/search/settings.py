@@ -53,7 +53,8 @@ class ChangeSettings:
     """When a parameter counts as different on a validation record."""
 
     loud_energy: float = 2.0  # a sample, over that of the fitted records: less asks for no reason
-    confirmed_share: float = 0.2  # of the misfit on the second half that a change must remove
+    shortest_part: float = 0.125  # of a record: shorter ones neither ask for a change nor test it
+    confirmed_share: float = 0.2  # of the misfit on the second part that a change must remove
     same_share: float = 0.02  # of the misfit: changes closer than that are not distinguished
     max_iterations: int = 6  # of a fit of one parameter
 

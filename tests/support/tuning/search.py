@@ -332,6 +332,15 @@ def check_changes_two_per_cent_apart_are_told_apart() -> None:
     assert len(found.twins) == 2
 
 
+@sees(CHANGES, "shortest_part")
+def check_a_part_of_a_record_is_at_least_an_eighth_of_it() -> None:
+    segment = Segment(plain_segment(1.0).record, UNIT_WHITENING)
+    burst = np.zeros(len(segment.record))
+    burst[:2] = 1.0
+    first, second = record_changes._parts(segment, burst)
+    assert len(first.record) / len(second.record) == pytest.approx(1 / 7, rel=0.02)
+
+
 @sees(CHANGES, "max_iterations")
 def check_a_change_is_fitted_in_six_iterations() -> None:
     asked = list[Any]()
