@@ -21,7 +21,7 @@ from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
 from robotid.diagnosis.scoring.projection import beyond, project
 from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.scan import scan, scans
-from robotid.diagnosis.search.physical_sense import amplitudes
+from robotid.diagnosis.search.physical_sense import amplitudes, own_columns
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.model.array import Array
 
@@ -79,11 +79,14 @@ def p_value(
     By the coloured noise it is the best of all candidates. From block to block of time an amplitude scatters by a few
     blocks only, hardly more in one shape of an effect than in the others: there it is the best of all effects. Where
     only a moment or two of the records tell of it, blocks cannot, and records that were held out may instead.
+
+    All its fitted parameters are tested at once: without the effect its shape is nothing to be known, and a shape that
+    may take any value beside the amplitude would leave little of it.
     """
     sizes = amplitudes(model, effect)
     if not sizes:
         return 0.0
-    at, with_effect = list(sizes), _blocks_with(left, sizes)
+    at, with_effect = own_columns(model, effect), _blocks_with(left, sizes)
     noise = tried.candidates * by_noise(with_effect, at, left.energy, model.samples)
     again = tried.effects * with_effect.significance(at)
     found = min(1.0, max(noise, again))
@@ -108,7 +111,7 @@ def confirmation(other: RefittedModel, effect: str, sizes: Mapping[int, float]) 
     apart = {k: found[k] - size for k, size in sizes.items()}
     if _energy(left, apart) > ACCEPTANCE.constant_spread**2 * _energy(left, sizes):
         return 1.0
-    return by_noise(_blocks_with(left, found), list(found), left.energy, other.samples)
+    return by_noise(_blocks_with(left, found), own_columns(other, effect), left.energy, other.samples)
 
 
 def _energy(left: Left, sizes: Mapping[int, float]) -> float:

@@ -25,7 +25,7 @@ from robotid.catalogue import assemble
 from robotid.diagnosis.nonparametric.curve_fit import fit_curves
 from robotid.diagnosis.results import Diagnosis
 from robotid.diagnosis.search import search as searching
-from robotid.diagnosis.search.state import SearchResult, SearchState, misfit_energy
+from robotid.diagnosis.search.state import SearchResult, SearchState, is_plain, share_removed
 from robotid.diagnosis.verdict import verdict
 from robotid.estimate.fitted_model import fitted_model
 from robotid.signals.record import Record
@@ -115,9 +115,10 @@ def test_both_effects_of_a_pair_are_named() -> None:
 def test_what_causes_explain_adds_up_to_what_they_leave() -> None:
     """All by the noise that shows at last."""
     _, growth, d = question("pair")
-    left, whole = (misfit_energy(model, growth.data) for model in (growth.last, growth.first))
+    first, data = growth.first, growth.data
+    removed = share_removed(first, first, growth.last, data, plain=is_plain(first, data))
     assert len(d.causes) > 1
-    assert sum(cause.explained for cause in d.causes) == pytest.approx(1 - left / whole, abs=1e-3)
+    assert sum(cause.explained for cause in d.causes) == pytest.approx(removed, abs=1e-3)
     assert sum(cause.explained for cause in d.causes) + d.remaining_share == pytest.approx(1.0, abs=1e-12)
 
 
@@ -185,43 +186,32 @@ def test_what_differs_on_a_record_held_out_is_told_with_its_size() -> None:
 
 
 @pytest.mark.parametrize(
-    ("reached", "named", "shaped", "named_then", "passes"),
+    ("reached", "blunt", "sharp", "tried", "stands"),
     [
-        (True, False, False, True, 1),  # the sensors explain what is left: nothing is missing
-        (False, True, False, True, 1),
-        (False, False, False, False, 2),
-        (False, False, True, True, 2),
+        (True, "", "", [False], False),  # the sensors explain what is left: nothing is missing
+        (False, "cause", "cause", [True], True),
+        (False, "", "cause", [True, False], False),
+        (False, "", "curve", [True, False], False),
+        (False, "", "", [True, False], True),
     ],
 )
-def test_errors_of_the_torque_are_allowed_for_where_sensors_explain_too_little(
-    reached: bool, named: bool, shaped: bool, named_then: bool, passes: int, monkeypatch: pytest.MonkeyPatch
+def test_errors_of_the_torque_are_allowed_for_first_where_sensors_explain_too_little(
+    reached: bool, blunt: str, sharp: str, tried: list[bool], stands: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made, one, _ = question("stribeck")
-    allowed, ended = list[bool](), list[SearchResult]()
+    ended = dict[bool, SearchResult]()
 
     def first_state(*_: object, torque_errors: bool = False) -> SearchState:
-        allowed.append(torque_errors)
         data = replace(one.data, noise_reached=reached, torque_errors=torque_errors)
         return replace(idle_then_stribeck()[0], data=data)
 
     def find_causes(state: SearchState, *_: object) -> SearchResult:
-        curve = fit_curves(one.first, one.data)[0] if shaped and not state.data.torque_errors else None
-        causes = one.causes if (named_then if state.data.torque_errors else named) else ()
-        ended.append(replace(one, data=state.data, causes=causes, curve=curve))
-        return ended[-1]
+        found = blunt if state.data.torque_errors else sharp
+        curve = fit_curves(one.first, one.data)[0] if found == "curve" else None
+        causes = one.causes if found == "cause" else ()
+        return ended.setdefault(state.data.torque_errors, replace(one, data=state.data, causes=causes, curve=curve))
 
     monkeypatch.setattr(searching, "first_state", first_state)
     monkeypatch.setattr(searching, "find_causes", find_causes)
-    assert searched(made, QUICK) is ended[-1]
-    assert allowed == [False, True][:passes]
-
-
-def test_a_curve_stands_where_errors_of_the_torque_leave_no_cause(monkeypatch: pytest.MonkeyPatch) -> None:
-    made, one, _ = question("stribeck")
-    state = idle_then_stribeck()[0]
-    first = replace(one, causes=(), curve=fit_curves(one.first, one.data)[0])
-    both = iter([first, replace(one, causes=())])
-    unreached = replace(state, data=replace(state.data, noise_reached=False))
-    monkeypatch.setattr(searching, "first_state", lambda *_, **__: unreached)
-    monkeypatch.setattr(searching, "find_causes", lambda *_: next(both))
-    assert searched(made, QUICK) is first
+    assert searched(made, QUICK) is ended[stands]
+    assert [*ended] == tried

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from robotid.diagnosis.clock import recorded_late
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.scoring.candidate import columns_of
 from robotid.diagnosis.scoring.projection import project
@@ -48,7 +49,8 @@ def _tested(spec: Spec, folder: Path) -> Result:
     model = fitted_model(fits.models[fits.best])
     fitted_to = [record for record in records if record.name in model.records]
     held_out = [record for record in records if record.name not in model.records]
-    state = first_state(Evidence(model, simulate_records(model, fitted_to), held_out), criteria)
+    evidence = Evidence(model, simulate_records(model, fitted_to), held_out)
+    state = first_state(evidence.on(recorded_late(evidence, criteria).corrected), criteria)
     left = left_by(state.model)
     scan = CandidateScan(state.model, state.scan.candidates, state.scan.scans).whitened_as(left.noise.segments)
     projected = project(scan.scans)
