@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from robotid.model.parameters import Parameter
+from robotid.model.physical import Physical
 from robotid.model.port import Port
 from robotid.model.wave import Wave
 
@@ -33,6 +34,7 @@ class GearedGravity(Wave):
             guess=0.01,
             bounds=(1e-4, 1.0),
             grid=(0.003, 0.005, 0.008, 0.012, 0.02, 0.03, 0.05, 0.1, 0.2, 0.5),
+            physical=Physical("the arm hardly turns: its weight is a constant torque", bends=0.1),
         ),
     )
     formula = "G sin(r x) + H cos(r x)"

@@ -134,14 +134,15 @@ def accept_from_the_start(
 
 
 def accept_asked_for(state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria, log: Log) -> SearchState:
-    """The state with the effect that the torque asks for along the measured motion, where it stands all tests."""
+    """The state with the best effect that the torque asks for along the measured motion and that stands all tests."""
     log("regressing the torque along the measured motion")
-    found = asked_for(state)
-    if found is None:
-        return state
-    step = step_to(state, found)
-    others = [one for one in refits if one.effect != found.effect]
-    return state if objection(step, criteria) is not None else state.with_cause(as_cause(state, [found, *others], step))
+    found = asked_for(state, criteria)
+    for k, one in enumerate(found):
+        step = step_to(state, one)
+        if objection(step, criteria) is None:
+            others = [other for other in refits if all(other.effect != f.effect for f in found)]
+            return state.with_cause(as_cause(state, [*found[k:], *others], step))
+    return state
 
 
 def accept_pair(state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria, log: Log) -> SearchState:

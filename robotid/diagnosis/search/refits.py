@@ -238,6 +238,8 @@ def in_order(refits: Sequence[CandidateRefit], data: EvaluationData, criteria: C
     """By the information criterion, each effect once; but what has fewer parameters goes before the best where the
     difference is below the least improvement. Of several laws of one effect, the one that carries over best stands for
     it, where there are records to carry over to."""
+    if not refits:
+        return []
     each: dict[str, CandidateRefit] = {}
     for one in sorted(refits, key=lambda one: information_criterion(one.model)):
         known = each.setdefault(one.effect, one)

@@ -7,15 +7,16 @@ recorded torque is regressed on the rigid joint with each candidate besides.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robotid.catalogue import EFFECTS, assemble
+from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.refitted_model import carried
 from robotid.diagnosis.scoring.score_test import Score
-from robotid.diagnosis.search.refits import CandidateRefit, by_pieces
+from robotid.diagnosis.search.refits import CandidateRefit, by_pieces, in_order
 from robotid.diagnosis.search.settings import ACCEPTANCE, CHOICE
 from robotid.diagnosis.search.state import SearchState
 from robotid.errors import NumericsError
@@ -39,26 +40,37 @@ class Regressed:
     values: Mapping[str, float]
 
 
-def asked_for(state: SearchState) -> CandidateRefit | None:
-    """The candidate of the last round with which the measured motion explains the torque best, the model refitted with
-    it from there by short pieces; None where no candidate takes most of what the torque leaves without it, or the refit
-    leads nowhere."""
+def asked_for(state: SearchState, criteria: Criteria) -> list[CandidateRefit]:
+    """The candidates of the last round with which the measured motion explains the torque best, as far as it tells, the
+    model refitted with each from there by short pieces, the best refit first; none where no candidate takes most of
+    what the torque leaves without it, or no refit leads anywhere."""
     records = [replace(one.record, name=f"{k}") for k, one in enumerate(state.model.fitted)]  # of pieces each its own
     structure, parameters = state.model.structure, state.model.parameters
     try:
         before = fit_rigid(assemble(structure), parameters, records)
     except NumericsError:
-        return None
+        return []
     parallel = ParallelFilter(min(before.cutoff.values()))
     found, whole = list(_regressed(state, records, parallel)), _left(before)
     most = max((whole - one.left for one in found), default=0.0)
     if most < (1.0 - CHOICE.good_start) * whole:
-        return None
-    # Of laws that are one on this motion, as a cogging of one period a turn and gravity, the simpler.
+        return []
     alike = [one for one in found if whole - one.left >= (1.0 - ACCEPTANCE.same_share) * most]
-    best = min(alike, key=lambda one: (len(one.score.candidate.parameters), one.left))
     start = parameters.with_values(state.start) if state.start else parameters
-    return by_pieces(best.score, best.structure, carried(start, best.structure, best.values), state)
+    refits = (
+        by_pieces(one.score, one.structure, carried(start, one.structure, one.values), state)
+        for one in _best_of_each(alike)[: criteria.max_refits]
+    )
+    return in_order([one for one in refits if one is not None], state.data, criteria)
+
+
+def _best_of_each(found: Sequence[Regressed]) -> list[Regressed]:
+    """The best point of each effect's grid, the simplest law first: of laws that are one on this motion, as gravity and
+    a cogging of one period a turn, it is to be found."""
+    best: dict[str, Regressed] = {}
+    for one in sorted(found, key=lambda one: one.left):
+        best.setdefault(one.score.candidate.name, one)
+    return sorted(best.values(), key=lambda one: len(one.score.candidate.parameters))
 
 
 def _regressed(state: SearchState, records: list[Record], parallel: ParallelFilter) -> Iterator[Regressed]:
