@@ -43,7 +43,7 @@ def asked_for(state: SearchState) -> CandidateRefit | None:
     """The candidate of the last round with which the measured motion explains the torque best, the model refitted with
     it from there by short pieces; None where no candidate takes most of what the torque leaves without it, or the refit
     leads nowhere."""
-    records = [replace(one.record, name=f"{k}") for k, one in enumerate(state.model.fitted)]  # of pieces each its own
+    records = [replace(one, name=f"{k}") for k, one in enumerate(state.recorded)]
     structure, parameters = state.model.structure, state.model.parameters
     try:
         before = fit_rigid(assemble(structure), parameters, records)
