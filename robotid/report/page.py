@@ -93,9 +93,9 @@ def page(findings: Findings, stages: Sequence[StageTables], origin: Origin, titl
     return rendered(head, _sections(findings), stages, origin)
 
 
-def robot_page(axes: Mapping[str, AxisPage], origin: Origin, title: str) -> str:
+def robot_page(axes: Mapping[str, AxisPage], origin: Origin, title: str, common: Sequence[Table] = ()) -> str:
     """The HTML for a robot of several axes: an overview, and the sections of each axis, of which the first figures are
-    shown where there are several axes. axes : by name."""
+    shown where there are several axes. axes : by name; common : tables of the whole robot."""
     findings = {axis: one.findings for axis, one in axes.items()}
     most = AXIS_FIGURES if len(axes) > 1 else None
     parts = [
@@ -103,7 +103,7 @@ def robot_page(axes: Mapping[str, AxisPage], origin: Origin, title: str) -> str:
         for axis, one in axes.items()
     ]
     head = Head(title, robot_summary(findings), _marks(findings), _facts(next(iter(findings.values())), origin))
-    return _rendered(head, parts, origin, overview(findings))
+    return _rendered(head, parts, origin, (overview(findings), *common))
 
 
 def rendered(head: Head, sections: Sequence[PageSection], stages: Sequence[StageTables], origin: Origin) -> str:
@@ -182,7 +182,7 @@ class _Part:
         return [(one.heading, [_grid(table) for table in one.tables if table.rows]) for one in reversed(self.stages)]
 
 
-def _rendered(head: Head, parts: Sequence[_Part], origin: Origin, overview: Table | None = None) -> str:
+def _rendered(head: Head, parts: Sequence[_Part], origin: Origin, of_robot: Sequence[Table] = ()) -> str:
     figures = [spec for part in parts for one in part.sections for spec in one.figures]
     most = _samples_of_each([spec.plot for spec in figures if spec.plot is not None])
     return _template().render(
@@ -190,7 +190,7 @@ def _rendered(head: Head, parts: Sequence[_Part], origin: Origin, overview: Tabl
         summary=head.summary,
         marks=head.marks,
         facts=head.facts,
-        overview=None if overview is None else _grid(overview),
+        of_robot=[_grid(table) for table in of_robot],
         axes=[
             {
                 "name": part.name,

@@ -63,9 +63,7 @@ def _follows(record: Record, before: Record) -> bool:
 
 def _joined(pieces: Sequence[SegmentFit], segments: Sequence[Segment]) -> tuple[Trajectory, ...]:
     """Trajectories of pieces, as far as they are states, as one a segment."""
-    counts = [
-        len(segment.record.divided(count)) for segment, count in zip(segments, _counts(segments), strict=True)
-    ]
+    counts = [len(segment.record.divided(count)) for segment, count in zip(segments, _counts(segments), strict=True)]
     edges = np.cumsum([0, *counts]).tolist()
     found = []
     for first, last in pairwise(edges):

@@ -127,8 +127,8 @@ def accept_from_the_start(
     """The state with the best cause of a round where it stands all tests once it is fitted from where the fit of the
     model itself started.
 
-    A refit that lost its way leaves a misfit that any noise may be taken for: where the misfit is large, it is not asked
-    whether it is news before it is fitted once more.
+    A refit that lost its way leaves a misfit that any noise may be taken for: where the misfit is large, it is fitted
+    once more whether or not it is news.
     """
     if not refits or not _removes_much(state, refits[0]):
         return state

@@ -61,8 +61,8 @@ class SearchState:
     first : the model that is diagnosed; model : it with all causes so far; data : the records, with the noise as it
     shows behind `model`; scan : the columns of all candidates through `model`, whitened as `data` are; rounds : of the
     score so far, the last one of `scan` once it is scored; unexamined : candidates of a round for which no time was
-    left; start : values from which the fit of the model that is diagnosed started, by parameter, where known; recorded :
-    the records of the fit, whole where the model is fitted in pieces of them.
+    left; start : values from which the fit of the model that is diagnosed started, by parameter, where known; recorded
+    : the records of the fit, whole where the model is fitted in pieces of them.
     """
 
     first: RefittedModel

@@ -189,12 +189,12 @@ class FilteredMotion:
         if not self.is_determined:
             return -np.inf
         n, p = len(self.torque) - self.others.shape[1], len(self.columns)
-        return 1.0 - (1.0 - self.share) * n / (n - p)
+        return float(1.0 - (1.0 - self.share) * n / (n - p))
 
     @property
     def is_determined(self) -> bool:
         """Whether there are samples enough for the columns and for all that companions may do."""
-        return len(self.torque) - self.others.shape[1] >= REGRESSION.samples_a_column * len(self.columns)
+        return bool(len(self.torque) - self.others.shape[1] >= REGRESSION.samples_a_column * len(self.columns))
 
 
 def _thinned(signal: Array) -> Array:

@@ -20,8 +20,8 @@ SIZES = {"stribeck": 0.5, "asymmetric_coulomb": 0.05, "quadratic_friction": 1e-4
 """Of friction effects, in Coulomb levels of the axis; of drag, a level for each (rad/s)^2."""
 
 SAME_LAW = {POSE: "arm.pose_lever[q2]", "motor.asymmetric_coulomb": "motor.constant_torque"}
-"""Effects that the plant does not tell from the one that is hidden: the inertia of a chain in a plane follows the cosine
-alone, which is a lever, and friction that one direction has more of is a constant torque, at rest, too."""
+"""The law that the plant has, by another name: the inertia of a chain in a plane follows the cosine alone, which is a
+lever, and friction that one direction has more of is a constant torque, at rest, too."""
 
 
 @dataclass(frozen=True, slots=True)
