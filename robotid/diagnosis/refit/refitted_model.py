@@ -162,6 +162,8 @@ class RefittedModel:
 
 def _fit_of(pieces: Sequence[SegmentFit], output: Quantity) -> float:
     """Fit of the pieces of a record together [%]."""
+    if len(pieces) == 1:
+        return pieces[0].fit_percent
     measured = np.concatenate([measured_output(one.record, output) for one in pieces])
     return fit_percent(measured, measured - np.concatenate([one.residual for one in pieces]))
 
