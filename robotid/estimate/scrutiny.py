@@ -20,11 +20,9 @@ from robotid.errors import NumericsError
 from robotid.estimate.cutoff import choose_cutoff
 from robotid.estimate.first_states import first_state_limits
 from robotid.estimate.grey_box import INTERRUPTS, FitOptions, fit_model
-from robotid.estimate.linear_regression import relative_error
 from robotid.estimate.linear_response import total_inertia
-from robotid.estimate.regressor import regress
 from robotid.estimate.result import End, FitResult
-from robotid.estimate.rigid import RigidResult, fit_rigid
+from robotid.estimate.rigid import RigidResult, fit_rigid, torque_error
 from robotid.model.array import Array
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
@@ -195,18 +193,12 @@ def _worse_torque(joint: Joint, start: Parameters, values: Array, records: Seque
             parallel = ParallelFilter(choose_cutoff(joint, start, record))
         except NumericsError:
             continue
-        before, after = (_torque_error(joint, start.with_values(v), record, parallel) for v in (start.values, values))
+        before, after = (torque_error(joint, start.with_values(v), record, parallel) for v in (start.values, values))
         if after > SETTINGS.torque_factor * before and after > before + SETTINGS.torque_percent:
             yield (
                 f"the torque of {record.name} is met to {plain(after)} % by the fit and to {plain(before)} % by its"
                 " start: an error of the model went into the parameters"
             )
-
-
-def _torque_error(joint: Joint, parameters: Parameters, record: Record, parallel: ParallelFilter) -> float:
-    """Of the rigid motion [%]."""
-    left = regress(joint, parameters.all_fixed, record, parallel)
-    return relative_error(left.tau, left.torque)
 
 
 def _other_branch(fit: FitResult, joint: Joint, start: Parameters) -> Iterator[str]:

@@ -67,8 +67,11 @@ def improves_too_little(step: Step, criteria: Criteria) -> str | None:
 
 def is_noise(step: Step, criteria: Criteria) -> str | None:
     """A cause must stand out of noise of any colour."""
-    if step.p_value < criteria.significance:
-        return None
+    try:
+        if step.p_value < criteria.significance:
+            return None
+    except NumericsError as error:
+        return f"cannot be told from noise: {error.what}"
     return f"may be noise: torque errors as slow as those left may pass for it (p = {step.p_value:.2g})"
 
 

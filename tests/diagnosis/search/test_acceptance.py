@@ -15,6 +15,7 @@ from robotid.diagnosis.search import acceptance
 from robotid.diagnosis.search.acceptance import Step, accept_best, accept_from_the_start, drop_worthless, objection
 from robotid.diagnosis.search.refits import CandidateRefit
 from robotid.diagnosis.search.state import AcceptedCause
+from robotid.errors import NumericsError
 
 ONE_STEP = RefitOptions(max_iterations=1)
 
@@ -52,6 +53,15 @@ def test_a_cause_that_explains_a_thousandth_is_an_error_of_the_simulation() -> N
     wild = replace(step.first, fitted=tuple(replace(one, residual=100.0 * one.residual) for one in step.first.fitted))
     assert objection(step, QUICK) is None
     assert "of the misfit" in str(objection(replace(step, first=wild), QUICK))
+
+
+def test_a_cause_with_which_the_joint_runs_away_cannot_be_told_from_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    def runs_away(_: RefittedModel) -> None:
+        raise NumericsError("the joint runs away")
+
+    monkeypatch.setattr("robotid.diagnosis.search.step.left_by", runs_away)
+    why = acceptance.is_noise(stribeck_step(), Criteria())
+    assert why == "cannot be told from noise: the joint runs away"
 
 
 def test_what_may_be_noise_by_chance_alone_is_not_distinguished(monkeypatch: pytest.MonkeyPatch) -> None:
