@@ -35,6 +35,7 @@ from robotid.signals.differentiate import ParallelFilter
 from robotid.signals.record import SHORTEST_PIECE, Record
 from robotid.simulation.first_guess import measured_guess
 
+LEFT_OUT = "fitted from what a response asks for that was left out of the start, and simulated better from there"
 FAR_START = "fitted once more from what the initialisation found, far from the start that was given"
 WEIGHT = "gravity"
 OFFSET, OFFSET_SUFFIX = "motor.constant_torque", "_offset"
@@ -75,7 +76,7 @@ SETTINGS = ScrutinySettings()
 @dataclass(frozen=True, slots=True, eq=False)
 class FitTask:
     """What is fitted: the arguments of `fit_model`. found : what the initialisation found, also of parameters for which
-    another start was given."""
+    another start was given. left_out : starts that it found and does not trust."""
 
     name: str
     joint: Joint
@@ -84,6 +85,7 @@ class FitTask:
     options: FitOptions
     log: Callable[[Iteration], None] | None = None
     found: Mapping[str, float] = field(default_factory=dict)
+    left_out: tuple[Parameters, ...] = ()
 
     def fit(self) -> FitResult:
         """The fit of `fit_model`, and its errors."""
@@ -119,6 +121,8 @@ def scrutinised_fit(task: FitTask) -> ScrutinisedFit:
     """
     if task.options.choose_horizon:
         return _in_chosen_pieces(task)
+    if task.left_out:
+        return _from_left_out(replace(task, left_out=()), task.left_out)
     try:
         first = task.fit()
     except NumericsError:
@@ -134,6 +138,36 @@ def scrutinised_fit(task: FitTask) -> ScrutinisedFit:
         if not task.options.interruptible:
             raise
         return ScrutinisedFit(replace(first, end=End.INTERRUPTED))
+
+
+def _from_left_out(task: FitTask, starts: Sequence[Parameters]) -> ScrutinisedFit:
+    """The fit from starts that are not trusted where one of them leads to a fit that can be; else the better of what
+    they lead to and of the fit from the start itself. Where friction holds a joint for long, slow motion and response
+    contradict each other, and only a simulation tells which is right."""
+    best: FitResult | None = None
+    for start in starts:
+        begun = replace(task, parameters=start)
+        found = begun.attempt()
+        if found is None:
+            continue
+        if found.end is End.INTERRUPTED or _is_believed(found, begun):
+            return _noted(ScrutinisedFit(found), LEFT_OUT)
+        best = found if best is None or _misfit(found) < _misfit(best) else best
+    try:
+        own = scrutinised_fit(task)
+    except NumericsError:
+        if best is None:
+            raise
+        return _noted(ScrutinisedFit(best), LEFT_OUT)
+    better = best is not None and _misfit(best) < (1 - SETTINGS.better) * _misfit(own.fit)
+    return _noted(ScrutinisedFit(best), LEFT_OUT) if best is not None and better else own
+
+
+def _is_believed(fit: FitResult, task: FitTask) -> bool:
+    """Whether nothing speaks against a fit, and it simulates all records well."""
+    return min(fit.fit_percent.values()) >= SETTINGS.poor_fit and not any(
+        doubts(fit, task.joint, task.parameters, task.records)
+    )
 
 
 def _scrutinised(first: FitResult, task: FitTask) -> ScrutinisedFit:
