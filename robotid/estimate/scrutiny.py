@@ -121,46 +121,46 @@ def scrutinised_fit(task: FitTask) -> ScrutinisedFit:
     """
     if task.options.choose_horizon:
         return _in_chosen_pieces(task)
-    if task.left_out:
-        return _from_left_out(replace(task, left_out=()), task.left_out)
     try:
-        first = task.fit()
+        first, begun = _first_fit(task)
     except NumericsError:
         nearer = _nearer_start(task)
         if nearer is None:
             raise
         return _noted(scrutinised_fit(nearer), FAR_START)
-    if first.end is End.INTERRUPTED:
-        return ScrutinisedFit(first)
-    try:
-        return _scrutinised(first, task.with_options(interruptible=False))
-    except INTERRUPTS:
-        if not task.options.interruptible:
-            raise
-        return ScrutinisedFit(replace(first, end=End.INTERRUPTED))
+    found = ScrutinisedFit(first)
+    if first.end is not End.INTERRUPTED:
+        try:
+            found = _scrutinised(first, begun.with_options(interruptible=False))
+        except INTERRUPTS:
+            if not task.options.interruptible:
+                raise
+            found = ScrutinisedFit(replace(first, end=End.INTERRUPTED))
+    return found if begun.parameters is task.parameters else _noted(found, LEFT_OUT)
 
 
-def _from_left_out(task: FitTask, starts: Sequence[Parameters]) -> ScrutinisedFit:
-    """The fit from starts that are not trusted where one of them leads to a fit that can be; else the better of what
-    they lead to and of the fit from the start itself. Where friction holds a joint for long, slow motion and response
-    contradict each other, and only a simulation tells which is right."""
-    best: FitResult | None = None
-    for start in starts:
-        begun = replace(task, parameters=start)
-        found = begun.attempt()
-        if found is None:
-            continue
-        if found.end is End.INTERRUPTED or _is_believed(found, begun):
-            return _noted(ScrutinisedFit(found), LEFT_OUT)
-        best = found if best is None or _misfit(found) < _misfit(best) else best
+def _first_fit(task: FitTask) -> tuple[FitResult, FitTask]:
+    """The fit from starts that are not trusted where one of them leads to a fit that can be, else the best of what they
+    and the start itself lead to; and the task with the start that led there. Where friction holds a joint for long,
+    slow motion and response contradict each other, and only a simulation tells which is right.
+
+    Raises NumericsError where the records cannot be simulated from any.
+    """
+    own = replace(task, left_out=())
+    begun = [replace(own, parameters=start, found={}) for start in task.left_out]
+    fits = list[tuple[FitResult, FitTask]]()
+    for one in begun:
+        found = one.attempt()
+        if found is not None:
+            fits.append((found, one))
+            if found.end is End.INTERRUPTED or _is_believed(found, one):
+                return fits[-1]
     try:
-        own = scrutinised_fit(task)
+        fits.append((own.fit(), own))
     except NumericsError:
-        if best is None:
+        if not fits:
             raise
-        return _noted(ScrutinisedFit(best), LEFT_OUT)
-    better = best is not None and _misfit(best) < (1 - SETTINGS.better) * _misfit(own.fit)
-    return _noted(ScrutinisedFit(best), LEFT_OUT) if best is not None and better else own
+    return min(fits, key=lambda one: _misfit(one[0]))
 
 
 def _is_believed(fit: FitResult, task: FitTask) -> bool:
@@ -308,7 +308,7 @@ def _nearer_start(task: FitTask) -> FitTask | None:
     near = np.clip(near, task.parameters.lower, task.parameters.upper)
     before, after = np.abs(task.parameters.values), np.abs(near)
     far = np.maximum(before, after) > SETTINGS.start_factor * np.minimum(before, after)
-    return replace(task, parameters=task.parameters.with_values(near), found={}) if far.any() else None
+    return replace(task, parameters=task.parameters.with_values(near), found={}, left_out=()) if far.any() else None
 
 
 def _in_chosen_pieces(task: FitTask) -> ScrutinisedFit:
