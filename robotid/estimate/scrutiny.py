@@ -147,7 +147,8 @@ def _first_fit(task: FitTask) -> tuple[FitResult, FitTask]:
     Raises NumericsError where the records cannot be simulated from any.
     """
     own = replace(task, left_out=())
-    begun = [replace(own, parameters=start, found={}) for start in task.left_out]
+    others = [start for start in task.left_out if not np.array_equal(start.values, task.parameters.values)]
+    begun = [replace(own, parameters=start, found={}) for start in others]
     fits = list[tuple[FitResult, FitTask]]()
     for one in begun:
         found = one.attempt()

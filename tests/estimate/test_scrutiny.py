@@ -261,6 +261,12 @@ def test_a_start_that_is_not_trusted_is_kept_where_it_leads_to_a_fit_that_can_be
     assert found.remarks == (LEFT_OUT,)
 
 
+def test_the_same_start_is_not_tried_twice() -> None:
+    joint, log = flexible()
+    task = FitTask("m", joint, left_out(0.9), [log], FitOptions(), left_out=(left_out(0.9),))
+    assert scrutinised_fit(task).fit.remarks == ()
+
+
 def test_a_start_that_is_not_trusted_and_leads_nowhere_changes_nothing() -> None:
     joint, log = flexible()
     nowhere = joint.parameters().with_values(FLEXIBLE | {"motor.coulomb.Fc": 1e5})
