@@ -41,6 +41,18 @@ def test_work_is_done_elsewhere_only_where_it_is_worth_it() -> None:
     assert set(each(tasks.process, None, range(3), samples=MUCH)) == {os.getpid()}
 
 
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="signals are not blocked here")
+def test_processes_are_born_deaf_to_the_keyboard_and_their_parent_is_not() -> None:
+    script = (  # nothing has begun here: whoever starts what later processes share, must not undo it
+        "from robotid.parallel import each, working\n"
+        "from support.tasks import deaf\n"
+        f"with working(2): print(*each(deaf, None, range(4), samples={MUCH}), deaf(None, 0))"
+    )
+    path = os.pathsep.join([str(ROOT), str(ROOT / "tests"), *sys.path])
+    run = subprocess.run([sys.executable, "-c", script], env=os.environ | {"PYTHONPATH": path}, capture_output=True)
+    assert run.stdout.split() == [*[b"True"] * 4, b"False"]
+
+
 def test_processes_start_once() -> None:
     with working(2):
         found = [each(tasks.process, None, range(4), samples=MUCH) for _ in range(3)]

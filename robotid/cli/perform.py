@@ -199,8 +199,11 @@ def _print_results(
 
 
 def _overview(run: Runs, done: Sequence[Outcome]) -> Iterator[Table]:
-    """The axes side by side, of several."""
-    made = [o for o in done if o.several and STAGES[o.stage].after_run != "never"]
+    """The axes side by side, of several; with the records where these tell of a body."""
+    with_body = run.several and "body" in run.loaded.robot["robot"]
+    made = [
+        o for o in done if o.several and (STAGES[o.stage].after_run != "never" or (with_body and o.stage == "collect"))
+    ]
     if made:
         from robotid.report.tables.overview import overview
 

@@ -66,6 +66,7 @@ def make_report(
 
 def _page(material: Material) -> str:
     from robotid.report.page import AxisPage, page, robot_page
+    from robotid.report.tables import by_axis
 
     run = material.run
     parts = {
@@ -79,17 +80,27 @@ def _page(material: Material) -> str:
     origin = Origin(material.digest, material.configuration, tuple(sources), material.left_out)
     title = run.loaded.config.report.title
     if run.several:
-        return robot_page(parts, origin, title or str(run.loaded.robot["robot"]["name"]))
+        common = [
+            table
+            for name, content in next(iter(material.contents.values())).items()
+            for table in by_axis.of_robot(STAGES[name].view(), content)
+        ]
+        return robot_page(parts, origin, title or str(run.loaded.robot["robot"]["name"]), common)
     return page(parts[""].findings, parts[""].stages, origin, title)
 
 
 def _tables(run: Run, material: Material, axis: str) -> tuple[StageTables, ...]:
     from robotid.report.page import StageTables
+    from robotid.report.tables import by_axis
     from robotid.report.tables.sliding import in_units_of_axis
 
     in_units = partial(in_units_of_axis, linear=run.loaded.config.robot.linear)
+    views = {name: STAGES[name].view() for name in material.contents[axis]}
     return tuple(
-        StageTables(STAGES[name].heading, tuple(map(in_units, STAGES[name].view().tables(content))))
+        StageTables(
+            STAGES[name].heading,
+            tuple(map(in_units, by_axis.of_axis(views[name], content) if run.several else views[name].tables(content))),
+        )
         for name, content in material.contents[axis].items()
     )
 

@@ -10,6 +10,7 @@ from robotid.diagnosis.clock import recorded_late
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.applied import without_events
 from robotid.diagnosis.experiment import Experiments, with_experiments
+from robotid.diagnosis.measured_torque import CONTRADICTED, contradicts, without_contradicted
 from robotid.diagnosis.results import Diagnosis
 from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.search import search
@@ -72,6 +73,9 @@ def diagnose(
     if explains_nothing(model, simulated):
         diagnosis = not_explained(model, simulated)
         return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
+    if contradicts(model, [run.record for run in fitted], criteria):
+        diagnosis = not_explained(model, simulated, CONTRADICTED)
+        return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
     if explains_all(model, simulated):
         diagnosis = all_explained(model, simulated)
         return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
@@ -83,7 +87,7 @@ def diagnose(
         remarks, parts = (*remarks, clock.remark), [*map(clock.corrected, parts)]
         evidence = evidence.on(clock.corrected)
     with deadline(None if options.budget is None else begin + options.budget):
-        found = search(evidence, criteria, log)
+        found = without_contradicted(search(evidence, criteria, log))
     if found.events or clock.late:
         model = replace(model, parameters=found.first.parameters, first_states={})
         simulated = [simulate_record(model, without_events(part, found.events), options.horizon) for part in parts]

@@ -192,13 +192,14 @@ def all_explained(model: FittedModel, simulated: Sequence[Simulated]) -> Diagnos
     return _without_cause("clean", model, *_unsearched(model, simulated, floor=float("inf")))
 
 
-def not_explained(model: FittedModel, simulated: Sequence[Simulated]) -> Diagnosis:
-    """The diagnosis of a model that explains nothing: how much is wrong, and no cause. The noise is not known."""
+def not_explained(model: FittedModel, simulated: Sequence[Simulated], why: str = UNEXPLAINED) -> Diagnosis:
+    """The diagnosis of a model that explains nothing: how much is wrong, and no cause. The noise is not known. why : in
+    words."""
     nan = float("nan")
     misfits, residuals = _unsearched(model, simulated, floor=0.0)
     misfits = {name: replace(one, noise_floor=nan) for name, one in misfits.items()}
     diagnosis = _without_cause("not explained", model, misfits, residuals)
-    return replace(diagnosis, noise_floor=nan, remarks=(UNEXPLAINED,))
+    return replace(diagnosis, noise_floor=nan, remarks=(why,))
 
 
 def _unsearched(

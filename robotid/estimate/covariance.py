@@ -45,6 +45,7 @@ def lagged_products(a: Array, b: Array, lags: int) -> Array:
     return np.array([a[lag:] @ b[: len(b) - lag] for lag in range(lags + 1)])
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of a joint that runs away
 def zero_order_hold_response(joint: Joint, theta: Array, sampling_time: float) -> tuple[Array, Array]:
     """x[n + 1] = A x[n] + b u[n] of a slipping joint with its spring at rest, its torque constant from sample to
     sample: A (nx, nx), b (nx,)."""

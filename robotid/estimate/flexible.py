@@ -67,6 +67,13 @@ class FlexResult(Displayed):
     guesses: dict[str, float] = field(metadata={"unit": "SI"})
     remarks: tuple[str, ...]
 
+    @property
+    def left_out(self) -> tuple[dict[str, float], ...]:
+        """What each response asks for, by dotted name, where none of them tells the stiffness for certain."""
+        if self.parameters:
+            return ()
+        return tuple({name: one.values[name] for name in self.guesses if name in one.values} for one in self.readings)
+
 
 @dataclass(frozen=True, slots=True)
 class TwoMasses:

@@ -35,7 +35,8 @@ class SolveOptions:
 
     tolerance : the iteration has converged once a full step would reduce the cost by less than this, relative to it.
     max_small_steps : how many steps in a row may reduce the cost by less than that although they predicted more, as
-    they do where friction leaves kinks. interruptible : an interrupt from the keyboard ends the iteration with the last
+    they do where friction leaves kinks; where longer ones could not be simulated, also by less than what fitting noise
+    brings. interruptible : an interrupt from the keyboard ends the iteration with the last
     iterate, not the program.
     """
 
@@ -168,14 +169,15 @@ def solving(
             if step is None:
                 end = End.CONVERGED if reduction < in_noise else End.STALLED
                 break
-            after, damping = step
+            after, damping, hindered = step
             try:
                 at = yield after
             except NumericsError:
                 end = End.STALLED
                 break
             decrease = costs[-1] - after.cost
-            small_steps = small_steps + 1 if decrease < options.tolerance * costs[-1] else 0
+            small = max(options.tolerance, in_noise) if hindered else options.tolerance
+            small_steps = small_steps + 1 if decrease < small * costs[-1] else 0
             costs.append(after.cost)
             if log is not None:
                 log(Iteration(number, after.cost, decrease))
@@ -230,13 +232,14 @@ def predicted_reduction(at: Linearisation, bounds: Bounds) -> float:
 
 def next_iterate(
     at: Linearisation, damping: float, bounds: Bounds, least: float
-) -> Course[tuple[Evaluation, float] | None]:
-    """The course to the next iterate and its damping, or None where no damping finds a lower cost.
+) -> Course[tuple[Evaluation, float, bool] | None]:
+    """The course to the next iterate, its damping, and whether a longer step could not be simulated; or None where no
+    damping finds a lower cost.
 
     least : decrease of the cost that a step must promise to be worth a simulation; the more it is damped, the less it
     promises. Where the damping of the step before leaves no such promise, the first step is damped less.
     """
-    before, active, growth = at.evaluation, bounds.active(at), DAMPING_GROWTH
+    before, active, growth, hindered = at.evaluation, bounds.active(at), DAMPING_GROWTH, False
     while damping > MIN_DAMPING and _promised(at, damped_step(at, active, damping)) < least:
         damping = max(MIN_DAMPING, damping / 10)
     while damping < MAX_DAMPING:
@@ -249,11 +252,12 @@ def next_iterate(
             try:
                 after = yield Point(before.unknowns + step, at, before.cost)
             except NumericsError:
-                damping = max(10 * damping, 1e-3)
+                damping, hindered = max(10 * damping, 1e-3), True
                 continue
             gain = (before.cost - after.cost) / predicted
             if gain > POOR:
-                return after, max(MIN_DAMPING, damping / (10 if gain > GOOD else 1 if gain > FAIR else 0.25))
+                easier = max(MIN_DAMPING, damping / (10 if gain > GOOD else 1 if gain > FAIR else 0.25))
+                return after, easier, hindered
         damping, growth = max(growth * damping, 1e-6), 2 * growth
     return None
 

@@ -81,6 +81,17 @@ def regress(joint: Joint, parameters: Parameters, record: Record, parallel: Para
     return Regression(tuple(names), columns[0], columns[1], torque[kept], tau[kept])
 
 
+def friction_power(joint: Joint, parameters: Parameters, record: Record, parallel: ParallelFilter) -> float:
+    """Mean power [W] that all friction of a rigid motion absorbs, negative where it drives the joint."""
+    motion = parallel.motion(record.phi_m, record.sampling_time)
+    power, t = np.zeros(len(record)), record.t
+    for place, factor in moving(joint):
+        if place.term.friction:
+            at = _at(motion, t, factor, record.courses.get(place.term.companion_name))
+            power += at.v * place.term.torque(at, list(parameters.values[place.at]))
+    return float(np.mean(power))
+
+
 def moving(joint: Joint) -> Iterator[tuple[Placed, float]]:
     """Terms that move when the joint moves rigidly and depend on that motion alone (neither on memory nor on other
     terms), with the speed of their port in motor speeds."""

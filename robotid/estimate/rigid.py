@@ -83,6 +83,12 @@ def fit_rigid(
     )
 
 
+def torque_error(joint: Joint, parameters: Parameters, record: Record, parallel: ParallelFilter) -> float:
+    """100 ||tau - tau_hat|| / ||tau|| [%] of given parameters along the measured motion, both torques filtered."""
+    left = regress(joint, parameters.all_fixed, record, parallel)
+    return relative_error(left.tau, left.torque)
+
+
 def _chosen(joint: Joint, parameters: Parameters, record: Record, parallel: ParallelFilter) -> ParallelFilter:
     """The filter of one record."""
     return parallel if parallel.cutoff else parallel.at(choose_cutoff(joint, parameters, record, parallel.order))

@@ -20,11 +20,9 @@ from robotid.errors import NumericsError
 from robotid.estimate.cutoff import choose_cutoff
 from robotid.estimate.first_states import first_state_limits
 from robotid.estimate.grey_box import INTERRUPTS, FitOptions, fit_model
-from robotid.estimate.linear_regression import relative_error
 from robotid.estimate.linear_response import total_inertia
-from robotid.estimate.regressor import regress
 from robotid.estimate.result import End, FitResult
-from robotid.estimate.rigid import RigidResult, fit_rigid
+from robotid.estimate.rigid import RigidResult, fit_rigid, torque_error
 from robotid.model.array import Array
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
@@ -37,6 +35,7 @@ from robotid.signals.differentiate import ParallelFilter
 from robotid.signals.record import SHORTEST_PIECE, Record
 from robotid.simulation.first_guess import measured_guess
 
+LEFT_OUT = "fitted from what a response asks for that was left out of the start, and simulated better from there"
 FAR_START = "fitted once more from what the initialisation found, far from the start that was given"
 WEIGHT = "gravity"
 OFFSET, OFFSET_SUFFIX = "motor.constant_torque", "_offset"
@@ -77,7 +76,7 @@ SETTINGS = ScrutinySettings()
 @dataclass(frozen=True, slots=True, eq=False)
 class FitTask:
     """What is fitted: the arguments of `fit_model`. found : what the initialisation found, also of parameters for which
-    another start was given."""
+    another start was given. left_out : starts that it found and does not trust."""
 
     name: str
     joint: Joint
@@ -86,6 +85,7 @@ class FitTask:
     options: FitOptions
     log: Callable[[Iteration], None] | None = None
     found: Mapping[str, float] = field(default_factory=dict)
+    left_out: tuple[Parameters, ...] = ()
 
     def fit(self) -> FitResult:
         """The fit of `fit_model`, and its errors."""
@@ -122,20 +122,53 @@ def scrutinised_fit(task: FitTask) -> ScrutinisedFit:
     if task.options.choose_horizon:
         return _in_chosen_pieces(task)
     try:
-        first = task.fit()
+        first, begun = _first_fit(task)
     except NumericsError:
         nearer = _nearer_start(task)
         if nearer is None:
             raise
         return _noted(scrutinised_fit(nearer), FAR_START)
-    if first.end is End.INTERRUPTED:
-        return ScrutinisedFit(first)
+    found = ScrutinisedFit(first)
+    if first.end is not End.INTERRUPTED:
+        try:
+            found = _scrutinised(first, begun.with_options(interruptible=False))
+        except INTERRUPTS:
+            if not task.options.interruptible:
+                raise
+            found = ScrutinisedFit(replace(first, end=End.INTERRUPTED))
+    return found if begun.parameters is task.parameters else _noted(found, LEFT_OUT)
+
+
+def _first_fit(task: FitTask) -> tuple[FitResult, FitTask]:
+    """The fit from starts that are not trusted where one of them leads to a fit that can be, else the best of what they
+    and the start itself lead to; and the task with the start that led there. Where friction holds a joint for long,
+    slow motion and response contradict each other, and only a simulation tells which is right.
+
+    Raises NumericsError where the records cannot be simulated from any.
+    """
+    own = replace(task, left_out=())
+    others = [start for start in task.left_out if not np.array_equal(start.values, task.parameters.values)]
+    begun = [replace(own, parameters=start, found={}) for start in others]
+    fits = list[tuple[FitResult, FitTask]]()
+    for one in begun:
+        found = one.attempt()
+        if found is not None:
+            fits.append((found, one))
+            if found.end is End.INTERRUPTED or _is_believed(found, one):
+                return fits[-1]
     try:
-        return _scrutinised(first, task.with_options(interruptible=False))
-    except INTERRUPTS:
-        if not task.options.interruptible:
+        fits.append((own.fit(), own))
+    except NumericsError:
+        if not fits:
             raise
-        return ScrutinisedFit(replace(first, end=End.INTERRUPTED))
+    return min(fits, key=lambda one: _misfit(one[0]))
+
+
+def _is_believed(fit: FitResult, task: FitTask) -> bool:
+    """Whether nothing speaks against a fit, and it simulates all records well."""
+    return min(fit.fit_percent.values()) >= SETTINGS.poor_fit and not any(
+        doubts(fit, task.joint, task.parameters, task.records)
+    )
 
 
 def _scrutinised(first: FitResult, task: FitTask) -> ScrutinisedFit:
@@ -195,18 +228,12 @@ def _worse_torque(joint: Joint, start: Parameters, values: Array, records: Seque
             parallel = ParallelFilter(choose_cutoff(joint, start, record))
         except NumericsError:
             continue
-        before, after = (_torque_error(joint, start.with_values(v), record, parallel) for v in (start.values, values))
+        before, after = (torque_error(joint, start.with_values(v), record, parallel) for v in (start.values, values))
         if after > SETTINGS.torque_factor * before and after > before + SETTINGS.torque_percent:
             yield (
                 f"the torque of {record.name} is met to {plain(after)} % by the fit and to {plain(before)} % by its"
                 " start: an error of the model went into the parameters"
             )
-
-
-def _torque_error(joint: Joint, parameters: Parameters, record: Record, parallel: ParallelFilter) -> float:
-    """Of the rigid motion [%]."""
-    left = regress(joint, parameters.all_fixed, record, parallel)
-    return relative_error(left.tau, left.torque)
 
 
 def _other_branch(fit: FitResult, joint: Joint, start: Parameters) -> Iterator[str]:
@@ -282,7 +309,7 @@ def _nearer_start(task: FitTask) -> FitTask | None:
     near = np.clip(near, task.parameters.lower, task.parameters.upper)
     before, after = np.abs(task.parameters.values), np.abs(near)
     far = np.maximum(before, after) > SETTINGS.start_factor * np.minimum(before, after)
-    return replace(task, parameters=task.parameters.with_values(near), found={}) if far.any() else None
+    return replace(task, parameters=task.parameters.with_values(near), found={}, left_out=()) if far.any() else None
 
 
 def _in_chosen_pieces(task: FitTask) -> ScrutinisedFit:

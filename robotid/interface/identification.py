@@ -182,7 +182,9 @@ def fit(
     joint = joint_for(model.structure, output, used)
     with in_python_terms(), computing():
         start = initialise(model, joint, used, options)
-        task = FitTask(NAME, joint, start.parameters, used.records, options.fit, found=start.found)
+        task = FitTask(
+            NAME, joint, start.parameters, used.records, options.fit, found=start.found, left_out=start.left_out
+        )
         result = scrutinised_fit(task).fit
     return Fit(
         **fields_of(result, FitResult),
@@ -197,11 +199,12 @@ def fit(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Start:
-    """Where a fit starts, and the initialisations that found it."""
+    """Where a fit starts, and the initialisations that found it. left_out : starts that they do not trust."""
 
     parameters: Parameters
     rigid: RigidResult | None = None
     flex: FlexResult | None = None
+    left_out: tuple[Parameters, ...] = ()
 
     @property
     def found(self) -> dict[str, float]:
@@ -217,7 +220,8 @@ def initialise(model: Model, joint: Joint, records: Dataset, options: Options) -
         return Start(starting_parameters(joint, known, {}))
     rigid = initialise_rigid(structure, known, records.records, options.start)
     flex = initialise_flexible(structure, known, records.records, rigid, options.start)
-    return Start(starting_parameters(joint, known, rigid.guesses | flex.guesses), rigid, flex)
+    left_out = tuple(starting_parameters(joint, known, rigid.guesses | one) for one in flex.left_out)
+    return Start(starting_parameters(joint, known, rigid.guesses | flex.guesses), rigid, flex, left_out)
 
 
 def with_more(fit: Fit, records: Dataset) -> Dataset:

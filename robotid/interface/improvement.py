@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from robotid.diagnosis import Criteria, Diagnosis, DiagnosisOptions
 from robotid.diagnosis import diagnose as diagnose_model
@@ -16,7 +16,7 @@ from robotid.interface.dataset import Dataset, as_dataset
 from robotid.interface.identification import Fit, extended_fit, fields_of, with_more
 from robotid.interrupt import deadline
 from robotid.parallel import computing
-from robotid.signals.record import Record
+from robotid.signals.record import Record, usable_horizon
 from robotid.stages.experiments import references
 
 Log = Callable[[str], None]
@@ -80,7 +80,7 @@ def diagnose(
     """
     data = with_more(fit, as_dataset(held_out) + as_dataset(records))
     experiments = Experiments(references, None)
-    options = DiagnosisOptions(horizon=fit.options.fixed_horizon, experiments=experiments, budget=budget)
+    options = DiagnosisOptions(horizon=_horizon(fit, data), experiments=experiments, budget=budget)
     at = None if budget is None else time.monotonic() + budget
     with computing(jobs):
         found = diagnose_model(fit.fitted_model, data.records, criteria or Criteria(), options, log or _silent)
@@ -123,19 +123,23 @@ def extend(
             if effect in fit.structure.effects:
                 raise ConfigError(f"{effect} is in the model already", where="extend", hint="leave it out")
         fit.model.with_effects(*wanted)
-    task = extension_task(
-        found, fit, found.dataset.records, fit.options.fit, horizon=fit.options.fixed_horizon, log=log or _silent
-    )
     with computing(jobs):
-        result = extend_model(task, wanted)
+        result = extend_model(_task(fit, found, found.dataset, log), wanted)
     after = extended_fit(fit, result.fit, found.dataset)
     return ExtendedFit(**(fields_of(result, Extension) | {"fit": after}), origin=fit)
 
 
 def _task(fit: Fit, found: Diagnosis, data: Dataset, log: Log | None) -> ExtensionTask:
     """The fit as the one that is to be extended, on these records."""
-    options = fit.options
-    return extension_task(found, fit, data.records, options.fit, horizon=options.fixed_horizon, log=log or _silent)
+    options, horizon = fit.options, _horizon(fit, data)
+    return extension_task(
+        found, fit, data.records, replace(options, horizon=horizon).fit, horizon=horizon, log=log or _silent
+    )
+
+
+def _horizon(fit: Fit, data: Dataset) -> float | None:
+    """The length of pieces [s] of a fit, which may have chosen it, where all of these records can be cut by it, too."""
+    return usable_horizon(fit.options.fixed_horizon, data.records)
 
 
 def _silent(_: str) -> None:

@@ -51,13 +51,21 @@ class StageTables:
 
 
 @dataclass(frozen=True, slots=True)
+class Mark:
+    """A verdict as the head shows it. axis : whose, empty where there is one joint."""
+
+    verdict: str
+    axis: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Head:
-    """What a page begins with. summary : the answer, under the title; mark : the verdict; facts : what stands beside
-    it."""
+    """What a page begins with. summary : the answer, under the title; marks : the verdicts, of each axis that has been
+    diagnosed; facts : what stands beside them."""
 
     title: str
     summary: str
-    mark: str = ""
+    marks: tuple[Mark, ...] = ()
     facts: tuple[str, ...] = ()
 
 
@@ -81,22 +89,21 @@ class AxisPage:
 
 def page(findings: Findings, stages: Sequence[StageTables], origin: Origin, title: str | None = None) -> str:
     """The HTML. stages : tables of each stage that has run, in order. title : the heading, absent: the robot's name."""
-    mark = "" if findings.diagnosis is None else findings.diagnosis.verdict
-    head = Head(title or findings.robot, summary(findings), mark, _facts(findings, origin))
+    head = Head(title or findings.robot, summary(findings), _marks({"": findings}), _facts(findings, origin))
     return rendered(head, _sections(findings), stages, origin)
 
 
-def robot_page(axes: Mapping[str, AxisPage], origin: Origin, title: str) -> str:
+def robot_page(axes: Mapping[str, AxisPage], origin: Origin, title: str, common: Sequence[Table] = ()) -> str:
     """The HTML for a robot of several axes: an overview, and the sections of each axis, of which the first figures are
-    shown where there are several axes. axes : by name."""
+    shown where there are several axes. axes : by name; common : tables of the whole robot."""
     findings = {axis: one.findings for axis, one in axes.items()}
     most = AXIS_FIGURES if len(axes) > 1 else None
     parts = [
         _Part(axis, summary(one.findings), _sections(one.findings, axis, most), one.stages)
         for axis, one in axes.items()
     ]
-    head = Head(title, robot_summary(findings), facts=_facts(next(iter(findings.values())), origin))
-    return _rendered(head, parts, origin, overview(findings))
+    head = Head(title, robot_summary(findings), _marks(findings), _facts(next(iter(findings.values())), origin))
+    return _rendered(head, parts, origin, (overview(findings), *common))
 
 
 def rendered(head: Head, sections: Sequence[PageSection], stages: Sequence[StageTables], origin: Origin) -> str:
@@ -175,15 +182,15 @@ class _Part:
         return [(one.heading, [_grid(table) for table in one.tables if table.rows]) for one in reversed(self.stages)]
 
 
-def _rendered(head: Head, parts: Sequence[_Part], origin: Origin, overview: Table | None = None) -> str:
+def _rendered(head: Head, parts: Sequence[_Part], origin: Origin, of_robot: Sequence[Table] = ()) -> str:
     figures = [spec for part in parts for one in part.sections for spec in one.figures]
     most = _samples_of_each([spec.plot for spec in figures if spec.plot is not None])
     return _template().render(
         title=head.title,
         summary=head.summary,
-        mark=head.mark,
+        marks=head.marks,
         facts=head.facts,
-        overview=None if overview is None else _grid(overview),
+        of_robot=[_grid(table) for table in of_robot],
         axes=[
             {
                 "name": part.name,
@@ -200,6 +207,11 @@ def _rendered(head: Head, parts: Sequence[_Part], origin: Origin, overview: Tabl
         script=Markup(_own("page.js")),
         policy=content_policy(_own("page.js")),
     )
+
+
+def _marks(axes: Mapping[str, Findings]) -> tuple[Mark, ...]:
+    """The verdicts that there are. axes : by name, which is empty for a single joint."""
+    return tuple(Mark(f.diagnosis.verdict, axis) for axis, f in axes.items() if f.diagnosis is not None)
 
 
 def _facts(f: Findings, origin: Origin) -> tuple[str, ...]:

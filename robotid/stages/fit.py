@@ -37,7 +37,9 @@ def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: Flex
     names = tuple(settings.fit.models)
     items = [(name, recordings.of(members)) for name, members in settings.fit.models.items()]
     samples = sum(len(record) for _, records in items for record in records) // len(items)
-    shared = _Common(joint, parameters, options, names, rigid.guesses | flex.guesses)
+    asked_for = [rigid.guesses | one for one in flex.left_out]
+    left_out = tuple(starting_parameters(joint, settings.robot.known(), one, settings.fit.fix) for one in asked_for)
+    shared = _Common(joint, parameters, options, names, rigid.guesses | flex.guesses, left_out)
     with ahead(_fitted, shared, items, samples=samples, log=log, hands_on_interrupts=True) as found:
         for name, result in zip(names, found, strict=True):
             models[name] = result.fit
@@ -51,19 +53,22 @@ def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: Flex
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Common:
-    """What the fits of all models share. names : of the models; found : what the initialisation found."""
+    """What the fits of all models share. names : of the models; found : what the initialisation found; left_out :
+    starts that it does not trust."""
 
     joint: Joint
     parameters: Parameters
     options: FitOptions
     names: tuple[str, ...]
     found: Mapping[str, float]
+    left_out: tuple[Parameters, ...]
 
 
 def _fitted(shared: _Common, item: tuple[str, Sequence[Record]], log: Log | None = None) -> ScrutinisedFit:
     name, records = item
     line = None if log is None else (lambda iteration: log(Step(name, shared.names, iteration)))
-    return scrutinised_fit(FitTask(name, shared.joint, shared.parameters, records, shared.options, line, shared.found))
+    start, left_out = shared.parameters, shared.left_out
+    return scrutinised_fit(FitTask(name, shared.joint, start, records, shared.options, line, shared.found, left_out))
 
 
 def start(settings: Config, joint: Joint, rigid: RigidResult, flex: FlexResult) -> Parameters:

@@ -246,6 +246,14 @@ def test_slow_motion_tells_no_stiffness() -> None:
     assert total_inertia(LINEAR, values) == pytest.approx(total_inertia(LINEAR, TRUTH | known))
     notch = np.sqrt(values["gear.spring.k1"] / values["arm.inertia.J"])
     assert notch == pytest.approx(flex.frfs[0].omega[-1])
+    (asked_for,) = flex.left_out
+    assert asked_for == {name: flex.readings[0].values[name] for name in flex.guesses}
+
+
+def test_a_response_that_tells_the_stiffness_is_not_left_out() -> None:
+    _, flex = initialised(STRUCTURE)
+    assert flex.parameters
+    assert flex.left_out == ()
 
 
 def test_a_rigid_axis_gives_an_empty_result() -> None:

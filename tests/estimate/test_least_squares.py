@@ -122,3 +122,29 @@ def test_a_mass_that_a_step_would_take_away_comes_back() -> None:
     problem = Vanishing(np.zeros((1, 1)), np.zeros(1), np.array([1e-9]))
     solution = solve(problem, np.array([40.0]))  # type: ignore[arg-type]
     assert solution.evaluation.unknowns == pytest.approx([1.0], rel=1e-3)
+
+
+@dataclass
+class Hindered(Linear):
+    """The same where it can be simulated only close to the last point that was."""
+
+    farthest: float = 1e-4
+
+    def __post_init__(self) -> None:
+        self.last = np.zeros(self.J.shape[1])
+
+    def evaluate(self, unknowns: Array, near: Linearisation | None = None, *, max_cost: float = np.inf) -> Evaluation:
+        if np.abs(unknowns - self.last).max() > self.farthest:
+            raise NumericsError("the simulation settles too slowly to be of use")
+        self.last = unknowns
+        return super().evaluate(unknowns, near, max_cost=max_cost)
+
+
+@pytest.mark.parametrize(("farthest", "end"), [(1e-4, End.STALLED), (10.0, End.CONVERGED)])
+def test_a_fit_does_not_creep_along_what_can_be_simulated_by_less_than_noise(farthest: float, end: End) -> None:
+    noise = 30.0 * (-1.0) ** np.arange(1000)
+    problem = Hindered(np.ones((1000, 1)), 1.0 + noise, np.array([-np.inf]), farthest)
+    solution = solve(problem, np.zeros(1), SolveOptions())  # type: ignore[arg-type]
+    assert solution.end is end
+    assert len(solution.cost) <= 4
+    assert solution.evaluation.unknowns[0] == pytest.approx(1.0 if end is End.CONVERGED else 0.0, abs=1e-3)

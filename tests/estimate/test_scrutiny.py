@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.identify import starting_parameters
 from robotid.estimate.result import FitResult
 from robotid.estimate.rigid import fit_rigid
-from robotid.estimate.scrutiny import FitTask, doubts, growth_rate, scrutinised_fit
+from robotid.estimate.scrutiny import LEFT_OUT, FitTask, doubts, growth_rate, scrutinised_fit
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
@@ -235,6 +236,42 @@ def test_a_given_start_that_cannot_be_simulated_is_left_for_what_was_found(monke
     with pytest.raises(NumericsError):
         scrutinised_fit(replace(task, found={}))
     assert scrutinised_fit(task).fit.fit_percent["log"] > 99.0
+
+
+def left_out(share: float) -> Parameters:
+    """A start that is not trusted, this share of the truth."""
+    joint, _ = flexible()
+    return joint.parameters().with_values({name: share * value for name, value in FLEXIBLE.items()})
+
+
+def test_a_start_that_is_not_trusted_is_kept_where_it_leads_to_a_fit_that_can_be(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    task = replace(far_start(0.01), found={}, left_out=(left_out(0.7),))
+    started = list[float]()
+
+    def counted(name: str, joint: Joint, parameters: Parameters, *rest: Any) -> FitResult:
+        started.append(parameters["gear.spring.k1"])
+        return fit_model(name, joint, parameters, *rest)
+
+    monkeypatch.setattr("robotid.estimate.scrutiny.fit_model", counted)
+    found = scrutinised_fit(task).fit
+    assert started == [0.7 * FLEXIBLE["gear.spring.k1"]]
+    assert found.fit_percent["log"] > 99.0
+    assert found.remarks == (LEFT_OUT,)
+
+
+def test_the_same_start_is_not_tried_twice() -> None:
+    joint, log = flexible()
+    task = FitTask("m", joint, left_out(0.9), [log], FitOptions(), left_out=(left_out(0.9),))
+    assert scrutinised_fit(task).fit.remarks == ()
+
+
+def test_a_start_that_is_not_trusted_and_leads_nowhere_changes_nothing() -> None:
+    joint, log = flexible()
+    nowhere = joint.parameters().with_values(FLEXIBLE | {"motor.coulomb.Fc": 1e5})
+    task = FitTask("m", joint, left_out(0.9), [log], FitOptions())
+    assert scrutinised_fit(replace(task, left_out=(nowhere,))).fit.remarks == scrutinised_fit(task).fit.remarks == ()
 
 
 @pytest.mark.parametrize("factor", [20.0, 200.0])

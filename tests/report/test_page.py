@@ -253,6 +253,24 @@ def test_a_page_of_several_axes() -> None:
     assert document.text.count("Parameters of m parameter") == 2
 
 
+def test_the_head_of_several_axes_carries_the_verdict_of_each_that_has_one() -> None:
+    found = findings()
+    partly = replace(found, diagnosis=replace(found.diagnosis, verdict="partly named"))
+    axes = {"a1": AxisPage(found, ()), "a2": AxisPage(partly, ()), "a3": AxisPage(up_to("fits"), ())}
+    head = re.search(r'<p class="head">(.*?)</p>', robot_page(axes, ORIGIN, "robot"), re.DOTALL)
+    assert head is not None
+    marks = re.findall(r'<strong class="verdict ([\w-]+)"><a href="#(.*?)">(\w+)</a>: (.*?)</strong>', head[1])
+    assert marks == [("named", "axis-a1", "a1", "named"), ("partly-named", "axis-a2", "a2", "partly named")]
+
+
+def test_tables_of_the_whole_robot_stand_once_behind_the_overview() -> None:
+    part = AxisPage(up_to("fits"), ())
+    common = replace(TABLE, title="Body: torque error [%]")
+    source = robot_page({"a1": part, "a2": part}, ORIGIN, "robot", [common])
+    assert source.count("<caption>Body: torque error [%]</caption>") == 1
+    assert source.index("<caption>Overview") < source.index("<caption>Body") < source.index('id="axis-a1"')
+
+
 def test_a_page_of_several_axes_shows_the_first_figures_of_a_section() -> None:
     part = AxisPage(findings(), ())
     alone, both = (Document(robot_page(axes, ORIGIN, "robot")) for axes in ({"a1": part}, {"a1": part, "a2": part}))

@@ -42,7 +42,8 @@ def test_the_truth_names_every_parameter_that_the_oracle_starts_from() -> None:
     ("causes", "first", "in_class", "false"),
     [
         (((POSE, (POSE,)),), True, True, 0),
-        ((("arm.pose_lever[q2]", ("arm.pose_lever[q2]", POSE)),), False, True, 0),
+        ((("arm.pose_lever[q2]", ("arm.pose_lever[q2]", POSE)),), True, True, 0),
+        ((("motor.pose_lever[q2]", ("motor.pose_lever[q2]", POSE)),), False, True, 0),
         (((COUPLING, (COUPLING,)), (POSE, (POSE,))), False, False, 1),
         ((), False, False, 0),
     ],

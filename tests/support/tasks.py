@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import time
 from collections.abc import Callable
 
@@ -22,6 +23,11 @@ def square_sum(shared: Array, rows: int) -> float:
 def process(shared: None, number: int) -> int:
     """Number of the process that does the task."""
     return os.getpid()
+
+
+def deaf(shared: None, number: int) -> bool:
+    """Whether the process that does the task was born with interrupts blocked."""
+    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])
 
 
 def refused(shared: None, number: int) -> int:

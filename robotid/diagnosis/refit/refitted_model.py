@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -124,8 +124,12 @@ class RefittedModel:
 
     @property
     def validation_fit_percent(self) -> float:
-        """Mean fit over the validation segments [%], nan without any."""
-        return float(np.mean([one.fit_percent for one in self.validation])) if self.validation else float("nan")
+        """Mean fit over the validation records [%], nan without any. Pieces of a record count together: of one in which
+        the motor rests, a percentage means nothing."""
+        found: dict[str, list[SegmentFit]] = {}
+        for one in self.validation:
+            found.setdefault(one.record.name, []).append(one)
+        return float(np.mean([_fit_of(own, self.output) for own in found.values()])) if found else float("nan")
 
     @property
     def trajectories(self) -> Trajectories:
@@ -154,6 +158,14 @@ class RefittedModel:
             return 0.0
         covariance = self.covariance[np.ix_(own, own)] / max(1.0, self.energy / self.samples)
         return float(distance @ np.linalg.pinv(covariance, hermitian=True) @ distance)
+
+
+def _fit_of(pieces: Sequence[SegmentFit], output: Quantity) -> float:
+    """Fit of the pieces of a record together [%]."""
+    if len(pieces) == 1:
+        return pieces[0].fit_percent
+    measured = np.concatenate([measured_output(one.record, output) for one in pieces])
+    return fit_percent(measured, measured - np.concatenate([one.residual for one in pieces]))
 
 
 def extended(model: RefittedModel, effect: str, values: Mapping[str, float]) -> tuple[Structure, Parameters]:

@@ -67,8 +67,11 @@ def improves_too_little(step: Step, criteria: Criteria) -> str | None:
 
 def is_noise(step: Step, criteria: Criteria) -> str | None:
     """A cause must stand out of noise of any colour."""
-    if step.p_value < criteria.significance:
-        return None
+    try:
+        if step.p_value < criteria.significance:
+            return None
+    except NumericsError as error:
+        return f"cannot be told from noise: {error.what}"
     return f"may be noise: torque errors as slow as those left may pass for it (p = {step.p_value:.2g})"
 
 
@@ -113,17 +116,26 @@ def accept_best(state: SearchState, refits: Sequence[CandidateRefit], criteria: 
 def is_news(state: SearchState, one: CandidateRefit, criteria: Criteria) -> bool:
     """Whether a refit shows that something is missing, be it this or another cause: it explains a share of the misfit
     that no noise would."""
-    if state.share_removed(state.model, one.model) < ACCEPTANCE.unknown_share:
-        return False
-    return is_noise(step_to(state, one), criteria) is None
+    return _removes_much(state, one) and is_noise(step_to(state, one), criteria) is None
+
+
+def _removes_much(state: SearchState, one: CandidateRefit) -> bool:
+    """Whether a refit explains more of the misfit than what is no news."""
+    return state.share_removed(state.model, one.model) >= ACCEPTANCE.unknown_share
 
 
 def accept_from_the_start(
     state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria, log: Log
 ) -> SearchState:
     """The state with the best cause of a round where it stands all tests once it is fitted from where the fit of the
-    model itself started."""
-    if not refits or not is_news(state, refits[0], criteria):
+    model itself started.
+
+    A refit that lost its way leaves a misfit that any noise may be taken for: where the misfit is large, it is fitted
+    once more whether or not it is news.
+    """
+    if not refits or not _removes_much(state, refits[0]):
+        return state
+    if state.misfit <= state.data.samples and not is_news(state, refits[0], criteria):
         return state
     log(f"refitting with {refits[0].effect} from the first start")
     found = from_the_start(refits[0], state)

@@ -98,7 +98,8 @@ def first_state(evidence: Evidence, criteria: Criteria, *, torque_errors: bool =
         first = refit(model.joint.structure, [model.parameters], data, near, AS_IT_IS)
     unchanged = _is_unchanged(simulated, first)
     columns = with_residuals_of(first, missing, seen) if unchanged else scan_candidates(first, criteria.skip)
-    return SearchState(first, first, data, columns, start=model.start)
+    recorded = tuple(run.record for run in evidence.fitted)
+    return SearchState(first, first, data, columns, start=model.start, recorded=recorded)
 
 
 def renew_noise(state: SearchState) -> SearchState:

@@ -44,7 +44,7 @@ def asked_for(state: SearchState, criteria: Criteria) -> list[CandidateRefit]:
     """The candidates of the last round with which the measured motion explains the torque best, as far as it tells, the
     model refitted with each from there by short pieces, the best refit first; none where no candidate takes most of
     what the torque leaves without it, or no refit leads anywhere."""
-    records = [replace(one.record, name=f"{k}") for k, one in enumerate(state.model.fitted)]  # of pieces each its own
+    records = [replace(one, name=f"{k}") for k, one in enumerate(state.recorded)]
     structure, parameters = state.model.structure, state.model.parameters
     try:
         before = fit_rigid(assemble(structure), parameters, records)

@@ -18,6 +18,7 @@ from robotid.diagnosis.search.agreement import Agreement
 from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.settings import VERDICT
 from robotid.model.array import Array
+from robotid.signals.record import Record
 
 Log = Callable[[str], None]
 
@@ -60,7 +61,8 @@ class SearchState:
     first : the model that is diagnosed; model : it with all causes so far; data : the records, with the noise as it
     shows behind `model`; scan : the columns of all candidates through `model`, whitened as `data` are; rounds : of the
     score so far, the last one of `scan` once it is scored; unexamined : candidates of a round for which no time was
-    left; start : values from which the fit of the model that is diagnosed started, by parameter, where known.
+    left; start : values from which the fit of the model that is diagnosed started, by parameter, where known; recorded
+    : the records of the fit, whole where the model is fitted in pieces of them.
     """
 
     first: RefittedModel
@@ -72,6 +74,7 @@ class SearchState:
     rounds: tuple[Round, ...] = ()
     unexamined: tuple[str, ...] = ()
     start: Mapping[str, float] = field(default_factory=dict)
+    recorded: tuple[Record, ...] = ()
 
     @property
     def round(self) -> Round:

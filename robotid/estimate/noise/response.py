@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robotid.errors import NumericsError
 from robotid.estimate.covariance import zero_order_hold_response
 from robotid.model.array import Array
 from robotid.model.joint import Joint
@@ -59,8 +60,15 @@ def torque_response(
     joint: Joint, theta: Array, sampling_time: float, output: Quantity, derivation: Derivation | None = None
 ) -> TorqueResponse:
     """The response of a joint's speed or position. theta : (p,) as the record has them; derivation : of the record's
-    speed, None where that was measured."""
+    speed, None where that was measured.
+
+    Raises NumericsError where the joint runs away within a sampling time.
+    """
     A, b = zero_order_hold_response(joint, theta, sampling_time)
+    if not (np.isfinite(A).all() and np.isfinite(b).all()):
+        raise NumericsError(
+            "the joint runs away within a sampling time", hint="`robotid check` examines the records it was fitted to"
+        )
     derived = derivation is not None and output == "speed"
     row = joint.motor_angle if derived and joint.keeps_angle else joint.output_row(output)
     kept = [k for k in range(joint.speeds.stop) if k == row or not (joint.keeps_angle and k == joint.motor_angle)]

@@ -17,13 +17,25 @@ T = TypeVar("T", bound=Json)
 def tables(
     view: ModuleType, contents: Mapping[str, Any], linear: Mapping[str, bool], *, brief: bool = False
 ) -> Iterator[Table]:
-    """The tables of every axis, its name before their titles. linear : the axes that slide. brief : what the end of a
-    whole run shows."""
+    """The tables of every axis, its name before their titles, and what several have in common once. linear : the axes
+    that slide. brief : what the end of a whole run shows."""
     make = getattr(view, "brief" if brief else "tables", view.tables)
     for axis, content in contents.items():
-        for table in make(content):
+        for table in of_axis(view, content) if len(contents) > 1 and make is view.tables else make(content):
             shown = in_units_of_axis(table, linear=linear[axis])
             yield replace(shown, title=titled(axis, shown.title))
+    if len(contents) > 1:
+        yield from of_robot(view, next(iter(contents.values())))
+
+
+def of_axis(view: ModuleType, content: Any) -> tuple[Table, ...]:
+    """The tables of a stage that are of one axis alone."""
+    return tuple(getattr(view, "of_axis", view.tables)(content))
+
+
+def of_robot(view: ModuleType, content: Any) -> tuple[Table, ...]:
+    """The tables of a stage that are the same of all axes, of the content of any of them."""
+    return tuple(view.of_robot(content)) if hasattr(view, "of_robot") else ()
 
 
 def titled(axis: str, title: str) -> str:

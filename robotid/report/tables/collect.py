@@ -13,8 +13,17 @@ ROUNDING = 1e-9  # of the sampling time: what a jitter below it is
 
 def tables(recordings: Recordings) -> tuple[Table, ...]:
     """One row a record in each table, the remarks, and the body of the robot."""
-    of_body = () if recordings.body is None else body.tables(recordings.body)
-    return _sampling(recordings), _signals(recordings), *_companions(recordings), *_remarks(recordings), *of_body
+    return *of_axis(recordings), *of_robot(recordings)
+
+
+def of_axis(recordings: Recordings) -> tuple[Table, ...]:
+    """What each axis of a robot has of its own."""
+    return _sampling(recordings), _signals(recordings), *_companions(recordings), *_remarks(recordings)
+
+
+def of_robot(recordings: Recordings) -> tuple[Table, ...]:
+    """What all axes of a robot have in common."""
+    return () if recordings.body is None else body.tables(recordings.body)
 
 
 def document(recordings: Recordings) -> Json:

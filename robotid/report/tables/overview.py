@@ -13,9 +13,16 @@ VERDICTS = {"clean": "green", "named": "cyan", "partly named": "yellow", "unknow
 
 def overview(axes: Mapping[str, Findings]) -> Table:
     """A row an axis. The fits are those of the best model, in percent, over records from the lowest to the highest; the
-    gain is what the extension adds to the fit of held-out records, in points."""
-    columns = ("axis", "model", "fit [%]", "held out [%]", "verdict", "causes", "held-out gain")
-    return Table("Overview", columns, tuple(_row(axis, f) for axis, f in axes.items()), styles=VERDICTS)
+    gain is what the extension adds to the fit of held-out records, in points. Of a robot with a body, the torque error
+    that this leaves on held-out records stands beside them."""
+    columns = ["axis", "model", "fit [%]", "held out [%]", "verdict", "causes", "held-out gain"]
+    rows = {axis: [*_row(axis, f)] for axis, f in axes.items()}
+    errors = {axis: _body_errors(axis, f) for axis, f in axes.items()}
+    if any(errors.values()):
+        columns.append("body: torque error, held out [%]")
+        for axis, row in rows.items():
+            row.append(_range(errors[axis], digits=1))
+    return Table("Overview", tuple(columns), tuple(map(tuple, rows.values())), styles=VERDICTS)
 
 
 def _row(axis: str, f: Findings) -> tuple[str, ...]:
@@ -30,6 +37,14 @@ def _row(axis: str, f: Findings) -> tuple[str, ...]:
     return axis, best, _range(fitted), _range(held_out), verdict, causes or "-", _range(_gains(f), sign="+")
 
 
+def _body_errors(axis: str, f: Findings) -> list[float]:
+    """Torque error [%] of the axis on each record that did not serve to identify the body."""
+    body = None if f.recordings is None else f.recordings.body
+    if body is None or axis not in body.axes:
+        return []
+    return [one.consistent[body.axes.index(axis)] for one in body.errors if not one.fitted]
+
+
 def _gains(f: Findings) -> list[float]:
     """Of the fit of each held-out record."""
     if f.extension is None or not f.extension.added:
@@ -40,8 +55,9 @@ def _gains(f: Findings) -> list[float]:
     ]
 
 
-def _range(values: Sequence[float], sign: str = "") -> str:
+def _range(values: Sequence[float], sign: str = "", digits: int = 2) -> str:
     if not values:
         return "-"
-    low, high = (f"{'+' if sign and value > 0 else ''}{fixed(value)}" for value in (min(values), max(values)))
+    ends = (min(values), max(values))
+    low, high = (f"{'+' if sign and value > 0 else ''}{fixed(value, digits)}" for value in ends)
     return low if low == high else f"{low} to {high}"

@@ -84,13 +84,15 @@ def odds(share: float) -> float:
 def regress_torque(record: Record, turns: float | None) -> tuple[TorqueRegression, list[FilteredMotion]]:
     """Regression of a record's torque, and the record at several cut-offs as the regression takes it. Companions are
     asked where the motion alone leaves most of the torque or hardly stands out, and count where it then stands out
-    more. turns : as of `FilteredMotion.of`."""
+    more and leave enough samples. turns : as of `FilteredMotion.of`."""
     alone = FilteredMotion.of(replace(record, companions={}), turns)
     found = _regression(record, alone), alone
     if not record.companions or (found[0].explained > CHECK.weak and found[0].above_chance > CHECK.lone_chance):
         return found
     first = max(0, len(record) - REGRESSION.beside_companions) // 2
     beside = FilteredMotion.of(record.piece(first, first + REGRESSION.beside_companions), turns)
+    if not clearest(beside).is_determined:  # so many columns explain any torque of so few samples
+        return found
     return max(found, (_regression(record, beside), beside), key=lambda one: one[0].above_chance)
 
 
@@ -184,8 +186,15 @@ class FilteredMotion:
     @property
     def adjusted(self) -> float:
         """The same, corrected for the number of columns."""
+        if not self.is_determined:
+            return -np.inf
         n, p = len(self.torque) - self.others.shape[1], len(self.columns)
-        return -np.inf if n < REGRESSION.samples_a_column * p else 1.0 - (1.0 - self.share) * n / (n - p)
+        return float(1.0 - (1.0 - self.share) * n / (n - p))
+
+    @property
+    def is_determined(self) -> bool:
+        """Whether there are samples enough for the columns and for all that companions may do."""
+        return bool(len(self.torque) - self.others.shape[1] >= REGRESSION.samples_a_column * len(self.columns))
 
 
 def _thinned(signal: Array) -> Array:

@@ -31,3 +31,13 @@ def test_pieces_of_a_short_record_are_as_long_as_pieces_must_be() -> None:
     segment = begun(records({})).data.fitted[0]
     brief = replace(segment, record=segment.record.piece(0, 3 * SHORTEST_PIECE))
     assert [len(piece.record) for piece in multiple_shooting._cut([brief])] == [SHORTEST_PIECE] * 3
+
+
+def test_what_is_in_short_pieces_already_is_not_cut_further() -> None:
+    segment = begun(records({})).data.fitted[0]
+    pieces = [replace(segment, record=piece) for piece in segment.record.divided(8)]
+    assert [one.record.begin for one in multiple_shooting._cut(pieces)] == [one.record.begin for one in pieces]
+    halves = [replace(segment, record=piece) for piece in segment.record.divided(2)]
+    assert len(multiple_shooting._cut(halves)) == 8
+    apart = [pieces[0], pieces[2]]
+    assert len(multiple_shooting._cut(apart)) == 16

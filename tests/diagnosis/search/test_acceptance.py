@@ -15,6 +15,7 @@ from robotid.diagnosis.search import acceptance
 from robotid.diagnosis.search.acceptance import Step, accept_best, accept_from_the_start, drop_worthless, objection
 from robotid.diagnosis.search.refits import CandidateRefit
 from robotid.diagnosis.search.state import AcceptedCause
+from robotid.errors import NumericsError
 
 ONE_STEP = RefitOptions(max_iterations=1)
 
@@ -54,6 +55,15 @@ def test_a_cause_that_explains_a_thousandth_is_an_error_of_the_simulation() -> N
     assert "of the misfit" in str(objection(replace(step, first=wild), QUICK))
 
 
+def test_a_cause_with_which_the_joint_runs_away_cannot_be_told_from_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    def runs_away(_: RefittedModel) -> None:
+        raise NumericsError("the joint runs away")
+
+    monkeypatch.setattr("robotid.diagnosis.search.step.left_by", runs_away)
+    why = acceptance.is_noise(stribeck_step(), Criteria())
+    assert why == "cannot be told from noise: the joint runs away"
+
+
 def test_what_may_be_noise_by_chance_alone_is_not_distinguished(monkeypatch: pytest.MonkeyPatch) -> None:
     state = begun(records(STRIBECK), QUICK).scored(QUICK)
     scores = {one.candidate.name: one for one in state.round.best_of_each}
@@ -88,6 +98,15 @@ def test_a_cause_is_found_from_where_the_fit_started_when_the_fit_has_led_astray
     assert accept_from_the_start(unknown, [astray], QUICK, lambda _: None) is unknown
     nowhere = replace(state, start={name: 1e3 * value for name, value in TRUTH.items()})
     assert accept_from_the_start(nowhere, [astray], QUICK, lambda _: None) is nowhere
-    said: list[str] = []
-    assert accept_from_the_start(state, [astray], replace(QUICK, significance=0.0), said.append) is state
-    assert not said, "what may be noise is not looked at once more"
+
+
+@pytest.mark.parametrize(("size", "tried"), [(0.15, True), (0.02, False)])
+def test_what_may_be_noise_is_fitted_once_more_only_where_the_misfit_is_large(size: float, tried: bool) -> None:
+    """Beside a large misfit, a refit that lost its way leaves what any noise may be taken for."""
+    hidden = STRIBECK | {"motor.stribeck.dFs": size}
+    state = begun(records(hidden), QUICK).scored(QUICK)
+    (score,) = [one for one in state.round.best_of_each if one.candidate.name == "motor.stribeck"]
+    structure, start = extended(state.first, "motor.stribeck", hidden)
+    one, said = CandidateRefit(score, refit(structure, [start], state.data, state.first.trajectories)), list[str]()
+    assert accept_from_the_start(state, [one], replace(QUICK, significance=0.0), said.append) is state
+    assert bool(said) is tried

@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from support.small_bench import QUICK, TRUTH, begun, records
+from support.small_bench import QUICK, TRUTH, begun, evidence, records
 
 from robotid.diagnosis.refit.refit import AS_IT_IS, refit
+from robotid.diagnosis.search.data import first_state
 from robotid.diagnosis.search.refits import RefitRound
 from robotid.diagnosis.search.regression import asked_for
 from robotid.diagnosis.search.search import add_cause
 from robotid.diagnosis.search.state import SearchState
+from robotid.estimate.fitted_model import simulate_record
 
 GRAVITY = {"motor.gravity.G": 0.4, "motor.gravity.H": 0.0}
 ASTRAY = {"motor.inertia.J": 0.6, "motor.viscous.Fv": 8.0, "motor.coulomb.Fc": 0.2}
@@ -36,6 +38,19 @@ def test_a_model_that_goes_astray_still_gets_what_the_torque_asks_for(monkeypatc
     (cause,) = add_cause(state, QUICK, lambda _: None).causes
     assert cause.effect == "motor.gravity"
     assert {one.effect for one in alike} <= set(cause.twins)  # a cogging of one period a turn is the same law
+
+
+def test_a_fit_in_pieces_has_the_torque_of_whole_records_regressed() -> None:
+    made = records(GRAVITY)
+    by_wholes = evidence(made)
+    fitted = [simulate_record(by_wholes.model, one, 0.1) for one in made[:2]]
+    state = first_state(replace(by_wholes, fitted=fitted, horizon=0.1), QUICK).scored(QUICK)
+    assert len(state.model.fitted) == 80
+    assert [len(one) for one in state.recorded] == [len(one) for one in made[:2]]
+    found = asked_for(state)
+    assert found is not None
+    assert found.effect == "motor.gravity"
+    assert found.model.parameters["motor.gravity.G"] == pytest.approx(0.4, rel=0.05)
 
 
 def test_a_torque_that_is_explained_asks_for_nothing() -> None:

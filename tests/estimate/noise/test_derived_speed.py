@@ -12,6 +12,7 @@ from support.extended_joint import values
 from support.paper_joint import RATIO, STRUCTURE
 
 from robotid.catalogue import assemble
+from robotid.errors import NumericsError
 from robotid.estimate.noise.information import is_explained, noise_information
 from robotid.estimate.noise.levels import Residual, expected_levels, fit_levels
 from robotid.estimate.noise.response import TorqueResponse, torque_response
@@ -38,6 +39,13 @@ JOINTS = {
 def response(name: str, origin: SpeedOrigin, *, angle: bool = True) -> TorqueResponse:
     joint = assemble(JOINTS[name], angle=angle)
     return torque_response(joint, values(joint), SAMPLING_TIME, "speed", Derivation(origin, SAMPLING_TIME))
+
+
+def test_a_joint_that_runs_away_within_a_sampling_time_has_no_response() -> None:
+    joint = assemble(JOINTS["rigid"])
+    driven = dict(zip(joint.names, values(joint).tolist(), strict=True)) | {"motor.viscous.Fv": -1e6}
+    with pytest.raises(NumericsError, match="runs away"):
+        torque_response(joint, np.array(list(driven.values())), SAMPLING_TIME, "speed")
 
 
 @cache

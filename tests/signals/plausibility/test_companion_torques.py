@@ -14,6 +14,7 @@ from robotid.signals.companion import Companion
 from robotid.signals.plausibility import Axis, check_records
 from robotid.signals.plausibility.evidence import Evidence
 from robotid.signals.plausibility.regression import above
+from robotid.signals.plausibility.settings import CHECK
 from robotid.signals.quality import Recordings, inspect
 from robotid.signals.record import Record
 
@@ -105,3 +106,21 @@ def test_the_rest_that_companions_leave_does_not_turn_the_sign_of_a_torque(monke
     assert whole.inertia.ratio > 10.0
     monkeypatch.setattr(Evidence, "regression_alone", whole)
     assert fatal(record) == []
+
+
+def test_companions_that_have_more_columns_than_a_slow_torque_has_samples_are_no_evidence() -> None:
+    t = np.arange(2500) * 0.004
+    phi = 60.0 * np.sin(0.7 * t) + 20.0 * np.sin(1.9 * t + 1.0)
+    v, a = np.gradient(phi, t), np.gradient(np.gradient(phi, t), t)
+    torque = 0.02 * a + 0.01 * v + 0.3 * np.sign(v) + 2.0 * np.sin(1.3 * t)
+    record = Record.from_arrays(torque, phi, 0.004, name="log")
+    rng = np.random.default_rng(2)
+    slow = [0.3 * np.sin(rng.uniform(0.5, 3.0) * t + rng.uniform(0.0, 6.0)) for _ in range(5)]
+    crowded = replace(
+        record, companions={f"q{k}": Companion.of(CompanionKind.ANGLE, w, 0.004) for k, w in enumerate(slow)}
+    )
+    alone = Evidence(record, inspect(record, "log"), Axis(0.01)).regression
+    found = Evidence(crowded, inspect(crowded, "log"), Axis(0.01)).regression
+    assert alone.above_chance < CHECK.lone_chance, "so that companions are asked"
+    assert found.left == 1.0
+    assert found.explained == alone.explained

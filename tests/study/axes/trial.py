@@ -11,13 +11,17 @@ import numpy as np
 
 from robotid.errors import RobotidError
 from study.axes.arms import JOINTS, Extra, draw
-from study.axes.files import hidden, write
+from study.axes.files import POSE, hidden, write
 from study.axes.plan import Spec
 from study.trials.tool import diagnose, fit, heldout_rmse
 
 SHARE = 0.95  # of the oracle's gain
 SIZES = {"stribeck": 0.5, "asymmetric_coulomb": 0.05, "quadratic_friction": 1e-4, "position_friction": 0.15}
 """Of friction effects, in Coulomb levels of the axis; of drag, a level for each (rad/s)^2."""
+
+SAME_LAW = {POSE: "arm.pose_lever[q2]", "motor.asymmetric_coulomb": "motor.constant_torque"}
+"""The law that the plant has, by another name: the inertia of a chain in a plane follows the cosine alone, which is a
+lever, and friction that one direction has more of is a constant torque, at rest, too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +43,8 @@ class Result:
 
     @property
     def first(self) -> bool:
-        """What is hidden is the first cause."""
-        return any(effect == self.hidden for effect, _ in self.causes[:1])
+        """What is hidden, or the same law by another name, is the first cause."""
+        return any(effect in (self.hidden, SAME_LAW.get(self.hidden)) for effect, _ in self.causes[:1])
 
     @property
     def in_class(self) -> bool:
