@@ -41,6 +41,12 @@ class Gain:
         """Decrease of the squared error over all blocks."""
         return float(self.blocks.sum())
 
+    @property
+    def telling_blocks(self) -> float:
+        """How many blocks tell of it: all where it is as large on each, fewer where few hold most of it."""
+        size = np.abs(self.blocks)
+        return float(size.sum() ** 2 / max(float(size @ size), 1e-300))
+
 
 def gain_of(decrease: Array) -> Gain:
     """A decrease of the squared error on each block (B,), with the p-value of its being as often an increase.

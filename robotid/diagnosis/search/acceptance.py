@@ -15,7 +15,7 @@ from robotid.diagnosis.scoring.confounding import confounded_with
 from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.carry_over import held_out_gain, proven
-from robotid.diagnosis.search.coloured import Tried
+from robotid.diagnosis.search.coloured import Tried, are_too_few
 from robotid.diagnosis.search.constancy import is_not_constant
 from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
 from robotid.diagnosis.search.refits import CandidateRefit, from_the_start, refit_hopeful
@@ -35,7 +35,8 @@ from robotid.model.structure import rests_on
 
 
 def does_not_carry_over(step: Step, criteria: Criteria) -> str | None:
-    """A cause must help on segments that it was not fitted to."""
+    """A cause must help on segments that it was not fitted to; where only a moment or two of them show it, these must
+    ask for it by themselves."""
     if not step.data.validation:
         return None if step.left_out is None or proven(step.left_out) else LEFT_OUT.format(step.left_out.p_value)
     if step.energy_a_sample <= 0:
@@ -43,7 +44,10 @@ def does_not_carry_over(step: Step, criteria: Criteria) -> str | None:
     if step.gain <= 0.0:
         return "does not carry over: the fit of the held-out records falls with it"
     gain = held_out_gain(step.before.validation, step.after.validation)
-    return None if proven(gain) else HELD_OUT.format(gain.p_value)
+    if proven(gain):
+        return None
+    momentary = gain.total > 0.0 and are_too_few(gain.telling_blocks, 1)
+    return None if momentary and step.confirmation < criteria.significance else HELD_OUT.format(gain.p_value)
 
 
 HELD_OUT = "does not carry over: its gain on the held-out records is within its scatter (p = {:.2g})"

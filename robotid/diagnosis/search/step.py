@@ -10,8 +10,8 @@ from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import CONFIRMING, refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, Trajectories
 from robotid.diagnosis.scoring.blocked_regression import Gain
-from robotid.diagnosis.search.coloured import ALONE, Left, Tried, left_by, p_value
-from robotid.diagnosis.search.physical_sense import declarations
+from robotid.diagnosis.search.coloured import ALONE, Left, Tried, confirmation, left_by, p_value
+from robotid.diagnosis.search.physical_sense import amplitudes, declarations
 from robotid.diagnosis.search.state import share_removed
 from robotid.errors import NumericsError
 from robotid.model.parameters import Parameters
@@ -79,6 +79,17 @@ class Step:
         if self.data.validation:
             return (self.before.validation_energy - self.after.validation_energy) / self.data.validation_samples
         return (self.before.energy - self.after.energy) / self.data.samples
+
+    @cached_property
+    def confirmation(self) -> float:
+        """p-value of what the step adds being absent from the validation records, which are fitted alone, beside noise
+        of any colour; one where they ask for another size of it."""
+        other = self.elsewhere
+        if other is None:
+            return 1.0
+        sizes = {one: amplitudes(self.after, one) for one in self.added}
+        found = (confirmation(other, one, size) for one, size in sizes.items() if size)
+        return min(1.0, self.tried.effects * max(found, default=1.0))
 
     @cached_property
     def p_value(self) -> float:

@@ -57,3 +57,15 @@ def test_the_objection_names_the_records_or_what_was_left_out() -> None:
     assert does_not_carry_over(alone, Criteria()) is None
     unproven = replace(alone, left_out=gain_of(np.array([1.0, -1.0, 2.0, -2.0, 0.5])))
     assert "left out of its fit" in str(does_not_carry_over(unproven, Criteria()))
+
+
+def test_where_only_a_moment_shows_a_cause_the_records_must_ask_for_it_by_themselves() -> None:
+    wrong = noise(1)
+    wrong[100:110] += 10.0
+    before, after = (replace(plain_model(1000.0), validation=(leaving(one),)) for one in (wrong, noise(2)))
+    step = Step(
+        before, before, replace(after, validation=(replace(after.validation[0], fit_percent=99.0),)), plain_data()
+    )
+    for p, stands in ((1e-5, True), (0.05, False)):
+        step.__dict__["confirmation"] = p
+        assert (does_not_carry_over(step, Criteria()) is None) == stands

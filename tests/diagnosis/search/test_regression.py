@@ -47,8 +47,7 @@ def test_a_fit_in_pieces_has_the_torque_of_whole_records_regressed() -> None:
     state = first_state(replace(by_wholes, fitted=fitted, horizon=0.1), QUICK).scored(QUICK)
     assert len(state.model.fitted) == 80
     assert [len(one) for one in state.recorded] == [len(one) for one in made[:2]]
-    found = asked_for(state)
-    assert found is not None
+    found = asked_for(state, QUICK)[0]
     assert found.effect == "motor.gravity"
     assert found.model.parameters["motor.gravity.G"] == pytest.approx(0.4, rel=0.05)
 
