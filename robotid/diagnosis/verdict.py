@@ -32,6 +32,10 @@ from robotid.signals.trace import Trace, downsampled
 K = TypeVar("K")
 UNEXPLAINED = "the model does not simulate the records that it was fitted to: `robotid check` examines them"
 NOT_EXAMINED = "not examined: the time was up"
+SWAMPED = (
+    "what the model leaves may be noise of the torque, but so much that whatever is missing would not show: record a"
+    " clearer torque, or a motion that is simulated better"
+)
 SHAPELESS = "the misfit is far above the noise, yet no curve along one variable explains much of it"
 
 
@@ -68,6 +72,9 @@ def verdict(
         word = "not explained"
     elif found.causes and is_partial(share, misfit, remaining, floor):
         word = "partly named"
+    swamped = word == "clean" and is_swamped(found)
+    if swamped:
+        word = "unknown"
     return Diagnosis(
         verdict=word,
         model=model.name,
@@ -85,7 +92,7 @@ def verdict(
         residuals={name: trace(runs[name], model) for name in runs},
         shape=None if found.curve is None else replace(found.curve.curve, order=found.curve_share),
         refitted=dict(zip(found.last.parameters.names, found.last.parameters.values.tolist(), strict=True)),
-        remarks=_remarks(word, found),
+        remarks=(SWAMPED,) if swamped else _remarks(word, found),
         remaining_share=share,
         events=found.events,
         limits=detection_limits(found, criteria or Criteria()),
@@ -140,6 +147,17 @@ def without_cause(misfit: float, floor: float, *, shape: bool, events: bool) -> 
     if shape or _is_clear(misfit, floor):
         return "unknown"
     return "named" if events else "clean"
+
+
+def is_swamped(found: SearchResult) -> bool:
+    """Whether what the last model leaves on the records of its fit, and the noise of their output does not cause, is so
+    much that errors of the torque hide whatever is missing."""
+    caused = whole = 0.0
+    for segment, one in zip((found.coloured or found.data).fitted, found.last.fitted, strict=True):
+        noise = segment.whitening.output_variance * len(one.residual)
+        caused += max(0.0, float(one.residual @ one.residual) - noise)
+        whole += float(np.var(measured_output(one.record, found.last.output))) * len(one.residual)
+    return caused > VERDICT.swamped_share * whole
 
 
 def is_partial(share: float, misfit: float, remaining: float, floor: float) -> bool:

@@ -149,7 +149,8 @@ class Term(ABC):
     the motion of surfaces that rub, so that what changes all friction changes it. linear : the torque, and the rates of
     its states, are linear in x, v, a and the states, so that it is part of a frequency response; what reads a companion
     is not. role : what it is to the skeleton of masses, springs and dampers. instead_of : a port that a joint lacks
-    where the effect stands for what acts there; a joint with that port does not lack the effect.
+    where the effect stands for what acts there; a joint with that port does not lack the effect. swings : it is of a
+    lever that turns, which an axis that slides does not have.
     """
 
     name: ClassVar[str]
@@ -168,6 +169,7 @@ class Term(ABC):
     linear: ClassVar[bool] = False
     role: ClassVar[Role] = Role.NONE
     instead_of: ClassVar[Port | None] = None
+    swings: ClassVar[bool] = False
     companion_name: str = ""
 
     def reading(self, companion: str) -> Self:

@@ -19,6 +19,7 @@ class GearedGravity(Wave):
     name = "geared_gravity"
     ports = (Port.MOTOR,)
     instead_of = Port.GEAR
+    swings = True
     parameters = (
         # Not zero both: there the fit could not see r.
         Parameter(

@@ -24,6 +24,7 @@ class Gravity(Term):
     formula = "G sin(x) + H cos(x)"
     source = "Siciliano, Sciavicco, Villani & Oriolo 2009, Robotics, section 7.3"
     signature = "a slow function of arm angle"
+    swings = True
 
     def torque(self, m: Motion, p: Sequence[float]) -> Array:
         return np.asarray(p[0] * np.sin(m.x) + p[1] * np.cos(m.x))

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+import pytest
 from support.small_bench import QUICK, STRIBECK, begun, fitted, records, simulated
 
+from robotid.diagnosis import verdict as verdicts
 from robotid.diagnosis.results import Diagnosis
 from robotid.diagnosis.search.agreement import Agreement
 from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.search.search import as_result
-from robotid.diagnosis.verdict import verdict
+from robotid.diagnosis.verdict import SWAMPED, verdict
 from robotid.estimate.fitted_model import fitted_model
 
 CHANGE = "record_change.check.motor.coulomb.Fc"
@@ -42,3 +44,12 @@ def test_only_a_model_that_leaves_noise_on_its_own_records_is_said_to_be_wrong_e
         made = records(hidden)
         found = replace(as_result(begun(made, QUICK).scored(QUICK)), agreement=Agreement(apart=("check",)))
         assert verdict(fitted_model(fitted(made)), simulated(made), found, QUICK).apart == apart
+
+
+def test_a_motion_that_torque_errors_throw_off_is_not_known_to_be_clean(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = records({})
+    found = as_result(begun(made, QUICK).scored(QUICK))
+    for swamped, word in ((False, "clean"), (True, "unknown")):
+        monkeypatch.setattr(verdicts, "is_swamped", lambda _, swamped=swamped: swamped)
+        d = verdict(fitted_model(fitted(made)), simulated(made), found, QUICK)
+        assert (d.verdict, SWAMPED in d.remarks) == (word, swamped)

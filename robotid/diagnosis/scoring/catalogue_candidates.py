@@ -69,7 +69,7 @@ def channel_candidate(signal: Signal, channel: Channel, values: tuple[float, ...
 def _ports(term: Term, structure: Structure) -> list[Port]:
     """The ports of a structure at which a term may act, the usual one first."""
     places = {Port(name.split(".")[0]) for name in structure.terms}
-    if term.instead_of in places:
+    if term.instead_of in places or (term.swings and structure.linear):
         return []
     if Port.GEAR not in places:
         places = {Port.MOTOR}

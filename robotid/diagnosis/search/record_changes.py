@@ -23,6 +23,7 @@ from robotid.estimate.sensing import joint_for
 from robotid.model.array import Array
 from robotid.model.structure import changed
 from robotid.model.units import on_axis
+from robotid.signals.record import SHORTEST_PIECE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,7 +120,7 @@ def _parts(segment: Segment, residual: Array) -> tuple[Segment, Segment]:
     """A segment in two, each with half the energy of its residual (n,): the second tests what the first asks for, which
     no part does that rests or hardly shows it. None is shorter than a share of the whole."""
     record, left = segment.record, np.cumsum(np.square(segment.whitening(residual)))
-    shortest = round(CHANGES.shortest_part * len(record))
+    shortest = max(round(CHANGES.shortest_part * len(record)), min(SHORTEST_PIECE, len(record) // 2))
     cut = int(np.clip(np.searchsorted(left, left[-1] / 2.0), shortest, len(record) - shortest))
     return replace(segment, record=record.piece(0, cut)), replace(segment, record=record.piece(cut, len(record)))
 

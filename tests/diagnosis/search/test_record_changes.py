@@ -23,3 +23,9 @@ def test_a_change_is_sought_and_tested_where_it_shows() -> None:
     first, second = _parts(segment, residual)
     assert abs(len(first.record) - n // 4) <= 1
     assert len(first.record) + len(second.record) == n
+
+
+def test_a_short_piece_is_halved() -> None:
+    segment = Segment(plain_segment(1.0).record.piece(0, 12), UNIT_WHITENING)
+    first, second = _parts(segment, np.eye(12)[0])
+    assert (len(first.record), len(second.record)) == (6, 6)

@@ -13,7 +13,7 @@ from robotid.diagnosis.results import Cause
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.state import SearchResult
 from robotid.diagnosis.settings import VERDICT
-from robotid.diagnosis.verdict import _rejected, _word, hardly_explained, is_partial, negligible
+from robotid.diagnosis.verdict import _rejected, _word, hardly_explained, is_partial, is_swamped, negligible
 from support.plain_models import plain_model, plain_record
 from support.tuning import sees
 from support.tuning.search import friction, state
@@ -53,6 +53,18 @@ def check_a_fit_below_ten_percent_is_no_model() -> None:
     for fit, nothing in ((10.5, False), (9.5, True)):
         left = (1.0 - fit / 100.0) * (y - y.mean())
         assert hardly_explained({"a": y}, {"a": left}) is nothing
+
+
+@sees(VERDICT, "swamped_share")
+def check_torque_errors_that_cause_a_tenth_of_the_motion_hide_what_is_missing() -> None:
+    found = result(1000.0, friction(1.0))
+    (one,), (segment,) = found.last.fitted, found.data.fitted
+    moving = replace(one.record, dphi_m=3.0 * np.sin(one.record.t))
+    noise, whole = segment.whitening.output_variance, float(np.var(moving.dphi_m))
+    for share, swamped in ((0.09, False), (0.11, True)):
+        residual = np.full(len(one.residual), np.sqrt(noise + share * whole))
+        last = replace(found.last, fitted=(replace(one, record=moving, residual=residual),))
+        assert is_swamped(replace(found, last=last)) is swamped
 
 
 @sees(VERDICT, "negligible")
