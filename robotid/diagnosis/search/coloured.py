@@ -80,15 +80,17 @@ def p_value(
     blocks only, hardly more in one shape of an effect than in the others: there it is the best of all effects. Where
     only a moment or two of the records tell of it, blocks cannot, and records that were held out may instead.
 
-    All its fitted parameters are tested at once: without the effect its shape is nothing to be known, and a shape that
-    may take any value beside the amplitude would leave little of it.
+    Without the effect its shape is nothing to be known, and beside a shape that may take any value little would be left
+    of an amplitude. So by noise all its fitted parameters are tested at once, and from block to block the amplitudes in
+    the shape that was found.
     """
     sizes = amplitudes(model, effect)
     if not sizes:
         return 0.0
-    at, with_effect = own_columns(model, effect), _blocks_with(left, sizes)
-    noise = tried.candidates * by_noise(with_effect, at, left.energy, model.samples)
-    again = tried.effects * with_effect.significance(at)
+    at, own, with_effect = list(sizes), own_columns(model, effect), _blocks_with(left, sizes)
+    noise = tried.candidates * by_noise(with_effect, own, left.energy, model.samples)
+    kept = [k for k in range(with_effect.moment.shape[1]) if k in at or k not in own]
+    again = tried.effects * with_effect.take(kept).significance([kept.index(k) for k in at])
     found = min(1.0, max(noise, again))
     if are_too_few(with_effect.telling_blocks(at), len(at)) and (other := elsewhere()) is not None:
         found = min(found, tried.effects * confirmation(other, effect, sizes))
