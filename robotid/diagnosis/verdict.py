@@ -23,7 +23,7 @@ from robotid.estimate.fitted_model import FittedModel, Simulated, SimulatedSegme
 from robotid.estimate.residual import measured_output
 from robotid.estimate.result import Estimate
 from robotid.model.array import Array
-from robotid.model.structure import belongs, changed
+from robotid.model.structure import changed
 from robotid.numerals import listed, portion
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
@@ -331,12 +331,12 @@ def _estimates(model: RefittedModel, effect: str) -> tuple[Estimate, ...]:
     """The effect's own parameters with the deviations of the whitened fit."""
     parameters, covariance = model.parameters, model.covariance
     found = []
-    for i, k in enumerate(model.columns):
-        name = parameters.names[k]
-        if belongs(name, effect):
-            std = float(np.sqrt(max(0.0, covariance[i, i])))
-            bounds = float(parameters.lower[k]), float(parameters.upper[k])
-            found.append(Estimate(name, float(parameters.values[k]), parameters.units[k], std, std, *bounds))
+    for i in model.own_columns(effect):
+        k = model.columns[i]
+        std = float(np.sqrt(max(0.0, covariance[i, i])))
+        bounds = float(parameters.lower[k]), float(parameters.upper[k])
+        value, unit = float(parameters.values[k]), parameters.units[k]
+        found.append(Estimate(parameters.names[k], value, unit, std, std, *bounds))
     return tuple(found)
 
 

@@ -145,13 +145,18 @@ class RefittedModel:
         inverse = np.linalg.pinv(self.factor / scale, rcond=REFIT.unidentifiable) / scale[:, None]
         return np.asarray(inverse @ inverse.T * max(1.0, self.energy / self.samples))
 
+    def own_columns(self, effect: str) -> list[int]:
+        """The fitted parameters of an effect, by their number among all fitted ones."""
+        return [i for i, k in enumerate(self.columns) if belongs(self.parameters.names[k], effect)]
+
     def energy_of(self, effect: str) -> float:
         """Energy that the model would lose to first order without an effect, all other unknowns refitted: the Wald
         statistic of its parameters that have a null, in variances of the noise."""
+        numbered = ((i, self.columns[i]) for i in self.own_columns(effect))
         away = {
             i: self.parameters.values[k] - null
-            for i, k in enumerate(self.columns)
-            if belongs(self.parameters.names[k], effect) and (null := self.joint.declared[k].null) is not None
+            for i, k in numbered
+            if (null := self.joint.declared[k].null) is not None
         }
         own, distance = list(away), np.array(list(away.values()))
         if not own:

@@ -75,7 +75,7 @@ def is_noise(step: Step, criteria: Criteria) -> str | None:
         if step.p_value < criteria.significance:
             return None
     except NumericsError as error:
-        return f"cannot be told from noise: {error.what}"
+        return f"cannot be distinguished from noise: {error.what}"
     return f"may be noise: torque errors as slow as those left may pass for it (p = {step.p_value:.2g})"
 
 
@@ -139,26 +139,31 @@ def accept_from_the_start(
     """
     if not refits or not _removes_much(state, refits[0]):
         return state
-    if state.misfit <= state.data.samples and not is_news(state, refits[0], criteria):
+    if state.misfit <= state.data.samples and is_noise(step_to(state, refits[0]), criteria) is not None:
         return state
     log(f"refitting with {refits[0].effect} from the first start")
     found = from_the_start(refits[0], state)
-    if found is None:
-        return state
-    step = step_to(state, found)
-    return state if objection(step, criteria) is not None else state.with_cause(as_cause(state, [found, *refits], step))
+    return state if found is None else _with_first_that_stands(state, [found], refits, criteria)
+
+
+def _with_first_that_stands(
+    state: SearchState, found: Sequence[CandidateRefit], others: Sequence[CandidateRefit], criteria: Criteria
+) -> SearchState:
+    """The state with the first of several refits that stands all tests, where one does; those after it, and then the
+    others, may be its twins."""
+    for k, one in enumerate(found):
+        step = step_to(state, one)
+        if objection(step, criteria) is None:
+            return state.with_cause(as_cause(state, [*found[k:], *others], step))
+    return state
 
 
 def accept_asked_for(state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria, log: Log) -> SearchState:
     """The state with the best effect that the torque asks for along the measured motion and that stands all tests."""
     log("regressing the torque along the measured motion")
     found = asked_for(state, criteria)
-    for k, one in enumerate(found):
-        step = step_to(state, one)
-        if objection(step, criteria) is None:
-            others = [other for other in refits if all(other.effect != f.effect for f in found)]
-            return state.with_cause(as_cause(state, [*found[k:], *others], step))
-    return state
+    effects = {one.effect for one in found}
+    return _with_first_that_stands(state, found, [one for one in refits if one.effect not in effects], criteria)
 
 
 def accept_pair(state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria, log: Log) -> SearchState:
@@ -192,9 +197,7 @@ def _by_itself(
     lean = None if score is None else _without(one.model, first, state.data)
     if score is None or lean is None:
         return state
-    found = CandidateRefit(score, lean)
-    step = step_to(state, found)
-    return state if objection(step, criteria) is not None else state.with_cause(as_cause(state, [found, *refits], step))
+    return _with_first_that_stands(state, [CandidateRefit(score, lean)], refits, criteria)
 
 
 def step_to(state: SearchState, one: CandidateRefit) -> Step:

@@ -21,7 +21,7 @@ from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
 from robotid.diagnosis.scoring.projection import beyond, project
 from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.scan import scan, scans
-from robotid.diagnosis.search.physical_sense import amplitudes, own_columns
+from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.model.array import Array
 
@@ -87,7 +87,7 @@ def p_value(
     sizes = amplitudes(model, effect)
     if not sizes:
         return 0.0
-    at, own, with_effect = list(sizes), own_columns(model, effect), _blocks_with(left, sizes)
+    at, own, with_effect = list(sizes), model.own_columns(effect), _blocks_with(left, sizes)
     noise = tried.candidates * by_noise(with_effect, own, left.energy, model.samples)
     kept = [k for k in range(with_effect.moment.shape[1]) if k in at or k not in own]
     again = tried.effects * with_effect.take(kept).significance([kept.index(k) for k in at])
@@ -113,7 +113,7 @@ def confirmation(other: RefittedModel, effect: str, sizes: Mapping[int, float]) 
     apart = {k: found[k] - size for k, size in sizes.items()}
     if _energy(left, apart) > ACCEPTANCE.constant_spread**2 * _energy(left, sizes):
         return 1.0
-    return by_noise(_blocks_with(left, found), own_columns(other, effect), left.energy, other.samples)
+    return by_noise(_blocks_with(left, found), other.own_columns(effect), left.energy, other.samples)
 
 
 def _energy(left: Left, sizes: Mapping[int, float]) -> float:

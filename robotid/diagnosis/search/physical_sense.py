@@ -17,7 +17,6 @@ from robotid.model.companion import companion_of
 from robotid.model.parameters import Parameter
 from robotid.model.physical import PortRange
 from robotid.model.port import Port
-from robotid.model.structure import belongs
 from robotid.model.units import on_axis
 from robotid.simulation.friction.mode import friction_mode
 from robotid.simulation.trajectory import Trajectory
@@ -88,11 +87,6 @@ def amplitudes(model: RefittedModel, effect: str) -> dict[int, float]:
         return {names.index(effect): model.parameters[effect]}
     sizes = [(name, p.null) for name, p in declarations(effect) if p.null is not None and name in names]
     return {names.index(name): model.parameters[name] - null for name, null in sizes}
-
-
-def own_columns(model: RefittedModel, effect: str) -> list[int]:
-    """The fitted parameters of an effect, by their number among all fitted ones."""
-    return [i for i, k in enumerate(model.columns) if belongs(model.parameters.names[k], effect)]
 
 
 def port_range(model: RefittedModel, effect: str) -> PortRange:

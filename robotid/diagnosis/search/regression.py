@@ -14,7 +14,7 @@ import numpy as np
 
 from robotid.catalogue import EFFECTS, assemble
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.refit.refitted_model import carried
+from robotid.diagnosis.refit.refitted_model import carried, extended
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.refits import CandidateRefit, by_pieces, in_order
 from robotid.diagnosis.search.settings import ACCEPTANCE, CHOICE
@@ -66,7 +66,7 @@ def asked_for(state: SearchState, criteria: Criteria) -> list[CandidateRefit]:
 
 def _best_of_each(found: Sequence[Regressed]) -> list[Regressed]:
     """The best point of each effect's grid, the simplest law first: of laws that are one on this motion, as gravity and
-    a cogging of one period a turn, it is to be found."""
+    a cogging of one period a turn, that is refitted in any case."""
     best: dict[str, Regressed] = {}
     for one in sorted(found, key=lambda one: one.left):
         best.setdefault(one.score.candidate.name, one)
@@ -79,9 +79,8 @@ def _regressed(state: SearchState, records: list[Record], parallel: ParallelFilt
         name = score.candidate.name
         if is_change(name) or name.partition(".")[2] not in EFFECTS:
             continue
-        structure = state.model.structure.extended(name)
         effect = score.candidate.start([0.0] * len(score.candidate.scored))
-        parameters = carried(state.model.parameters, structure, effect)
+        structure, parameters = extended(state.model, name, effect)
         joint = assemble(structure)
         try:
             rigid = fit_rigid(joint, parameters, records, parallel)

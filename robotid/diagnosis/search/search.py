@@ -40,7 +40,6 @@ from robotid.model.structure import RECORD_CHANGE
 FURTHER = "further causes"
 UNEXPLAINED = "what no effect explains"
 CHANGES = "what differs on the records held out"
-BLUNT = "errors of the torque"
 
 
 def search(evidence: Evidence, criteria: Criteria, log: Log) -> SearchResult:
@@ -99,7 +98,7 @@ def _by_either_noise(evidence: Evidence, start: SearchState, criteria: Criteria,
         log("allowing for errors of the torque")
         blunt = find_causes(first_state(evidence, criteria, torque_errors=True), criteria, log)
     except OutOfTime:
-        return replace(as_result(start), late=True, unexamined=(FURTHER, UNEXPLAINED, CHANGES))
+        return _late(as_result(start))
     if blunt.causes or blunt.late:
         return blunt
     sharp = find_causes(start, criteria, log)

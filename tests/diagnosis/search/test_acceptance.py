@@ -61,7 +61,7 @@ def test_a_cause_with_which_the_joint_runs_away_cannot_be_told_from_noise(monkey
 
     monkeypatch.setattr("robotid.diagnosis.search.step.left_by", runs_away)
     why = acceptance.is_noise(stribeck_step(), Criteria())
-    assert why == "cannot be told from noise: the joint runs away"
+    assert why == "cannot be distinguished from noise: the joint runs away"
 
 
 def test_what_may_be_noise_by_chance_alone_is_not_distinguished(monkeypatch: pytest.MonkeyPatch) -> None:

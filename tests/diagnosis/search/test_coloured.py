@@ -18,7 +18,7 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
 from robotid.diagnosis.search import coloured
 from robotid.diagnosis.search.coloured import Tried, confirmation, left_by, p_value
-from robotid.diagnosis.search.physical_sense import amplitudes, own_columns
+from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.diagnosis.search.state import is_covered, share_removed
 from robotid.signals.record import Record
 
@@ -88,7 +88,7 @@ def test_amplitudes_that_take_each_others_place_are_of_the_same_size(monkeypatch
     blocks = BlockedRegression(information, np.zeros((20, 2)), np.zeros(20))
     model = with_effect(records(STRIBECK), STRIBECK)
     monkeypatch.setattr(coloured, "left_by", lambda _: replace(left_by(model), blocks=blocks, energy=1.0))
-    monkeypatch.setattr(coloured, "own_columns", lambda *_: [0, 1])
+    monkeypatch.setattr(RefittedModel, "own_columns", lambda *_: [0, 1])
     p = []
     for found in ({0: 0.0, 1: 1.6}, {0: 0.0, 1: 4.0}):
         monkeypatch.setattr(coloured, "amplitudes", lambda *_, found=found: found)
@@ -130,7 +130,7 @@ def test_a_shape_that_may_be_any_beside_the_amplitude_leaves_the_effect_what_it_
     """As the time of warming up beyond the end of a record, where it and the size make one slope."""
     model = with_effect(records(STRIBECK), STRIBECK)
     left = left_by(model)
-    size, shape = own_columns(model, "motor.stribeck")
+    size, shape = model.own_columns("motor.stribeck")
     information = left.blocks.information.copy()
     information[:, shape], information[:, :, shape] = information[:, size], information[:, :, size]
     information[:, shape, shape] *= 1.0 + 1e-6
