@@ -1,8 +1,10 @@
-"""The torque of an irregular log, put where it acts.
+"""The torque of a log, put where it acts.
 
-Stamps that vary are those of a recorder with a clock of its own. It reads the torque of the controller's last cycle,
-which began up to an interval before, so that all torques may be recorded late by some part of an interval, or early by
-as much as the stamps vary. No cause in the machine is to be sought for that.
+A log holds the torque of one instant for each interval. Where the controller sets it several times meanwhile, the
+recorded one is late by up to half an interval: what acts has gone on to the next when that is recorded. Stamps that
+vary are those of a recorder with a clock of its own, which reads the torque of the controller's last cycle, begun up to
+an interval before; there all torques may be late by some part of an interval, or early by as much as the stamps vary.
+No cause in the machine is to be sought for either.
 """
 
 from __future__ import annotations
@@ -13,54 +15,111 @@ import numpy as np
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.scoring.candidate import columns_of
-from robotid.diagnosis.scoring.projection import project
+from robotid.diagnosis.search.carry_over import proven
 from robotid.diagnosis.search.data import Evidence, first_state
 from robotid.diagnosis.search.settings import ACCEPTANCE
+from robotid.diagnosis.search.state import SearchState
+from robotid.errors import NumericsError
 from robotid.numerals import plain
 from robotid.signals.record import Record
 from robotid.signals.torque_steps import moved
 
 DELAY = "torque.torque_delay"
+HALF = 0.5  # [intervals] by which a torque that is set at every instant is recorded late
+MAX_STEPS = 3  # of an estimate that is linear in a delay
 
 
 @dataclass(frozen=True, slots=True)
 class RecordedLate:
-    """By how much the torque of irregular logs is recorded late [s], early where negative."""
+    """By how much the torque of logs is recorded late [s], early where negative."""
 
     late: float = 0.0
 
     def corrected(self, record: Record) -> Record:
-        """An irregular record with its torque where it acts; another as it is."""
-        if record.torque_steps is None or self.late == 0.0:
+        """A record with its torque where it acts, as far as its clock explains that it does not; another as it is."""
+        if self.late == 0.0:
             return record
-        torque, steps = moved(record.tau_m, record.torque_steps, -self.late / record.sampling_time)
-        return replace(record, tau_m=torque, torque_steps=steps)
+        late = self.late / record.sampling_time
+        torque, steps = moved(record.tau_m, record.torque_steps, -late)
+        if record.torque_steps is not None:
+            return replace(record, tau_m=torque, torque_steps=steps)
+        return replace(record, tau_m=torque) if 0.0 < late <= HALF else record
 
     @property
     def remark(self) -> str:
         """In a sentence."""
         way = "late" if self.late > 0.0 else "early"
         return (
-            f"the sampling intervals vary, and the torque is recorded {plain(1e3 * abs(self.late), 2)} ms {way}:"
+            f"the torque is recorded {plain(1e3 * abs(self.late), 2)} ms {way}, within what clocks explain:"
             f" moved by as much before causes were sought (in all stages: torque_delay: {self.late:.3g} in the records)"
         )
 
 
-def recorded_late(evidence: Evidence, criteria: Criteria) -> RecordedLate:
-    """By how much the torque of the irregular logs is late; not at all where it is not significantly, by more than a
-    clock explains, or where the model has a delay of its own. Raises NumericsError where the model cannot be
-    simulated."""
-    records = [run.record for run in evidence.fitted]
-    clocks = [(one.sampling_time, one.torque_steps.spread) for one in records if one.torque_steps is not None]
-    if not clocks or DELAY in criteria.skip:
-        return RecordedLate()
-    state = first_state(evidence, criteria)
-    places = zip(state.scan.candidates, columns_of(state.scan.candidates), strict=True)
+@dataclass(frozen=True, slots=True, eq=False)
+class InTime:
+    """The evidence with the torque where it acts, the state in which a search of it begins, and how late it was."""
+
+    clock: RecordedLate
+    evidence: Evidence
+    start: SearchState
+
+
+def in_time(evidence: Evidence, criteria: Criteria) -> InTime:
+    """The evidence, its torque moved where it is surely recorded late by what a clock explains and the simulation is
+    the better for it. Raises NumericsError where the model cannot be simulated."""
+    as_it_is = found = InTime(RecordedLate(), evidence, _first(evidence, criteria))
+    for _ in range(MAX_STEPS):
+        late, std = _lateness(found.start, criteria)
+        if abs(late) <= ACCEPTANCE.amplitude_sigma * std:
+            break
+        total = _as_clocks_are(evidence, found.clock.late + late, std)
+        if total is None:  # the first step of a longer delay may be one that a clock explains
+            return as_it_is
+        try:
+            clock = RecordedLate(total)
+            moved_on = evidence.on(clock.corrected)
+            if total == found.clock.late or _left(moved_on) >= _left(found.evidence):
+                break
+            found = InTime(clock, moved_on, _first(moved_on, criteria))
+        except NumericsError:
+            break
+    return found
+
+
+def _first(evidence: Evidence, criteria: Criteria) -> SearchState:
+    """The state in which a search begins, with its first round of the score."""
+    return first_state(evidence, criteria).scored(criteria)
+
+
+def _lateness(state: SearchState, criteria: Criteria) -> tuple[float, float]:
+    """By how much the torque is recorded late beside what scores best, with its standard deviation [s]; nothing where
+    that does not carry over from block to block, or the model has a delay of its own."""
+    places = list(zip(state.round.candidates, columns_of(state.round.candidates), strict=True))
     at = next((at for one, at in places if one.name == DELAY), None)
-    if at is None:
-        return RecordedLate()
-    regression = project(state.scan.scans).beside_fitted(at)
-    late, std = -float(regression.estimate()[-1]), float(np.sqrt(regression.covariance()[-1, -1]))
-    explained = (-interval * spread <= late <= interval for interval, spread in clocks)
-    certain = abs(late) > ACCEPTANCE.amplitude_sigma * std
-    return RecordedLate(late if certain and all(explained) else 0.0)
+    if at is None or DELAY in criteria.skip:
+        return 0.0, np.inf
+    best = next((s.candidate for s in state.round.scores if not getattr(s.candidate, "is_late", False)), None)
+    beside = [k for one, own in places if one is best for k in range(own.start, own.stop)]
+    fitted = len(state.round.projected.fitted)
+    columns = [*range(fitted), *(fitted + k for k in beside), fitted + at.start]
+    regression = state.round.projected.blocks.take(columns)
+    last = len(columns) - 1
+    if not proven(regression.gain([last])):
+        return 0.0, np.inf
+    return -float(regression.estimate()[last]), float(np.sqrt(regression.covariance()[last, last]))
+
+
+def _as_clocks_are(evidence: Evidence, late: float, std: float) -> float | None:
+    """A lateness as far as the clocks of all records explain it, None where they do not."""
+    records = [run.record for run in evidence.fitted]
+    irregular = [(one.sampling_time, one.torque_steps.spread) for one in records if one.torque_steps is not None]
+    if irregular:
+        return late if all(-interval * spread <= late <= interval for interval, spread in irregular) else None
+    most = HALF * min(one.sampling_time for one in records)
+    return min(late, most) if 0.0 < late <= most + ACCEPTANCE.amplitude_sigma * std else None
+
+
+def _left(evidence: Evidence) -> float:
+    """Squared error of the simulation of all fitted records."""
+    segments = (segment for run in evidence.fitted for segment in run.segments(evidence.model.output))
+    return float(sum(np.sum(np.square(segment.residual)) for segment in segments))

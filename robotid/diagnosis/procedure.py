@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from robotid.diagnosis.clock import recorded_late
+from robotid.diagnosis.clock import in_time
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.applied import without_events
 from robotid.diagnosis.experiment import Experiments, with_experiments
@@ -80,14 +80,14 @@ def diagnose(
         diagnosis = all_explained(model, simulated)
         return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
     validation = [part for part in parts if part.name not in model.records]
-    evidence = Evidence(model, fitted, validation, options.horizon)
-    clock = recorded_late(evidence, criteria)
+    log("measuring the noise")
+    found_in_time = in_time(Evidence(model, fitted, validation, options.horizon), criteria)
+    clock = found_in_time.clock
     if clock.late:
         log(clock.remark)
         remarks, parts = (*remarks, clock.remark), [*map(clock.corrected, parts)]
-        evidence = evidence.on(clock.corrected)
     with deadline(None if options.budget is None else begin + options.budget):
-        found = without_contradicted(search(evidence, criteria, log))
+        found = without_contradicted(search(found_in_time.evidence, criteria, log, found_in_time.start))
     if found.events or clock.late:
         model = replace(model, parameters=found.first.parameters, first_states={})
         simulated = [simulate_record(model, without_events(part, found.events), options.horizon) for part in parts]

@@ -128,7 +128,7 @@ class Diagnosis(Displayed):
     noise_floor, misfit, remaining : RMS over the records of the fit, in the unit of the output; remaining is the misfit
     that the causes leave, remaining_share their part of its energy, by the same measure as the shares of the causes:
     all of them and the remainder make one. events : what happened once, and was taken out before causes were sought.
-    late : by how much the torque of irregular logs was recorded late, which was taken out as well.
+    late : by how much the torque was recorded late within what clocks explain, which was taken out as well.
     limits : the smallest size of each effect of the catalogue that would have been seen. records : by name. missing :
     the missing torque [Nm] of each record: its measured part is what the residual asks for, its simulated part what the
     causes supply. twist [rad] : of a flexible joint's gear at the same times, as the model has it under that torque; no

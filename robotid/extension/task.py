@@ -160,8 +160,8 @@ def extension_task(
 ) -> ExtensionTask:
     """The task to extend a diagnosed model, from where the diagnosis left its parameters or those of its causes.
 
-    fit : the diagnosed one; records : all of them, from which the events of the diagnosis are taken, the torque of
-    irregular ones put where it acts; options : of the fit by default.
+    fit : the diagnosed one; records : all of them, from which the events of the diagnosis are taken, their
+    torque put where it acts; options : of the fit by default.
     """
     starts = (diagnosis.refitted, {p.name: p.value for cause in diagnosis.causes for p in cause.parameters})
     clock = RecordedLate(diagnosis.late)

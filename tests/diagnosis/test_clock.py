@@ -1,4 +1,4 @@
-"""The torque of an irregular log may be recorded late or early, and no cause is sought for that."""
+"""The torque of a log may be recorded late by what its clock explains, and no cause is sought for that."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.dry_axis import DryAxis
-from support.small_bench import QUICK, evidence, fitted, records
+from support.small_bench import QUICK, SAMPLING_TIME, STRIBECK, evidence, fitted, records
 
 from robotid.catalogue import assemble
-from robotid.diagnosis.clock import recorded_late
+from robotid.diagnosis.clock import RecordedLate, in_time
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.procedure import diagnose
 from robotid.diagnosis.search.data import Evidence
@@ -60,9 +60,9 @@ def waves(t: Array) -> Array:
 @pytest.mark.parametrize("late", [0.0, 0.5])
 def test_a_recorder_with_a_clock_of_its_own_is_late(late: float) -> None:
     seen = irregular(late)
-    found = recorded_late(seen, Criteria())
-    assert found.late == pytest.approx((late + 0.12) * H, rel=0.15)
-    before, after = (np.std(one.fitted[0].segments("speed")[0].residual) for one in (seen, seen.on(found.corrected)))
+    found = in_time(seen, Criteria())
+    assert found.clock.late == pytest.approx((late + 0.12) * H, rel=0.15)
+    before, after = (np.std(one.fitted[0].segments("speed")[0].residual) for one in (seen, found.evidence))
     assert after < 0.65 * before
 
 
@@ -74,21 +74,48 @@ def test_a_delay_that_is_given_is_taken_out_within_intervals() -> None:
 
 
 def test_what_a_clock_does_not_explain_is_left_alone() -> None:
-    assert recorded_late(irregular(1.2), Criteria()).late == 0.0
+    assert in_time(irregular(1.2), Criteria()).clock.late == 0.0
 
 
-def test_of_a_regular_log_every_delay_may_have_a_cause() -> None:
-    late = [replace(one, torque_steps=None) for one in with_torque_moved(records({}), 1.0)]
-    assert recorded_late(evidence(late), QUICK).late == 0.0
+def regular(late: float) -> list[Record]:
+    """Records of a drive that sets its torque more often than it logs it, which puts it so many intervals late."""
+    return [replace(one, torque_steps=None) for one in with_torque_moved(records({}), late)]
+
+
+@pytest.mark.parametrize("late", [0.25, 0.45])
+def test_a_drive_that_controls_faster_than_it_logs_is_late_by_part_of_an_interval(late: float) -> None:
+    seen = evidence(regular(late))
+    found = in_time(seen, QUICK)
+    assert found.clock.late == pytest.approx(late * SAMPLING_TIME, abs=0.1 * SAMPLING_TIME)
+    before, after = (np.std(one.fitted[1].segments("speed")[0].residual) for one in (seen, found.evidence))
+    assert after < 0.8 * before
+
+
+@pytest.mark.parametrize("late", [1.0, -0.4])
+def test_what_no_clock_explains_of_a_regular_log_may_have_a_cause(late: float) -> None:
+    assert in_time(evidence(regular(late)), QUICK).clock.late == 0.0
 
 
 def test_a_torque_in_time_stays_as_it_is() -> None:
-    assert recorded_late(evidence(with_torque_moved(records({}), 1e-9)), QUICK).late == 0.0
+    assert in_time(evidence(with_torque_moved(records({}), 1e-9)), QUICK).clock.late == 0.0
+
+
+def test_an_effect_that_the_model_lacks_is_no_delay() -> None:
+    found = in_time(evidence(records(STRIBECK)), QUICK)
+    assert abs(found.clock.late) < 0.02 * SAMPLING_TIME
 
 
 def test_no_delay_is_taken_out_that_is_not_to_be_looked_for() -> None:
-    made = with_torque_moved(records({}), 0.3)
-    assert recorded_late(evidence(made), replace(QUICK, skip=(*QUICK.skip, "torque.torque_delay"))).late == 0.0
+    skipping = replace(QUICK, skip=(*QUICK.skip, "torque.torque_delay"))
+    for made in (with_torque_moved(records({}), 0.3), regular(0.3)):
+        assert in_time(evidence(made), skipping).clock.late == 0.0
+
+
+def test_of_records_with_unlike_clocks_each_moves_by_what_its_own_explains() -> None:
+    jittered, held = with_torque_moved(records({}), 0.3)[0], records({})[0]
+    late = RecordedLate(0.8 * SAMPLING_TIME)
+    assert late.corrected(held) is held
+    assert not np.array_equal(late.corrected(jittered).tau_m, jittered.tau_m)
 
 
 def test_a_diagnosis_says_by_how_much_the_torque_was_moved_and_finds_nothing_else() -> None:
@@ -96,7 +123,7 @@ def test_a_diagnosis_says_by_how_much_the_torque_was_moved_and_finds_nothing_els
     said: list[str] = []
     found = diagnose(fitted(made), made, QUICK, log=said.append)
     assert found.verdict == "clean"
-    remark = next(one for one in found.remarks if " ms late: moved by as much" in one)
+    remark = next(one for one in found.remarks if " ms late, within what clocks explain: moved by" in one)
     assert remark in said
     assert float(remark.split("recorded ")[1].split()[0]) == pytest.approx(0.6, abs=0.05)
     assert found.late == pytest.approx(0.3 * made[0].sampling_time, rel=0.1)

@@ -223,6 +223,15 @@ def by_pieces(score: Score, structure: Structure, start: Parameters, state: Sear
     return None if found is None else CandidateRefit(score, found)
 
 
+def on_the_whole(score: Score, structure: Structure, start: Parameters, state: SearchState) -> CandidateRefit | None:
+    """The same on whole records."""
+    try:
+        found = _refit_directly((state.model, state.data), _Attempt(structure, (start,), score.energy))
+    except NumericsError:
+        return None
+    return None if found is None else CandidateRefit(score, found)
+
+
 def rivals(one: Score, best: Score) -> bool:
     """Whether a candidate scores nearly as well as the best, so that it may be the cause as well."""
     return one.energy >= CHOICE.rival_share * best.energy

@@ -14,9 +14,9 @@ import numpy as np
 
 from robotid.catalogue import EFFECTS, assemble
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.refit.refitted_model import carried, extended
+from robotid.diagnosis.refit.refitted_model import RefittedModel, carried, extended
 from robotid.diagnosis.scoring.score_test import Score
-from robotid.diagnosis.search.refits import CandidateRefit, by_pieces, in_order
+from robotid.diagnosis.search.refits import CandidateRefit, by_pieces, in_order, on_the_whole
 from robotid.diagnosis.search.settings import ACCEPTANCE, CHOICE
 from robotid.diagnosis.search.state import SearchState
 from robotid.errors import NumericsError
@@ -42,8 +42,8 @@ class Regressed:
 
 def asked_for(state: SearchState, criteria: Criteria) -> list[CandidateRefit]:
     """The candidates of the last round with which the measured motion explains the torque best, as far as it tells, the
-    model refitted with each from there by short pieces, the best refit first; none where no candidate takes most of
-    what the torque leaves without it, or no refit leads anywhere."""
+    model refitted with each from there, the best refit first; none where no candidate takes most of what the torque
+    leaves without it, or no refit leads anywhere."""
     records = [replace(one, name=f"{k}") for k, one in enumerate(state.recorded)]
     structure, parameters = state.model.structure, state.model.parameters
     try:
@@ -58,10 +58,21 @@ def asked_for(state: SearchState, criteria: Criteria) -> list[CandidateRefit]:
     alike = [one for one in found if whole - one.left >= (1.0 - ACCEPTANCE.same_share) * most]
     start = parameters.with_values(state.start) if state.start else parameters
     refits = (
-        by_pieces(one.score, one.structure, carried(start, one.structure, one.values), state)
+        _refitted(one, carried(start, one.structure, one.values), state)
         for one in _best_of_each(alike)[: criteria.max_refits]
     )
     return in_order([one for one in refits if one is not None], state.data, criteria)
+
+
+def _refitted(one: Regressed, start: Parameters, state: SearchState) -> CandidateRefit | None:
+    """The model refitted from where a regression is, by short pieces or on the whole records: whichever ends where the
+    held-out records are explained better, for either may leave a valley that the measured motion has found."""
+    ways = [way(one.score, one.structure, start, state) for way in (by_pieces, on_the_whole)]
+    return min((way for way in ways if way is not None), key=lambda way: _unexplained(way.model), default=None)
+
+
+def _unexplained(model: RefittedModel) -> float:
+    return model.validation_energy if model.validation else model.energy
 
 
 def _best_of_each(found: Sequence[Regressed]) -> list[Regressed]:

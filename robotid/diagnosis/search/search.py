@@ -42,20 +42,22 @@ UNEXPLAINED = "what no effect explains"
 CHANGES = "what differs on the records held out"
 
 
-def search(evidence: Evidence, criteria: Criteria, log: Log) -> SearchResult:
+def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState | None = None) -> SearchResult:
     """What a model lacks, by the noise of the sensors; and where that is out of reach, as it is on most machines, by
     that of torque errors besides, and by the sensors' only if that names nothing.
 
     What happened once is set aside first; and where it shows only beside the causes, these are sought again without it.
-    Raises NumericsError where the model cannot be simulated.
+    begun : the first state of this evidence, where it is known. Raises NumericsError where the model cannot be
+    simulated.
     """
     events, settled = list[Event](), False
     while True:
         more = not settled and len(events) < EVENTS.max_events
         with deadline(None):  # without the noise and a round of the score there is no answer at all
-            log("measuring the noise")
-            start = first_state(evidence, criteria)
-            if more:
+            if begun is None:
+                log("measuring the noise")
+            start, begun = begun or first_state(evidence, criteria), None
+            if more and not start.rounds:
                 start = _scored(start, criteria, log)
                 log("looking for events")
         seen = largest_event(evidence, start.first, start.data, criteria, start.round.scores) if more else None
