@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from robotid.extension.results import Extension, Score
-from robotid.numerals import fixed, number
+from robotid.numerals import fixed, number, rms
 from robotid.report.tables.diagnose import rejected_document, rejected_table
 from robotid.report.tables.estimates import estimates_document
 from robotid.report.tables.table import Json, Table
@@ -105,8 +105,8 @@ def _compared(before: Score, after: Score) -> tuple[str, ...]:
         fixed(before.fit_percent),
         fixed(after.fit_percent),
         fixed(after.fit_percent - before.fit_percent),
-        number(before.rmse, 3),
-        number(after.rmse, 3),
+        rms(before.rmse, 3),
+        rms(after.rmse, 3),
         fixed(change, 1),
     )
 
