@@ -58,7 +58,7 @@ def sentence(extension: Extension) -> str:
     """What was added, and what that gained, held out where anything was."""
     e = extension
     if not e.added:
-        return f"{e.model} is as good as it gets: nothing was added"
+        return f"nothing was added to {e.model}"
     apart = [name for name, score in e.after.items() if not score.used and name in e.before]
     names = apart or [name for name in e.after if name in e.before]
     gains = (

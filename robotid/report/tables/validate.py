@@ -154,7 +154,7 @@ def _perturbation(name: str, model: ModelValidation) -> tuple[Table, ...]:
         (parameter, *(f"{fixed(p.plus[k])} / {fixed(p.minus[k])}" for p in found.values()))
         for k, parameter in enumerate(first.names)
     )
-    title = f"Change of the fit of {name} for +{first.percent:g} % / -{first.percent:g} %"
+    title = f"Change of the fit of {name} for +{first.percent:g} % / −{first.percent:g} %"
     return (Table(title, ("parameter", *found), rows),)
 
 
