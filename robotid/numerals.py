@@ -92,3 +92,8 @@ def duration(seconds: float) -> str:
 def listed(words: Sequence[str], last: str = "and") -> str:
     """Words as a sentence lists them."""
     return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def capitalised(sentence: str) -> str:
+    """A sentence that begins with a capital, unless it begins with the name of a parameter."""
+    return sentence if "." in sentence.partition(" ")[0] else f"{sentence[0].upper()}{sentence[1:]}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from robotid.numerals import number, percent, plain, portion, probability, resolved, rms, significant
+from robotid.numerals import capitalised, number, percent, plain, portion, probability, resolved, rms, significant
 
 
 @pytest.mark.parametrize(("value", "text"), [(4.03e-17, "0"), (0.0123, "0.0123"), (None, "-"), (1.5e-9, "1.5e-09")])
@@ -66,3 +66,14 @@ def test_a_value_shows_two_digits_of_its_standard_deviation(value: float, std: f
 def test_a_share_that_is_not_zero_is_never_called_zero(share: float, decimals: int, text: str, cell: str) -> None:
     assert portion(share, decimals) == text
     assert percent(share, decimals) == cell
+
+
+@pytest.mark.parametrize(
+    ("sentence", "text"),
+    [
+        ("the fit stalled", "The fit stalled"),
+        ("motor.coulomb.Fc ended at its bound", "motor.coulomb.Fc ended at its bound"),
+    ],
+)
+def test_the_name_of_a_parameter_has_no_capital(sentence: str, text: str) -> None:
+    assert capitalised(sentence) == text

@@ -138,14 +138,30 @@ def _read(node: h5py.Group | h5py.Dataset, hint: Any) -> Any:
         words = h5py.check_string_dtype(node.dtype) is not None
         require_own_values(node)
         value = node.asstr()[()] if words else node[()]
-        if node.shape == () and (_is_word(kind) if words else kind in NUMBERS):
+        if node.shape == () and (_is_word(kind) if words else kind in NUMBERS and _holds(kind, node)):
             return _plain(value, kind)
         one = _one_kind(kind) if origin is tuple else None
-        if len(node.shape) == 1 and one is not None and words == (one is str):
+        if (
+            one is not None
+            and node.shape == (len(_elements(kind, node.size)),)
+            and (words if one is str else _holds(one, node))
+        ):
             return tuple(one(item) for item in value)
-        if origin is np.ndarray and not words:
-            return np.asarray(value)
+        if origin is np.ndarray and not words and _holds(_number(kind), node):
+            return np.asarray(value, dtype=_number(kind))
     raise CodecError(f"{node.name} is no {hint}")
+
+
+def _holds(kind: Any, node: h5py.Dataset) -> bool:
+    """Whether all numbers of a dataset are numbers of a kind: a real one is complex, a complex one is not real."""
+    return np.can_cast(node.dtype, kind, "safe")
+
+
+def _number(array: Any) -> np.dtype[Any]:
+    """Of what an array consists, by its type hint."""
+    inner = get_args(_resolve(get_args(array)[-1]))
+    found: np.dtype[Any] = np.dtype(_resolve(inner[0]))
+    return found
 
 
 def _plain(value: Any, kind: Any) -> Any:

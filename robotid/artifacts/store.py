@@ -21,6 +21,7 @@ from typing import Any, Generic, TypeVar
 import h5py
 
 from robotid.artifacts.codec import CodecError, Units, read, write
+from robotid.artifacts.consistency import mismatches
 from robotid.artifacts.layout import layout_digest
 from robotid.artifacts.provenance import Provenance, content_digest
 from robotid.errors import ConfigError, InputError, printable
@@ -132,6 +133,8 @@ def _load(path: Path, entry: h5py.Group, cls: type[T]) -> Artifact[T]:
     try:
         content = read(_group(entry, "content"), cls)
         _require_names(content)
+        for mismatch in mismatches(content):
+            raise CodecError(mismatch)
         return Artifact(content, header)
     except UNREADABLE as error:
         raise InputError(f"of another version ({_first_line(error)})", where=str(path), hint=AGAIN) from error

@@ -50,15 +50,15 @@ class TorqueErrors:
 
     record: str
     fitted: bool
-    base: tuple[float, ...] = field(metadata={"unit": "%"})
-    consistent: tuple[float, ...] = field(metadata={"unit": "%"})
+    base: tuple[float, ...] = field(metadata={"unit": "%", "shape": ("axes",)})
+    consistent: tuple[float, ...] = field(metadata={"unit": "%", "shape": ("axes",)})
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class BodyResult(Displayed):
     """The body of a robot, from the torques of all axes at once. axes : from the base on. cutoff : by record."""
 
-    axes: tuple[str, ...]
+    axes: tuple[str, ...] = field(metadata={"shape": ("axes",)})
     base: tuple[BaseParameter, ...]
     condition_number: float
     parameters: tuple[BodyParameter, ...]

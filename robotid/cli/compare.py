@@ -11,6 +11,7 @@ from robotid.artifacts.provenance import digest
 from robotid.artifacts.store import read_header
 from robotid.cli.console import print_json, print_message, print_tables
 from robotid.files import atomic_write
+from robotid.numerals import capitalised
 from robotid.pipeline.compare import compare_runs
 from robotid.pipeline.report_page import source_of
 from robotid.pipeline.table import FIT
@@ -52,9 +53,7 @@ def _page(found: RunComparison, tables: tuple[Table, ...], folders: Sequence[Pat
     headers = (read_header(folder / FIT.output, axis) for folder in folders)
     sources = tuple(source_of(name, FIT.output, header) for name, header in zip(found.runs, headers, strict=True))
     stamp = digest("\n".join([__version__, *(one.digest for one in sources)]).encode())
-    text = comparison.sentence(found)
-    if "." not in text.partition(" ")[0]:  # the name of a parameter stays as it is
-        text = text[0].upper() + text[1:]
+    text = capitalised(comparison.sentence(found))
     title = " and ".join(found.runs) if len(found.runs) == 2 else f"{len(found.runs)} runs"
     head = Head(title, f"{text}. " + " ".join(f"{remark}." for remark in found.remarks))
     sections = [PageSection("Parameters", "", tuple(comparison.figures(found)))]

@@ -149,7 +149,7 @@ class Diagnosis(Displayed):
     causes: tuple[Cause, ...]
     rejected: tuple[Rejected, ...]
     curves: tuple[Curve, ...]
-    missing: dict[str, Trace]
+    missing: dict[str, Trace] = field(metadata={"lengths": {"n": "n[]"}})
     residuals: dict[str, Trace]
     shape: Curve | None
     remarks: tuple[str, ...] = ()
@@ -158,5 +158,5 @@ class Diagnosis(Displayed):
     events: tuple[Event, ...] = ()
     limits: tuple[DetectionLimit, ...] = ()
     late: float = field(default=0.0, metadata={"unit": "s"})
-    twist: dict[str, Array] = field(default_factory=dict, metadata={"unit": "rad"})
+    twist: dict[str, Array] = field(default_factory=dict, metadata={"unit": "rad", "shape": ("n[]",)})
     apart: tuple[str, ...] = ()

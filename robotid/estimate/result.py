@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from robotid.catalogue import assemble
 from robotid.display import Displayed
+from robotid.errors import RobotidError
 from robotid.model.array import Array
 from robotid.model.structure import Structure
 from robotid.signals.record import Quantity
@@ -55,13 +58,13 @@ class FitResult(Displayed):
     records: tuple[str, ...]
     output: Quantity
     structure: Structure
-    parameters: tuple[Estimate, ...]
-    covariance: Array = field(metadata={"unit": "SI"})
-    covariance_robust: Array = field(metadata={"unit": "SI"})
-    initial_states: dict[str, Array] = field(metadata={"unit": "SI"})
+    parameters: tuple[Estimate, ...] = field(metadata={"shape": ("p",)})
+    covariance: Array = field(metadata={"unit": "SI", "shape": ("p", "p")})
+    covariance_robust: Array = field(metadata={"unit": "SI", "shape": ("p", "p")})
+    initial_states: dict[str, Array] = field(metadata={"unit": "SI", "shape": ("states",)})
     noise_std: dict[str, float] = field(metadata={"unit": "rad/s or rad"})
     fit_percent: dict[str, float] = field(metadata={"unit": "%"})
-    cost: Array
+    cost: Array = field(metadata={"shape": ("costs",)})
     iterations: int
     end: End
     seconds: float = field(metadata={"unit": "s"})
@@ -74,6 +77,20 @@ class FitResult(Displayed):
     def converged(self) -> bool:
         return self.end is End.CONVERGED
 
+    def contradictions(self) -> Iterator[str]:
+        """What does not agree with its records and its joint, as sentences: for a result that was read from a file."""
+        if set(self.records) != set(self.fit_percent):
+            yield f"the fits of {self.name} are not those of its records"
+        try:
+            joint = assemble(self.structure, angle=self.keeps_angle or self.output == "position")
+        except RobotidError as error:
+            yield str(error)
+            return
+        if tuple(p.name for p in self.parameters) != joint.parameters().names:
+            yield f"the parameters of {self.name} are not those of its joint"
+        if any(len(state) != joint.nx for state in self.initial_states.values()):
+            yield f"the first states of {self.name} are not those of its joint"
+
     def __getitem__(self, name: str) -> Estimate:
         return next(p for p in self.parameters if p.name == name)
 
@@ -82,8 +99,8 @@ class FitResult(Displayed):
 class Fits:
     """Every model of a configuration, and the name of the one that later stages use."""
 
-    models: dict[str, FitResult]
-    best: str
+    models: dict[str, FitResult] = field(metadata={"keys": "name"})
+    best: str = field(metadata={"among": "models"})
 
     @property
     def interrupted(self) -> bool:

@@ -33,8 +33,8 @@ class RigidResult(Displayed):
     from zero has none.
     """
 
-    parameters: tuple[Estimate, ...]
-    covariance: Array = field(metadata={"unit": "SI"})
+    parameters: tuple[Estimate, ...] = field(metadata={"shape": ("p",)})
+    covariance: Array = field(metadata={"unit": "SI", "shape": ("p", "p")})
     condition_number: float
     torque_error_percent: dict[str, float] = field(metadata={"unit": "%"})
     cutoff: dict[str, float] = field(metadata={"unit": "Hz"})

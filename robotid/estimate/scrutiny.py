@@ -35,7 +35,7 @@ from robotid.signals.differentiate import ParallelFilter
 from robotid.signals.record import SHORTEST_PIECE, Record
 from robotid.simulation.first_guess import measured_guess
 
-LEFT_OUT = "fitted from what a response asks for that was left out of the start, and simulated better from there"
+LEFT_OUT = "what a frequency response asks for was left out of the start; the fit that starts from it simulates better"
 FAR_START = "fitted once more from what the initialisation found, far from the start that was given"
 WEIGHT = "gravity"
 OFFSET, OFFSET_SUFFIX = "motor.constant_torque", "_offset"

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from robotid.interrupt import check
 from robotid.model.array import Array
@@ -38,6 +38,7 @@ MAX_UNFOLDED = 30  # characters of a cell that may be folded
 AXIS_FIGURES = 4  # narrow ones, and wide ones, of a section where there are several axes
 STATIC_POINTS = 1200  # points of a curve where the page cannot draw: without JavaScript
 MINUS = re.compile(r"-(?=\d)")
+NEGATIVE = re.compile(r"(?<![\w.)\]-])-(?=\d)")  # the sign of a number in a sentence, no part of a name or a date
 NUMBERS = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?(%|\*| (/|to) [-+]?[\d.]+(e[-+]?\d+)?)?")
 NUMBER = re.compile(r"<?[-+–−]?[\d.]+(e[-+]?\d+)?\s*[%*]?|-|–|")
 
@@ -384,6 +385,15 @@ def _signed(cell: str) -> str:
     return MINUS.sub("−", cell) if NUMBERS.fullmatch(cell) else cell
 
 
+def written(sentence: str) -> Markup:
+    """A sentence as it is set: percent signs stay with their numbers, negative ones have a minus sign, commands stand
+    apart."""
+    parts = sentence.split("`")  # every other one is a command
+    parts[::2] = [NEGATIVE.sub("−", escape(part).replace(" %", "\u00a0%")) for part in parts[::2]]
+    parts[1::2] = [Markup("<code>{}</code>").format(part) for part in parts[1::2]]
+    return Markup("").join(Markup(part) for part in parts)
+
+
 def _kind(cells: Sequence[str]) -> Markup:
     if all(NUMBER.fullmatch(cell.strip()) for cell in cells):
         return Markup(' class="number"')
@@ -402,5 +412,5 @@ def _template() -> Template:
     )
     environment.filters["slug"] = lambda text: re.sub(r"\W+", "-", text.lower())
     environment.filters["identifier"] = identifier
-    environment.filters["unbroken"] = lambda text: text.replace(" %", "\u00a0%")
+    environment.filters["prose"] = written
     return environment.get_template("page.html")

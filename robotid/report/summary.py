@@ -13,7 +13,7 @@ from robotid.estimate.result import End, Estimate, FitResult
 from robotid.extension.results import Extension, Score
 from robotid.model.companion import companion_of
 from robotid.model.structure import changed, is_change
-from robotid.numerals import ROUNDING, fixed, listed, portion, significant
+from robotid.numerals import ROUNDING, capitalised, fixed, listed, portion, significant
 from robotid.report.drawing.location import best_of_each, variable
 from robotid.report.findings import Findings
 from robotid.report.style.axes import axis_label
@@ -26,7 +26,7 @@ MIN_ORDER = 0.2  # share of the variance from which a variable is named
 
 def summary(findings: Findings) -> str:
     """The paragraph."""
-    return " ".join(f"{sentence[0].upper()}{sentence[1:]}" for sentence in _sentences(findings))
+    return " ".join(capitalised(sentence) for sentence in _sentences(findings))
 
 
 def robot_summary(axes: Mapping[str, Findings]) -> str:

@@ -36,11 +36,11 @@ class Frf:
     """
 
     record: str
-    frequency: Array = field(metadata={"unit": "Hz"})
-    response: Complex = field(metadata={"unit": "rad/s2/Nm"})
-    std: Array = field(metadata={"unit": "rad/s2/Nm"})
-    noise_std: Array | None = field(default=None, metadata={"unit": "rad/s2/Nm"})
-    distortion_std: Array | None = field(default=None, metadata={"unit": "rad/s2/Nm"})
+    frequency: Array = field(metadata={"unit": "Hz", "shape": ("n",)})
+    response: Complex = field(metadata={"unit": "rad/s2/Nm", "shape": ("n",)})
+    std: Array = field(metadata={"unit": "rad/s2/Nm", "shape": ("n",)})
+    noise_std: Array | None = field(default=None, metadata={"unit": "rad/s2/Nm", "shape": ("n",)})
+    distortion_std: Array | None = field(default=None, metadata={"unit": "rad/s2/Nm", "shape": ("n",)})
     remarks: tuple[str, ...] = ()
 
     @property

@@ -40,6 +40,7 @@ WORDS = {
 REFERENCE = {"ref", "reference", "setpoint", "desired", "des", "target", "cmd", "command", "soll", "qg"}
 CERTAIN = 9
 DERIVED = 0.95  # correlation from which a column is the derivative of another
+SAME_SCALE = 0.2  # by which the numbers of a reference and of what follows it may differ: no two units do by so little
 MEASURED = {"mot", "motor", "act", "actual", "meas", "measured"}
 ARM = {"arm", "link", "load", "se", "second", "secondary", "output", "qa", "ql"}
 
@@ -108,6 +109,8 @@ def propose(path: Path, chosen: Mapping[str, str] | None = None) -> Proposal:
     if "phi_m" in columns and (clock := table.clock(columns["phi_m"].name)) is not None:
         columns = {"t": Column(clock)} | columns
     h = _sampling_time(table, columns.get("t"), remarks)
+    if "ref" in columns and columns["ref"].unit is None:
+        columns["ref"] = replace(columns["ref"], unit=_followed(table, columns, remarks))
     return Proposal(path, columns, h, tuple(remarks), axes=_axes(table, columns))
 
 
@@ -184,6 +187,27 @@ def _by_values(table: Table) -> list[_Guess]:
 def _changes(table: Table, column: Column) -> bool:
     values = table.pick(column.name, column.column)
     return bool(np.nanmax(values) > np.nanmin(values)) if np.isfinite(values).any() else False
+
+
+def _followed(table: Table, columns: Mapping[str, Column], remarks: list[str]) -> str | None:
+    """The unit of a reference that names none: that of the signal by whose numbers it is followed, None for SI."""
+    known = [columns[s] for s in ("phi_m", "dphi_m") if s in columns and columns[s].unit is not None]
+    known = [column for column in known if UNITS[column.unit or ""].factor != 1.0]
+    ref = columns["ref"]
+    values = table.pick(ref.name, ref.column)
+    for column in known:
+        followed = table.pick(column.name, column.column)
+        both = np.isfinite(values) & np.isfinite(followed)
+        if not both.any() or not np.ptp(values[both]) or not np.ptp(followed[both]):
+            continue
+        slope = float(np.cov(values[both], followed[both])[0, 1] / np.var(values[both], ddof=1))
+        alike = float(np.corrcoef(values[both], followed[both])[0, 1]) > DERIVED
+        if alike and abs(slope - 1.0) < SAME_SCALE:
+            remarks.append(f"{ref.name} is taken to be in {column.unit}: {column.name} follows its numbers")
+            return column.unit
+    if known:
+        remarks.append(f"{ref.name} names no unit and is taken for SI; give its unit if it is in another")
+    return None
 
 
 def _is_time(values: Array) -> bool:

@@ -51,11 +51,11 @@ class Record(Displayed):
     role: Role
     use: Use
     sampling_time: float = field(metadata={"unit": "s"})
-    tau_m: Array = field(metadata={"unit": "Nm"})
-    phi_m: Array = field(metadata={"unit": "rad"})
-    dphi_m: Array = field(metadata={"unit": "rad/s"})
-    phi_a: Array | None = field(default=None, metadata={"unit": "rad"})
-    ref: Array | None = field(default=None, metadata={"unit": "rad or rad/s"})
+    tau_m: Array = field(metadata={"unit": "Nm", "shape": ("n",)})
+    phi_m: Array = field(metadata={"unit": "rad", "shape": ("n",)})
+    dphi_m: Array = field(metadata={"unit": "rad/s", "shape": ("n",)})
+    phi_a: Array | None = field(default=None, metadata={"unit": "rad", "shape": ("n",)})
+    ref: Array | None = field(default=None, metadata={"unit": "rad or rad/s", "shape": ("n",)})
     ref_kind: Quantity | None = None
     period: float | None = field(default=None, metadata={"unit": "s"})
     band: tuple[float, float] | None = field(default=None, metadata={"unit": "Hz"})

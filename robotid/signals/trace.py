@@ -16,9 +16,9 @@ KEPT_PER_STRETCH = 4  # of a stretch: least and largest of the measured signal a
 class Trace:
     """A measured and a simulated signal for figures, (n,), of a long record the extremes of every stretch."""
 
-    t: Array = field(metadata={"unit": "s"})
-    measured: Array = field(metadata={"unit_in": "unit"})
-    simulated: Array = field(metadata={"unit_in": "unit"})
+    t: Array = field(metadata={"unit": "s", "shape": ("n",)})
+    measured: Array = field(metadata={"unit_in": "unit", "shape": ("n",)})
+    simulated: Array = field(metadata={"unit_in": "unit", "shape": ("n",)})
     unit: str
 
     @property

@@ -29,9 +29,9 @@ class ResidualTest:
     spectrum; coloured_part : of what the residual holds beyond it.
     """
 
-    autocorrelation: Array
+    autocorrelation: Array = field(metadata={"shape": ("lags",)})
     band: float
-    crosscorrelation: Array
+    crosscorrelation: Array = field(metadata={"shape": ("both ways",)})
     cross_band: float
     whiteness_p: float
     independence_p: float
@@ -93,9 +93,9 @@ class Perturbation:
     """
 
     percent: float = field(metadata={"unit": "%"})
-    names: tuple[str, ...]
-    plus: Array = field(metadata={"unit": "%"})
-    minus: Array = field(metadata={"unit": "%"})
+    names: tuple[str, ...] = field(metadata={"shape": ("changed",)})
+    plus: Array = field(metadata={"unit": "%", "shape": ("changed",)})
+    minus: Array = field(metadata={"unit": "%", "shape": ("changed",)})
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,9 +117,9 @@ class Bode:
     distance : per response the RMS of the ratio to it, uncertain lines counting less.
     """
 
-    frequency: Array = field(metadata={"unit": "Hz"})
-    acceleration: Array = field(metadata={"unit": "rad/s2/Nm"})
-    speed: Array = field(metadata={"unit": "rad/s/Nm"})
+    frequency: Array = field(metadata={"unit": "Hz", "shape": ("n",)})
+    acceleration: Array = field(metadata={"unit": "rad/s2/Nm", "shape": ("n",)})
+    speed: Array = field(metadata={"unit": "rad/s/Nm", "shape": ("n",)})
     distance: dict[str, float] = field(metadata={"unit": "dB"})
 
 
@@ -154,14 +154,14 @@ class ModelValidation:
     remarks : records on which the simulation diverges.
     """
 
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    values: Array = field(metadata={"unit_in": "units"})
+    names: tuple[str, ...] = field(metadata={"shape": ("p",)})
+    units: tuple[str, ...] = field(metadata={"shape": ("p",)})
+    values: Array = field(metadata={"unit_in": "units", "shape": ("p",)})
     output: Quantity
     structure: Structure
     records: dict[str, RecordValidation]
-    covariance: Array = field(metadata={"unit": "SI"})
-    correlation: Array
+    covariance: Array = field(metadata={"unit": "SI", "shape": ("p", "p"), "may_be_empty": True})
+    correlation: Array = field(metadata={"shape": ("p", "p"), "may_be_empty": True})
     identifiability: tuple[Identifiability, ...]
     bode: Bode | None
     remarks: tuple[str, ...] = ()
@@ -173,6 +173,6 @@ class Validation(Displayed):
     stays below the thresholds of the configuration, in sentences."""
 
     models: dict[str, ModelValidation]
-    best: str
+    best: str = field(metadata={"among": "models"})
     frfs: tuple[Frf, ...]
     failed: tuple[str, ...] = ()

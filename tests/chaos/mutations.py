@@ -17,6 +17,7 @@ from scipy.io import savemat
 from support.paths import ROOT
 
 from robotid.cli.app import main
+from robotid.errors import printable
 
 CODES = {0, 2, 3, 4, 5}
 MAX_SECONDS = 20.0
@@ -107,6 +108,6 @@ def complaint(subject: Subject, content: bytes) -> str:
     seconds, text = time.monotonic() - began, err.getvalue()
     if code not in CODES or "Traceback" in text:
         return f"exit code {code}: {text[-800:]}"
-    if text.count("\n") > 1 or (code and not text) or not all(c.isprintable() or c == "\n" for c in text):
+    if text.count("\n") > 1 or (code and not text) or printable(text, keep="\n") != text:
         return f"stderr is {text[-800:]!r}"
     return f"it took {seconds:.1f} s" if seconds > MAX_SECONDS else ""

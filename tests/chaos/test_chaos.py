@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import random
+import re
 import shutil
 import signal
 from pathlib import Path
 
 import pytest
+from support.forgery import WAYS, altered, datasets, forge
 
 from chaos.kills import completion, configuration, duration, kill, moment
-from chaos.mutations import complaint, mutated, subjects
+from chaos.mutations import Subject, complaint, mutated, subjects
+from robotid.artifacts.store import load
+from robotid.errors import InputError
+from robotid.pipeline.table import STAGES
 
 SEED = 16
 
@@ -45,3 +50,22 @@ def test_a_damaged_file_is_one_line_and_an_exit_code(run: tuple[Path, Path, floa
         wrong = complaint(subject, content)
         shutil.rmtree(tmp_path / f"run-{subject.file.suffix[1:]}", ignore_errors=True)
         assert not wrong, f"{k}: {subject.file.name}: {wrong}"
+
+
+def test_an_artifact_with_a_forged_array_is_refused_or_shown(run: tuple[Path, Path, float], tmp_path: Path) -> None:
+    """An array of every kind, altered in one way after another, under a checksum that fits."""
+    refused, ways = 0, list(WAYS)
+    for stage in STAGES.values():
+        kinds = {
+            re.sub(r"(?<=/)(\d+|slow)(?=/|$)", "*", name): name for name in datasets(run[1] / stage.output, arrays=True)
+        }
+        for k, name in enumerate(kinds.values()):
+            path = Path(shutil.copy(run[1] / stage.output, tmp_path))
+            forge(path, altered(name, way := ways[k % len(ways)]))
+            try:
+                load(path, stage.type())
+            except InputError as error:
+                refused += "\n" not in str(error)
+            else:
+                assert complaint(Subject(path, ("show", str(path)), binary=True), path.read_bytes()) == "", (name, way)
+    assert refused > 30

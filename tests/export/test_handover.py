@@ -13,6 +13,7 @@ import pytest
 from support.handed_models import RATIO, STEP, VALUES, driven, handed
 
 from robotid.errors import ConfigError
+from robotid.export.handover.cost import costs
 from robotid.export.handover.elements import Element, elements
 from robotid.export.handover.handed_model import HandedModel
 from robotid.export.handover.target import Target
@@ -30,6 +31,8 @@ LARGE = (*FLEXIBLE, "gear.cubic_spring", "arm.viscous", "arm.coulomb")
 THREE = (*FLEXIBLE, "link.spring", "link.damper", "tool.inertia")
 PLAY = (*FLEXIBLE, "gear.backlash")
 OFFSET = (*FLEXIBLE, "motor.constant_torque")
+HANGING = (*RIGID, "motor.elastic_load")
+ON_ARM = (*FLEXIBLE, "link.third_mass")
 SAME_MOTION = 0.01  # of the speed's RMS: what MuJoCo's integrator and its soft dry friction may differ by
 
 ROBOT = """<?xml version="1.0"?>
@@ -162,16 +165,46 @@ def in_mujoco(text: str, model: HandedModel, record: Record) -> Array:
 
 @pytest.mark.parametrize(
     "terms",
-    [RIGID, FLEXIBLE, LARGE, THREE, PLAY, OFFSET],
-    ids=["rigid", "flexible", "cubic", "tool", "play", "offset"],
+    [RIGID, FLEXIBLE, LARGE, THREE, PLAY, OFFSET, HANGING, ON_ARM],
+    ids=["rigid", "flexible", "cubic", "tool", "play", "offset", "elastic load", "third mass"],
 )
 def test_mujoco_moves_as_the_model_does(terms: tuple[str, ...]) -> None:
     pytest.importorskip("mujoco", reason="mujoco is not installed")
-    model, record = driven(terms, ratio=None if terms is RIGID else RATIO)
+    model, record = driven(terms, ratio=None if terms in (RIGID, HANGING) else RATIO)
     found = Mujoco().hand_over(model)
     assert found.omitted == {}
     error = in_mujoco(found.text, model, record) - record.dphi_m
     assert np.sqrt(np.mean(error**2)) < SAME_MOTION * np.sqrt(np.mean(record.dphi_m**2))
+
+
+def test_what_hangs_on_the_motor_of_a_flexible_joint_has_no_body_in_mujoco() -> None:
+    assert set(Mujoco().omitted(handed((*ON_ARM, "motor.elastic_load")))) == {"link.third_mass", "motor.elastic_load"}
+
+
+def test_an_elastic_load_is_a_body_behind_a_spring_in_mujoco() -> None:
+    model = handed(HANGING, ratio=None)
+    body = ET.fromstring(Mujoco().hand_over(model).text).find("worldbody/body")
+    assert body is not None
+    twist, inertial = body.findall("joint")[1], body.find("inertial")
+    load = {name: model.fit[f"motor.elastic_load.{name}"].value for name in ("J", "w", "zeta")}
+    assert float(twist.get("stiffness", "")) == pytest.approx(load["J"] * load["w"] ** 2)
+    assert float(twist.get("damping", "")) == pytest.approx(2 * load["zeta"] * load["w"] * load["J"])
+    assert inertial is not None
+    assert inertial.get("diaginertia", "").split()[2] == repr(load["J"])
+
+
+def test_an_elastic_load_moves_with_the_motor_in_urdf() -> None:
+    model, _ = driven(HANGING, ratio=None)
+    found = Urdf().hand_over(model)
+    reduced = Urdf().reduced(model, found.omitted)
+    assert set(found.omitted) == {"motor.elastic_load"}
+    total = model.fit["motor.inertia.J"].value + model.fit["motor.elastic_load.J"].value
+    assert reduced.fit["motor.inertia.J"].value == pytest.approx(total)
+    (stated,) = found.costs
+    (dropped,) = costs(model, model.without(found.omitted))
+    assert stated.difference is not None
+    assert dropped.difference is not None
+    assert stated.difference < 0.5 * dropped.difference
 
 
 def test_a_constant_torque_beyond_the_gear_has_no_actuator() -> None:

@@ -123,7 +123,9 @@ def test_what_cannot_be_drawn_is_said() -> None:
         draw(FlexResult((), (), (), (), {}, ("a rigid axis has no flexibility",)))
 
 
-@pytest.mark.parametrize(("low", "high", "step"), [(-200, 100, 90), (-140, -20, 45), (-96, -79, 5)])
+@pytest.mark.parametrize(
+    ("low", "high", "step"), [(-4000, 90, 1440), (-500, 100, 180), (-200, 100, 90), (-140, -20, 45), (-96, -79, 5)]
+)
 def test_a_phase_of_any_range_has_ticks(low: float, high: float, step: float) -> None:
     axes = new_figure(3, 2).subplots()
     axes.set_ylim(low, high)

@@ -17,7 +17,7 @@ from support.report_findings import findings
 from robotid.report.evidence.results import Evidence
 from robotid.report.findings import Findings
 from robotid.report.origin import Origin, Source
-from robotid.report.page import AXIS_FIGURES, MAX_VALUES, AxisPage, StageTables, page, robot_page
+from robotid.report.page import AXIS_FIGURES, MAX_VALUES, AxisPage, StageTables, page, robot_page, written
 from robotid.report.sections import figure_specs
 from robotid.report.stamp import Stamp, stamp_of
 from robotid.report.summary import summary
@@ -161,6 +161,12 @@ def test_a_clean_verdict_is_said_where_the_misfit_would_be() -> None:
     assert said not in Document(html("extension")).text
 
 
+def test_negative_numbers_in_sentences_have_the_sign_of_a_minus_and_dates_their_hyphens() -> None:
+    prose = written("up to -2 Nm and -3e-05 rad, on 2026-11-23, in set-2 (-1.5 %)")
+    assert written("run `robotid fit --axis 1 -2` & wait") == "run <code>robotid fit --axis 1 -2</code> &amp; wait"
+    assert prose == "up to −2 Nm and −3e-05 rad, on 2026-11-23, in set-2 (−1.5\u00a0%)"
+
+
 def test_numbers_in_tables_have_signs_of_their_own() -> None:
     table = Table("", ("what", "value", "both"), (("set-1", "-3.2e-05", "-5.57 / +6.10"),), "")
     text = Document(page(up_to("fits"), (StageTables("Fit", (table,)),), ORIGIN)).text
@@ -279,7 +285,7 @@ def test_a_page_of_several_axes_shows_the_first_figures_of_a_section() -> None:
     assert len(set(drawn[0]) - set(folded)) > AXIS_FIGURES
     assert drawn[1] == [name for name in drawn[0] if name not in folded][:AXIS_FIGURES]
     assert {"figure-a1-missing-small", "figure-a1-missing-other"} & set(both.values("id"))
-    left = re.findall(r"(\d+) more figures are on the page that `robotid report --axis a2` writes\.", both.text)
+    left = re.findall(r"(\d+) more figures are on the page that robotid report --axis a2 writes\.", both.text)
     assert len(drawn[0]) - AXIS_FIGURES <= max(map(int, left))
     assert "on the page that `robotid report" not in alone.text
 

@@ -139,7 +139,7 @@ def test_doubts_of_the_fit_stand_in_the_headline() -> None:
     assert fits is not None
     doubtful = replace(fits.models[fits.best], remarks=("motor.coulomb.Fc ended at its lower bound, 0",))
     text = told(fits=replace(fits, models=fits.models | {fits.best: doubtful}))
-    assert " Motor.coulomb.Fc ended at its lower bound, 0." in text
+    assert " motor.coulomb.Fc ended at its lower bound, 0." in text
 
 
 def test_a_fit_that_did_not_converge_is_told() -> None:

@@ -34,6 +34,23 @@ def test_usual_names_leave_no_doubt(tmp_path: Path) -> None:
     assert (found.sampling_time, found.remarks) == (0.001, ())
 
 
+@pytest.mark.parametrize(
+    ("scale", "unit", "said"),
+    [(1.0, "deg", "qg is taken to be in deg: angle follows its numbers"), (0.0175, None, "qg names no unit")],
+)
+def test_a_reference_without_a_unit_has_that_of_what_follows_it(
+    tmp_path: Path, scale: float, unit: str | None, said: str
+) -> None:
+    t = np.arange(500) * 0.002
+    motion = 40.0 * np.sin(5.0 * t)
+    rows = zip(t, np.cos(5.0 * t), motion, scale * (motion + 0.5 * np.cos(20.0 * t)), strict=True)
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(["time [s],torque [Nm],angle [deg],qg", *(",".join(map(str, row)) for row in rows)]))
+    found = propose(path)
+    assert found.columns["ref"] == Column("qg", unit=unit)
+    assert [remark for remark in found.remarks if remark.startswith(said)]
+
+
 def test_volts_want_a_scale(tmp_path: Path) -> None:
     found = proposal(tmp_path, "Time_ms,u_volt,EncoderPosition_deg", step=1)
     assert found.columns["t"] == Column("Time_ms", unit="ms")

@@ -25,9 +25,9 @@ class Curve:
 
     along: str
     unit: str
-    x: Array = field(metadata={"unit_in": "unit"})
-    missing_torque: Array = field(metadata={"unit": "Nm"})
-    spread: Array = field(metadata={"unit": "Nm"})
-    count: Array
+    x: Array = field(metadata={"unit_in": "unit", "shape": ("bins",)})
+    missing_torque: Array = field(metadata={"unit": "Nm", "shape": ("bins",)})
+    spread: Array = field(metadata={"unit": "Nm", "shape": ("bins",)})
+    count: Array = field(metadata={"shape": ("bins",)})
     order: float
     at: float = 1.0

@@ -13,6 +13,7 @@ import numpy as np
 
 from robotid.export.handover.handed_model import HandedModel
 from robotid.model.array import Array
+from robotid.model.hung_mass import HungMass
 from robotid.model.port import Port
 from robotid.model.port_motion import Placed
 from robotid.model.term import Motion
@@ -22,9 +23,18 @@ EXACT = 1e-9  # relative: two torques that differ by less are one
 
 
 @dataclass(frozen=True, slots=True)
+class Hung:
+    """An inertia that hangs on a port by a spring and a damper, in SI."""
+
+    inertia: float
+    stiffness: float
+    damping: float
+
+
+@dataclass(frozen=True, slots=True)
 class Element:
     """What an effect is at its port, in SI: torque = stiffness x + cubic x^3 + damping v + inertia a + friction sgn(v)
-    + constant. play : half the gap [rad] that the others at the port do not see."""
+    + constant. play : half the gap [rad] that the others at the port do not see. hung : inertias that hang on it."""
 
     port: Port
     stiffness: float = 0.0
@@ -34,6 +44,7 @@ class Element:
     friction: float = 0.0
     constant: float = 0.0
     play: float = 0.0
+    hung: tuple[Hung, ...] = ()
 
     def __add__(self, other: Element) -> Element:
         return Element(
@@ -45,6 +56,7 @@ class Element:
             self.friction + other.friction,
             self.constant + other.constant,
             self.play + other.play,
+            (*self.hung, *other.hung),
         )
 
 
@@ -67,6 +79,10 @@ def element_of(place: Placed, theta: Array) -> Element | None:
     term, p = place.term, place.values(theta)
     if place.transform is not None:
         return Element(place.port, play=p[0]) if place.transform.play else None
+    if isinstance(term, HungMass):
+        inertia, frequency, damping_ratio = p
+        hung = Hung(inertia, inertia * frequency**2, 2.0 * damping_ratio * frequency * inertia)
+        return Element(place.port, hung=(hung,))
     if term.states or term.edges or term.reads is not None or term.companion_name:
         return None
     constant = _torque(place, p, 0.0, 0.0, 0.0, 0.0)

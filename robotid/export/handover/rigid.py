@@ -16,11 +16,13 @@ def as_rigid(model: HandedModel, omitted: Mapping[str, str]) -> HandedModel:
     """The model of inertia, damping and dry friction at the motor alone: all effects but the omitted ones added up."""
     total, terms = Element(Port.MOTOR), dict[str, str]()
     for name, one in elements(model).items():
+        # an inertia that hangs elastically stays, and moves with what it hangs on
+        inertia = sum(hung.inertia for hung in one.hung)
         if name in omitted:
-            continue
+            one = Element(one.port)
         lever = model.joint.rigid_speed(one.port)
-        parts = (one.inertia * lever**2, one.damping * lever**2, one.friction * abs(lever))
-        total += Element(Port.MOTOR, **dict(zip(QUANTITIES, parts, strict=True)))
+        parts = ((one.inertia + inertia) * lever**2, one.damping * lever**2, one.friction * abs(lever))
+        total += Element(Port.MOTOR, inertia=parts[0], damping=parts[1], friction=parts[2])
         parameters = [p.rpartition(".")[2] for p in model.joint.names if p.startswith(f"{name}.")]
         for quantity, part in zip(QUANTITIES, parts, strict=True):
             if part and len(parameters) == 1:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from xml.sax.saxutils import quoteattr
 
-from robotid.export.handover.elements import Element, by_port, elements
+from robotid.export.handover.elements import Element, Hung, by_port, elements
 from robotid.export.handover.handed_model import HandedModel
 from robotid.export.handover.target import OF_A_SIGNAL, Target, xml_comments
 from robotid.model.port import Port
@@ -20,7 +20,8 @@ class Mujoco(Target):
     """Motor and twist of the gear are two hinges of one body: the first has the motor's inertia as armature, its
     damping and dry friction, the second the stiffness and damping of the gear. A tool behind an elastic link is a body
     of its own. Play is the dead band of the gear's spring, which is exact where a hinge with limits would need a mass
-    of its own and soft stops. A constant torque of the motor is a bias of its actuator."""
+    of its own and soft stops. A constant torque of the motor is a bias of its actuator. What hangs elastically on the
+    outermost body is the next one."""
 
     name = "mujoco"
     suffix = ".xml"
@@ -28,6 +29,8 @@ class Mujoco(Target):
 
     def omitted(self, model: HandedModel) -> dict[str, str]:
         known = elements(model)
+        last = _hanging(model)
+        known = {name: one for name, one in known.items() if not one.hung or name == last}
         why = "MJCF has no element of this law"
         names = [f"{place.port}.{place.term.name}" for place in model.joint.placed]
         missing = {name: why for name in names if name not in known}
@@ -60,6 +63,14 @@ class Mujoco(Target):
             arm += replace(link, port=Port.ARM)
         if masses == 1:
             motor, arm = motor + replace(arm, port=Port.MOTOR), Element(Port.ARM)
+        for hung in (*motor.hung, *arm.hung):
+            spring = Element(Port.LINK, stiffness=hung.stiffness, damping=hung.damping)
+            body = Element(Port.TOOL, inertia=hung.inertia)
+            if masses == 1:
+                gear, arm = replace(spring, port=Port.GEAR), replace(body, port=Port.ARM)
+            else:
+                link, tool = spring, body
+            masses += 1
         step = min((r.sampling_time for r in model.records), default=TIMESTEP)
         kind = "slide" if slides else "hinge"
         twists = f"{name}_twist"
@@ -97,6 +108,13 @@ class Mujoco(Target):
         return "\n".join(lines) + "\n"
 
 
+def _hanging(model: HandedModel) -> str:
+    """The effect by which something hangs on the outermost body and on nothing else, empty where none does."""
+    outermost = {1: tuple(Port), 2: (Port.ARM, Port.LINK)}.get(model.joint.masses, ())
+    hung = {name: one.port for name, one in elements(model).items() if one.hung}
+    return next((name for name, port in hung.items() if port in outermost), "") if len(hung) == 1 else ""
+
+
 def _reflected(one: Element, ratio: float) -> Element:
     """What acts on the motor as it acts on the joint, whose angle is `ratio` times the motor's."""
     squared = ratio * ratio
@@ -108,6 +126,7 @@ def _reflected(one: Element, ratio: float) -> Element:
         one.inertia / squared,
         one.friction / abs(ratio),
         one.constant / ratio,
+        hung=tuple(Hung(h.inertia / squared, h.stiffness / squared, h.damping / squared) for h in one.hung),
     )
 
 

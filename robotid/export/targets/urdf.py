@@ -35,7 +35,7 @@ class Urdf(Target):
         for place in model.joint.placed:
             name = f"{place.port}.{place.term.name}"
             one = known.get(name)
-            if place.port in (Port.GEAR, Port.LINK):
+            if place.port in (Port.GEAR, Port.LINK) or (one is not None and one.hung):
                 found[name] = "URDF has nothing elastic"
             elif one is None or one.stiffness or one.cubic or one.constant:
                 found[name] = "URDF has no element of this law"

@@ -27,7 +27,7 @@
   function label(value, step) {
     if (value === 0) return "0";
     const size = Math.abs(value);
-    if (size >= 1e6 || size < 1e-4) return value.toExponential(1).replace("-", "−");
+    if (size >= 1e6 || size < 1e-4) return value.toExponential(1).replaceAll("-", "−");
     const decimals = Math.max(0, Math.min(8, Math.ceil(-Math.log10(step) - 1e-9)));
     return value.toFixed(decimals).replace("-", "−");
   }

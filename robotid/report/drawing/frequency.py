@@ -38,6 +38,7 @@ MODELS = (  # one alone, two or three: the start, the best, the extended one
 )
 DECIBEL_RANGE = 60.0  # from which ticks stand every 20 dB
 PHASE_STEPS = (90.0, 45.0, 15.0, 5.0)  # [degrees] between ticks of a phase, the first of which two have room
+MAX_PHASE_STEPS = 5  # of a phase axis, however many turns a phase unwraps over
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,7 +87,10 @@ def tick_degrees(axes: Axes) -> None:
     """Ticks of a phase at parts of a turn, two of them at least unless it is all but constant."""
     low, high = axes.get_ylim()
     fitting = [step for step in PHASE_STEPS if high - low >= 2 * step]
-    axes.yaxis.set_major_locator(MultipleLocator(fitting[0] if fitting else PHASE_STEPS[-1]))
+    step = fitting[0] if fitting else PHASE_STEPS[-1]
+    while high - low > MAX_PHASE_STEPS * step:
+        step *= 2.0
+    axes.yaxis.set_major_locator(MultipleLocator(step))
 
 
 def _styles(count: int) -> Sequence[tuple[str, str]]:

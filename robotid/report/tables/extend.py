@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from robotid.extension.results import Extension, Score
-from robotid.numerals import fixed, number
+from robotid.numerals import fixed, number, rms
 from robotid.report.tables.diagnose import rejected_document, rejected_table
 from robotid.report.tables.estimates import estimates_document
 from robotid.report.tables.table import Json, Table
@@ -58,7 +58,7 @@ def sentence(extension: Extension) -> str:
     """What was added, and what that gained, held out where anything was."""
     e = extension
     if not e.added:
-        return f"{e.model} is as good as it gets: nothing was added"
+        return f"nothing was added to {e.model}"
     apart = [name for name, score in e.after.items() if not score.used and name in e.before]
     names = apart or [name for name in e.after if name in e.before]
     gains = (
@@ -105,8 +105,8 @@ def _compared(before: Score, after: Score) -> tuple[str, ...]:
         fixed(before.fit_percent),
         fixed(after.fit_percent),
         fixed(after.fit_percent - before.fit_percent),
-        number(before.rmse, 3),
-        number(after.rmse, 3),
+        rms(before.rmse, 3),
+        rms(after.rmse, 3),
         fixed(change, 1),
     )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import sqrt
 
 from robotid.model.units import unit_of
-from robotid.numerals import fixed, number
+from robotid.numerals import fixed, number, rms
 from robotid.report.tables.table import Json, Table
 from robotid.validation.results import ModelValidation, Perturbation, RecordValidation, Validation
 
@@ -85,11 +85,15 @@ def _parameters(validation: Validation) -> Table:
         best.names
     )
     rows = tuple(
-        (name, unit, *(number(float(m.values[m.names.index(name)]), 5) for m in models.values()), number(std[k], 2))
+        (name, unit, *(_value(model, name) for model in models.values()), number(std[k], 2))
         for k, (name, unit) in enumerate(zip(best.names, best.units, strict=True))
     )
     columns = ("parameter", "unit", *models, f"sd of {validation.best}")
     return Table("Parameters", columns, rows, "the first model is where the fits started")
+
+
+def _value(model: ModelValidation, name: str) -> str:
+    return number(float(model.values[model.names.index(name)]), 5) if name in model.names else "-"
 
 
 def _fit_percent(validation: Validation) -> Table:
@@ -114,8 +118,8 @@ def _errors(name: str, model: ModelValidation) -> Table:
         (
             record,
             r.role,
-            number(r.rmse_speed),
-            number(r.rmse_position),
+            rms(r.rmse_speed, 4),
+            rms(r.rmse_position, 4),
             fixed(r.torque_error_percent),
             "; ".join(r.remarks),
         )
@@ -150,7 +154,7 @@ def _perturbation(name: str, model: ModelValidation) -> tuple[Table, ...]:
         (parameter, *(f"{fixed(p.plus[k])} / {fixed(p.minus[k])}" for p in found.values()))
         for k, parameter in enumerate(first.names)
     )
-    title = f"Change of the fit of {name} for +{first.percent:g} % / -{first.percent:g} %"
+    title = f"Change of the fit of {name} for +{first.percent:g} % / −{first.percent:g} %"
     return (Table(title, ("parameter", *found), rows),)
 
 
@@ -163,8 +167,8 @@ def _residuals(name: str, model: ModelValidation) -> Table:
     rows = tuple(
         (
             record,
-            number(r.residual.white_part, 3),
-            number(r.residual.coloured_part, 3),
+            rms(r.residual.white_part, 3),
+            rms(r.residual.coloured_part, 3),
             _p(r.residual.whiteness_p),
             _p(r.residual.independence_p),
         )

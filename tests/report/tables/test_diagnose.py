@@ -186,4 +186,4 @@ def test_an_extension_in_tables(capsys: pytest.CaptureFixture[str]) -> None:
 def test_what_an_extension_gained_in_a_sentence() -> None:
     assert extend.sentence(EXTENSION) == "with motor.stribeck, m3 simulates held-out check from 95.00 to 99.20 %"
     nothing = replace(EXTENSION, added=())
-    assert extend.sentence(nothing) == "m3 is as good as it gets: nothing was added"
+    assert extend.sentence(nothing) == "nothing was added to m3"

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+import robotid as rid
 from robotid.catalogue import assemble
 from robotid.estimate.rigid import DISTINCT, fit_rigid
 from robotid.model.structure import Structure
-from robotid.report.tables import collect, init_rigid
+from robotid.report.tables import collect, init_rigid, validate
 from robotid.signals.quality import Recordings, inspect
 from robotid.signals.record import Record
 
@@ -48,3 +49,15 @@ def test_what_is_not_distinct_from_zero_is_so_by_the_deviation_beside_it() -> No
     assert "not distinct from zero" in row[-1]
     assert abs(value) < DISTINCT * deviation
     assert not re.search(r"\de\+0\d", " ".join(row))
+
+
+def test_the_error_of_a_perfect_simulation_is_none() -> None:
+    """Rounding has no digits that a person should read."""
+    fit = rid.fit(rid.Model(motor=["inertia"]), record())
+    found = rid.validate(fit, replace(record(), name="day2"), perturbation=None)
+    model = found.models[found.best]
+    perfect = replace(model.records["day2"], rmse_speed=4.03e-17, rmse_position=2e-16)
+    changed = replace(found, models={found.best: replace(model, records={"day2": perfect})})
+    (errors,) = [table for table in validate.tables(changed) if any("RMSE" in column for column in table.columns)]
+    (row,) = errors.rows
+    assert [row[k] for k, column in enumerate(errors.columns) if "rad" in column or "RMSE" in column] == ["0", "0"]

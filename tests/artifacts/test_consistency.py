@@ -1,0 +1,104 @@
+"""Artifacts whose arrays, names and lengths do not belong together are refused when they are loaded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from typing import Any, get_args, get_type_hints
+
+import numpy as np
+import pytest
+
+import robotid as rid
+from robotid.artifacts.codec import _resolve
+from robotid.artifacts.consistency import mismatches
+from robotid.estimate.result import Fits
+from robotid.model.array import Array
+from robotid.pipeline.table import STAGES
+from robotid.signals.record import Record
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inner:
+    y: Array = field(metadata={"shape": ("n",)})
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outer:
+    x: Array = field(metadata={"shape": ("n",)})
+    square: Array = field(metadata={"shape": ("n", "n"), "may_be_empty": True})
+    same: Inner
+    traces: dict[str, Inner] = field(metadata={"lengths": {"n": "k[]"}})
+    beside: dict[str, Array] = field(metadata={"shape": ("k[]",)})
+    best: str = field(metadata={"among": "traces"})
+
+
+WHOLE = Outer(
+    np.zeros(2),
+    np.zeros((2, 2)),
+    Inner(np.zeros(2)),
+    {"a": Inner(np.zeros(5)), "b": Inner(np.zeros(6))},
+    {"a": np.zeros(5), "b": np.zeros(6)},
+    "a",
+)
+
+
+def test_what_belongs_together() -> None:
+    assert list(mismatches(WHOLE)) == list(mismatches(replace(WHOLE, square=np.zeros((0, 0))))) == []
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"square": np.zeros((2, 3))},
+        {"square": np.zeros(4)},
+        {"same": Inner(np.zeros(3))},
+        {"beside": {"a": np.zeros(6)}},
+        {"best": "c"},
+    ],
+    ids=str,
+)
+def test_what_does_not(change: dict[str, Any]) -> None:
+    (text,) = mismatches(replace(WHOLE, **change))
+    assert text.startswith(("Outer.", "Inner."))
+
+
+def classes(hint: Any, seen: set[type[Any]]) -> Iterator[type[Any]]:
+    """All dataclasses that a type holds."""
+    kind = _resolve(hint)
+    if isinstance(kind, type) and is_dataclass(kind):
+        if kind not in seen:
+            seen.add(kind)
+            yield kind
+            for inner in get_type_hints(kind).values():
+                yield from classes(inner, seen)
+    else:
+        for inner in get_args(kind):
+            yield from classes(inner, seen)
+
+
+def test_every_array_of_an_artifact_declares_its_lengths() -> None:
+    seen: set[type[Any]] = set()
+    found = [kind for stage in STAGES.values() for kind in classes(stage.type(), seen)]
+    silent = [
+        f"{kind.__name__}.{one.name}"
+        for kind in found
+        for one in fields(kind)
+        if "ndarray" in repr(get_type_hints(kind)[one.name]).lower() and "shape" not in one.metadata
+    ]
+    assert len(found) > 30
+    assert silent == []
+
+
+def test_a_fit_of_another_joint() -> None:
+    t = np.arange(400) * 0.01
+    speed = 5 * np.sin(2 * t) + 3 * np.sin(5 * t)
+    torque = 0.1 * np.gradient(speed, 0.01)
+    record = Record.from_arrays(torque, np.cumsum(speed) * 0.01, 0.01, speed=speed, name="log")
+    fit = rid.fit(rid.Model(motor=["inertia"]), record)
+    assert list(mismatches(Fits({fit.name: fit}, fit.name))) == []
+    other = replace(fit.parameters[0], name="motor.inertia.K")
+    for wrong in (replace(fit, parameters=(other,)), replace(fit, initial_states={"log": np.zeros(7)})):
+        assert [text for text in mismatches(wrong) if "not those of its joint" in text]
+    assert [text for text in mismatches(replace(fit, records=("day2",))) if "not those of its records" in text]
+    assert [text for text in mismatches(Fits({"m9": fit}, "m9")) if "another name" in text]
