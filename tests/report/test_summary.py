@@ -151,7 +151,7 @@ def test_a_fit_that_did_not_converge_is_told() -> None:
 
 def test_a_torque_that_was_moved_in_time_is_told_before_its_diagnosis() -> None:
     text = told(diagnosis=replace(CLEAN, late=0.0012))
-    said = "The sampling intervals vary, and the torque is recorded 1.2 ms late: moved by as much before causes"
+    said = "The torque is recorded 1.2 ms late, within what clocks explain: moved by as much before causes"
     assert 0 < text.index(said) < text.index("What it leaves is noise")
     assert said not in told(diagnosis=CLEAN)
 
