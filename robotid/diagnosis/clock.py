@@ -18,7 +18,7 @@ from robotid.diagnosis.scoring.candidate import columns_of
 from robotid.diagnosis.search.carry_over import proven
 from robotid.diagnosis.search.data import Evidence, first_state
 from robotid.diagnosis.search.settings import ACCEPTANCE
-from robotid.diagnosis.search.state import SearchState
+from robotid.diagnosis.search.state import Log, SearchState
 from robotid.errors import NumericsError
 from robotid.numerals import plain
 from robotid.signals.record import Record
@@ -64,10 +64,13 @@ class InTime:
     start: SearchState
 
 
-def in_time(evidence: Evidence, criteria: Criteria) -> InTime:
+def in_time(evidence: Evidence, criteria: Criteria, log: Log = lambda _: None) -> InTime:
     """The evidence, its torque moved where it is surely recorded late by what a clock explains and the simulation is
     the better for it. Raises NumericsError where the model cannot be simulated."""
-    as_it_is = found = InTime(RecordedLate(), evidence, _first(evidence, criteria))
+    log("measuring the noise")
+    first = first_state(evidence, criteria)
+    log("scoring the catalogue for cause 1")
+    as_it_is = found = InTime(RecordedLate(), evidence, first.scored(criteria))
     for _ in range(MAX_STEPS):
         late, std = _lateness(found.start, criteria)
         if abs(late) <= ACCEPTANCE.amplitude_sigma * std:
@@ -80,15 +83,10 @@ def in_time(evidence: Evidence, criteria: Criteria) -> InTime:
             moved_on = evidence.on(clock.corrected)
             if total == found.clock.late or _left(moved_on) >= _left(found.evidence):
                 break
-            found = InTime(clock, moved_on, _first(moved_on, criteria))
+            found = InTime(clock, moved_on, first_state(moved_on, criteria).scored(criteria))
         except NumericsError:
             break
     return found
-
-
-def _first(evidence: Evidence, criteria: Criteria) -> SearchState:
-    """The state in which a search begins, with its first round of the score."""
-    return first_state(evidence, criteria).scored(criteria)
 
 
 def _lateness(state: SearchState, criteria: Criteria) -> tuple[float, float]:

@@ -80,8 +80,7 @@ def diagnose(
         diagnosis = all_explained(model, simulated)
         return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
     validation = [part for part in parts if part.name not in model.records]
-    log("measuring the noise")
-    found_in_time = in_time(Evidence(model, fitted, validation, options.horizon), criteria)
+    found_in_time = in_time(Evidence(model, fitted, validation, options.horizon), criteria, log)
     clock = found_in_time.clock
     if clock.late:
         log(clock.remark)
