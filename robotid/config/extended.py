@@ -18,9 +18,9 @@ from robotid.model.structure import Structure, belongs, changed
 
 def extended_configuration(loaded: Loaded, found: Extension | Mapping[str, Extension], folder: Path) -> str:
     """The text of extended.yaml, to be kept in a folder. found : the extension of a single joint, or of each axis of
-    the robot by its name; an axis without one stays as it is."""
+    the robot by its name; an axis without one stays as it is, and so do clocks, which are one for all axes."""
     if isinstance(found, Extension):
-        return extended_text(loaded, found.fit.structure, _guesses(found), folder)
+        return extended_text(loaded, found.fit.structure, _guesses(found), folder, late=found.late)
     return _robot_text(loaded, found, folder)
 
 
@@ -60,11 +60,14 @@ def _as_list(files: str | tuple[str, ...]) -> str | list[str]:
     return files if isinstance(files, str) else list(files)
 
 
-def extended_text(loaded: Loaded, structure: Structure, guesses: Mapping[str, float], folder: Path) -> str:
+def extended_text(
+    loaded: Loaded, structure: Structure, guesses: Mapping[str, float], folder: Path, *, late: float
+) -> str:
     """A complete configuration for another structure, as YAML to be kept in a folder.
 
-    guesses : starts of parameters, by dotted name. The virtual robot, if there is one, stays what it is; measured
-    files are named relative to the folder.
+    guesses : starts of parameters, by dotted name. late [s] : by how much the torque of measured files is recorded
+    later than was known. The virtual robot, if there is one, stays what it is; measured files are named relative to the
+    folder.
     """
     config = loaded.config
     known = dict(config.robot.parameters)
@@ -73,7 +76,7 @@ def extended_text(loaded: Loaded, structure: Structure, guesses: Mapping[str, fl
     robot = config.robot.model_copy(
         update={"model": effects_of(structure), "changes": changes_of(structure), "parameters": known}
     )
-    return resolved(config.model_copy(update={"robot": robot, "records": _moved(loaded, folder)}))
+    return resolved(config.model_copy(update={"robot": robot, "records": _moved(loaded, folder, late)}))
 
 
 def effects_of(structure: Structure) -> Effects:
@@ -93,12 +96,17 @@ def changes_of(structure: Structure) -> dict[str, tuple[str, ...]]:
     return found
 
 
-def _moved(loaded: Loaded, folder: Path) -> tuple[RecordSettings, ...]:
-    """The records with their files as seen from a folder."""
+def _moved(loaded: Loaded, folder: Path, late: float) -> tuple[RecordSettings, ...]:
+    """The records with their files as seen from a folder, and what delays their torque."""
     return tuple(
         record
         if record.file is None
-        else record.model_copy(update={"file": _relative(record.files, loaded.directory, folder)})
+        else record.model_copy(
+            update={
+                "file": _relative(record.files, loaded.directory, folder),
+                "torque_delay": record.torque_delay + late,
+            }
+        )
         for record in loaded.config.records
     )
 

@@ -51,6 +51,7 @@ def extend(task: ExtensionTask, effects: Sequence[str]) -> Extension:
         bic_after=information_criterion(after, scores, noise, task.records),
         fit=after,
         dropped=tuple(dropped),
+        late=task.late,
     )
 
 

@@ -26,7 +26,7 @@ class Score:
 class Extension(Displayed):
     """The model before and after: scores by record, Bayesian information criteria on the records of the fit, and the
     fit that came after. added : the effects by which it was extended. dropped : causes that lost their worth in the
-    final refit.
+    final refit. late : by how much the torque was recorded late, taken out of the records before both.
     """
 
     model: str
@@ -41,3 +41,4 @@ class Extension(Displayed):
     bic_after: float
     fit: FitResult
     dropped: tuple[Rejected, ...]
+    late: float = field(default=0.0, metadata={"unit": "s"})

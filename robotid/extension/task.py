@@ -36,6 +36,7 @@ class ExtensionTask:
     before : the fit of the model as it is. records : all of them; those of the fit by their names, the others validate.
     starts : values to start from, of which the best is chosen. options : of every fit. horizon [s] : length of the
     pieces of a record that are simulated afresh, None for whole records. log : is called with what is being done.
+    late [s] : by how much the torque was recorded late, which is taken out of the records already.
     """
 
     before: FitResult
@@ -44,6 +45,7 @@ class ExtensionTask:
     options: FitOptions = field(default_factory=FitOptions)
     horizon: float | None = None
     log: Callable[[str], None] = lambda _: None
+    late: float = 0.0
 
     @property
     def validation(self) -> list[str]:
@@ -166,7 +168,7 @@ def extension_task(
     starts = (diagnosis.refitted, {p.name: p.value for cause in diagnosis.causes for p in cause.parameters})
     clock = RecordedLate(diagnosis.late)
     records = [without_events(clock.corrected(record), diagnosis.events) for record in records]
-    return ExtensionTask(fit, records, starts, options or FitOptions(output=fit.output), horizon, log)
+    return ExtensionTask(fit, records, starts, options or FitOptions(output=fit.output), horizon, log, diagnosis.late)
 
 
 def effects_to_add(diagnosis: Diagnosis, fit: FitResult) -> tuple[str, ...]:

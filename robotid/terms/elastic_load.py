@@ -34,7 +34,7 @@ class ElasticLoad(HungMass):
             grid=(5.0, 7.0, 10.0, 14.0, 20.0, 28.0, 40.0, 57.0, 80.0, 113.0, 160.0, 226.0, 320.0, 453.0, 640.0),
             rings=True,
         ),
-        Parameter("zeta", "1", "damping ratio of the load", guess=0.05, bounds=(0.0, 10.0), grid=(0.02, 0.1)),
+        Parameter("zeta", "1", "damping ratio of the load", guess=0.05, bounds=(0.0, 1.0), grid=(0.02, 0.1)),
     )
     formula = "J dz1/dt with dz0/dt = v - z1, dz1/dt = w^2 z0 + 2 zeta w (v - z1)"
     source = "two-mass model; Wernholt & Gunnarsson 2005, section 3"

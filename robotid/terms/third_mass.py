@@ -29,7 +29,7 @@ class ThirdMass(HungMass):
             grid=(20.0, 28.0, 40.0, 57.0, 80.0, 113.0, 160.0, 226.0, 320.0),
             rings=True,
         ),
-        Parameter("zeta", "1", "damping ratio of the link", guess=0.05, bounds=(0.0, 10.0), grid=(0.02, 0.1)),
+        Parameter("zeta", "1", "damping ratio of the link", guess=0.05, bounds=(0.0, 1.0), grid=(0.02, 0.1)),
     )
     formula = "Jb dz1/dt with dz0/dt = v - z1, dz1/dt = wb^2 z0 + 2 zeta wb (v - z1)"
     source = "Wernholt & Gunnarsson 2005, section 6.3"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -109,6 +110,9 @@ def test_files_are_found_from_where_it_is_kept(tmp_path: Path) -> None:
         file = next(r.file for r in moved.config.records if r.name == name)
         assert file is not None
         assert (moved.directory / file).resolve() == (tmp_path / place).resolve()
+    late = replace(extension("named"), late=0.0015)
+    text = extended_configuration(load(tmp_path / "configs" / "a.yaml", ["records.1.torque_delay=0.002"]), late, kept)
+    assert {r.name: r.torque_delay for r in parse(text).records} == pytest.approx({"slow": 0.0015, "wide": 0.0035})
 
 
 def test_effects_may_be_asked_for_instead_of_the_causes() -> None:

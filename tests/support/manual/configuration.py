@@ -14,7 +14,7 @@ from support.manual.markdown import table
 Schema = dict[str, Any]
 LIMITS = {"exclusiveMinimum": "above", "minimum": "at least", "exclusiveMaximum": "below", "maximum": "at most"}
 EXPLAINED = re.compile(
-    r"(?:^|(?<=[.;:])|(?<=[.;:]\s))\s*(?P<keys>\w+(?:, \w+)*)(?: \[(?P<unit>[^\]]+)\])? : ", re.MULTILINE
+    r"(?:^|(?<=[.;:])|(?<=[.;:]\s))\s*(?P<keys>\w+(?:, \w+)*)(?: \[(?P<unit>[^\]]+)\])? :\s", re.MULTILINE
 )
 KINDS = {"number": "number", "integer": "whole number", "string": "text", "boolean": "true or false"}
 
