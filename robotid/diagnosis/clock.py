@@ -51,7 +51,7 @@ class RecordedLate:
         way = "late" if self.late > 0.0 else "early"
         return (
             f"the torque is recorded {plain(1e3 * abs(self.late), 2)} ms {way}, within what clocks explain:"
-            f" moved by as much before causes were sought (for all stages add {self.late:.3g} to the records' torque_delay)"
+            f" moved by as much before causes were sought (for all stages add {self.late:.3g} to their torque_delay)"
         )
 
 

@@ -56,7 +56,7 @@ LEFT_OUT = "does not carry over: on what is left out of its fit, its gain is wit
 
 def explains_too_little(step: Step, criteria: Criteria) -> str | None:
     """What explains less than the simulation's own errors is none of the machine's."""
-    if step.share < ACCEPTANCE.least_share:
+    if step.share < ACCEPTANCE.least_share and step.share_of_motion < ACCEPTANCE.least_motion:
         return f"is not worth it: explains {100 * step.share:.2g} % of the misfit"
     return None
 

@@ -33,6 +33,7 @@ class AcceptanceSettings:
     same_energy: float = 12.0  # noise variances, inflated: as far apart as chance sets two equal models (p = 5e-4)
     max_same_share: float = 0.1  # of the energy explained: causes further apart are distinguished, whatever the noise
     least_share: float = 1e-3  # of the first model's misfit: less is an error of the simulation itself
+    least_motion: float = 1e-5  # of the motion's squared size: more is no such error, whatever the misfit was
     worthless_share: float = 0.1  # of what a cause explained: if no more is lost without it, its worth is gone
     firm_factor: float = 5.0  # times that share: a cause that has so much to lose to first order is not tried without
     collinear_cosine: float = 0.999  # at which columns are the same

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+
+import numpy as np
 
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
@@ -14,6 +17,8 @@ from robotid.diagnosis.search.coloured import ALONE, Left, Tried, confirmation, 
 from robotid.diagnosis.search.physical_sense import amplitudes, declarations
 from robotid.diagnosis.search.state import share_removed
 from robotid.errors import NumericsError
+from robotid.estimate.residual import measured_output
+from robotid.model.array import Array
 from robotid.model.parameters import Parameters
 
 
@@ -68,6 +73,14 @@ class Step:
         return share_removed(self.first, self.before, self.after, self.data)
 
     @property
+    def share_of_motion(self) -> float:
+        """Squared error that the step removes from the fitted segments, of what a model without motion leaves there."""
+        before, after = (_squared([one.residual for one in model.fitted]) for model in (self.before, self.after))
+        measured = [measured_output(one.record, self.data.output) for one in self.after.fitted]
+        motion = _squared([y - y.mean() for y in measured])
+        return (before - after) / motion if motion > 0.0 else 0.0
+
+    @property
     def gain(self) -> float:
         """Of the fit on the validation segments [% points], nan without any."""
         return self.after.validation_fit_percent - self.before.validation_fit_percent
@@ -96,3 +109,7 @@ class Step:
         """Of what the step adds being absent, by noise of any colour."""
         found = (p_value(self.after, one, self.left, self.tried, lambda: self.elsewhere) for one in self.added)
         return max(found, default=0.0)
+
+
+def _squared(signals: Sequence[Array]) -> float:
+    return float(sum(np.sum(np.square(one)) for one in signals))

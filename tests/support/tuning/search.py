@@ -51,7 +51,7 @@ from robotid.model.array import Array
 from robotid.model.parameters import Parameters
 from robotid.model.port import Port
 from robotid.terms import TERMS
-from support.plain_models import plain_blocks, plain_data, plain_model, plain_segment
+from support.plain_models import SAMPLES, plain_blocks, plain_data, plain_model, plain_record, plain_segment
 from support.sensed_step import step_to
 from support.tuning import sees
 
@@ -213,6 +213,22 @@ def check_a_thousandth_of_the_misfit_is_too_little() -> None:
 
     assert explains_too_little(step(1.2e-3), ANYTHING) is None
     assert explains_too_little(step(0.8e-3), ANYTHING) is not None
+
+
+@sees(ACCEPTANCE, "least_motion")
+def check_what_moves_a_three_hundredth_of_the_motion_is_worth_it_whatever_the_misfit() -> None:
+    motion = np.full(SAMPLES, 100.0)
+    motion[::2] = -100.0
+    record = replace(plain_record(), dphi_m=motion)
+    whole = 100.0**2 * SAMPLES
+
+    def step(share: float) -> Step:
+        before, after = (replace(plain_segment(e), record=record) for e in (whole * share + 1000.0, 1000.0))
+        models = (plain_model(one.energy, fitted=(one,)) for one in (before, after))
+        return Step(plain_model(whole), *models, plain_data())
+
+    assert explains_too_little(step(1.2e-5), ANYTHING) is None
+    assert explains_too_little(step(0.8e-5), ANYTHING) is not None
 
 
 @sees(ACCEPTANCE, "worthless_share")
