@@ -137,9 +137,9 @@ def check_records_are_cut_into_a_dozen_pieces() -> None:
 def check_four_events_are_set_aside() -> None:
     result = SearchResult(plain_data(), plain_model(1.0), plain_model(1.0), (), (), ())
     with pytest.MonkeyPatch.context() as patch:
-        state = SimpleNamespace(first=None, data=None, round=SimpleNamespace(scores=()))
+        seen = SimpleNamespace(scores=())
+        state = SimpleNamespace(first=None, data=None, round=seen, rounds=(seen,))
         patch.setattr(searching, "first_state", lambda *_: state)
-        patch.setattr(searching, "_scored", lambda scored, *_: scored)
         patch.setattr(searching, "largest_event", lambda *_: SeenEvent(replace(PUSH, std=0.001), leading=True))
         patch.setattr(searching, "_settled", lambda _, event, __: event)
         patch.setattr(searching, "without_event", lambda evidence, _: evidence)
