@@ -5,6 +5,7 @@ from __future__ import annotations
 from robotid.model.parameters import Parameter
 from robotid.model.physical import Physical
 from robotid.model.port import Port
+from robotid.model.term import Extreme
 from robotid.model.wave import Wave
 
 
@@ -39,5 +40,7 @@ class GearedGravity(Wave):
         ),
     )
     formula = "G sin(r x) + H cos(r x)"
+    # Where the arm hardly turns; and a torque that is constant while the motor turns is as good an explanation.
+    extremes = (Extreme("r", "constant_torque", {"tau0": "H"}), Extreme("r", "asymmetric_coulomb", {"dFc": "H"}))
     source = "Siciliano, Sciavicco, Villani & Oriolo 2009, Robotics, section 7.3"
     signature = "a slow function of motor angle, over many turns"

@@ -18,7 +18,7 @@ from robotid.diagnosis.search.carry_over import held_out_gain, proven
 from robotid.diagnosis.search.coloured import Tried, are_too_few
 from robotid.diagnosis.search.constancy import is_not_constant
 from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
-from robotid.diagnosis.search.refits import CandidateRefit, from_the_start, refit_hopeful
+from robotid.diagnosis.search.refits import CandidateRefit, from_the_start, indistinguishable_energy, refit_hopeful
 from robotid.diagnosis.search.regression import asked_for
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.smoothing import is_smoothing
@@ -227,12 +227,6 @@ def as_cause(state: SearchState, refits: Sequence[CandidateRefit], step: Step) -
         rival=rivals[0] if rivals else None,
         confounded=confounded_with(best.score, seen.projected, seen.scores),
     )
-
-
-def indistinguishable_energy(explained: float, inflation: float) -> float:
-    """Energy by which two refits may differ and still not be distinguished, where the better explains so much."""
-    chance = min(ACCEPTANCE.same_energy * inflation, ACCEPTANCE.max_same_share * explained)
-    return max(ACCEPTANCE.same_share * explained, chance)
 
 
 def collinear(best: Score, seen: Round) -> list[str]:

@@ -24,6 +24,7 @@ from robotid.errors import NumericsError
 from robotid.interrupt import OutOfTime, until
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure, is_change
+from robotid.model.term import Extreme
 from robotid.parallel import ahead
 
 
@@ -66,7 +67,8 @@ def refit_hopeful(state: SearchState, criteria: Criteria, log: Log) -> RefitRoun
         found = _refits(chosen, state, log)
         if found.refits:
             refits = (*found.refits, *_at_extremes(found.refits, state, log))
-            return RefitRound(tuple(in_order(refits, state.data, criteria)), found.unexamined)
+            ordered = simpler_first(in_order(refits, state.data, criteria), state)
+            return RefitRound(tuple(ordered), found.unexamined)
         if found.unexamined:
             return found
         tried = {s.candidate for s in chosen}
@@ -166,10 +168,9 @@ def _at_extremes(refits: Sequence[CandidateRefit], state: SearchState, log: Log)
     simpler law may have scored too little to be refitted, or lost its way."""
     scores = {one.candidate.name: one for one in reversed(state.round.scores)}
     for one in refits:
-        port, _, name = one.effect.partition(".")
-        for extreme in getattr(EFFECTS.get(name), "extremes", ()):
-            score = scores.get(f"{port}.{extreme.effect}")
-            if score is None or not _is_at_bound(one.model, f"{one.effect}.{extreme.parameter}"):
+        for name, extreme in _becomes(one):
+            score = scores.get(name)
+            if score is None:
                 continue
             log(_announced(state, score, f"what {one.effect} becomes"))
             own = {to: one.model.parameters[f"{one.effect}.{symbol}"] for to, symbol in extreme.values.items()}
@@ -181,6 +182,33 @@ def _at_extremes(refits: Sequence[CandidateRefit], state: SearchState, log: Log)
             except NumericsError:
                 continue
             yield CandidateRefit(replace(score, energy=one.score.energy), after)
+
+
+def _becomes(one: CandidateRefit) -> Iterator[tuple[str, Extreme]]:
+    """The effects that a refitted one is as good as, for a parameter of it is at its bound, by name."""
+    port, _, name = one.effect.partition(".")
+    for extreme in getattr(EFFECTS.get(name), "extremes", ()):
+        if _is_at_bound(one.model, f"{one.effect}.{extreme.parameter}"):
+            yield f"{port}.{extreme.effect}", extreme
+
+
+def simpler_first(refits: Sequence[CandidateRefit], state: SearchState) -> list[CandidateRefit]:
+    """The same refits; what an effect is as good as, at the bound of a parameter, goes before it where the records do
+    not tell the two apart: nothing shows that parameter."""
+    ordered = list(refits)
+    for one in refits:
+        names = {name for name, _ in _becomes(one)}
+        slack = indistinguishable_energy(state.model.energy - one.model.energy, state.round.inflation)
+        simpler = [s for s in ordered if s.effect in names and s.model.energy - one.model.energy <= slack]
+        rest = [s for s in ordered if s not in simpler]
+        ordered = [*rest[: rest.index(one)], *simpler, *rest[rest.index(one) :]]
+    return ordered
+
+
+def indistinguishable_energy(explained: float, inflation: float) -> float:
+    """Energy by which two refits may differ and still not be distinguished, where the better explains so much."""
+    chance = min(ACCEPTANCE.same_energy * inflation, ACCEPTANCE.max_same_share * explained)
+    return max(ACCEPTANCE.same_share * explained, chance)
 
 
 def _is_at_bound(model: RefittedModel, name: str) -> bool:

@@ -170,3 +170,13 @@ def test_of_several_laws_the_one_that_carries_over_stands_for_the_effect(
     laws = [lever(np.pi / 2, 700.0, 4000.0), lever(0.0, 760.0, 1700.0)]
     (found,) = in_order(laws, Kept(validation), Criteria())  # type: ignore[arg-type]
     assert found.score.candidate.variant == (psi,)
+
+
+def test_an_effect_at_a_bound_stands_behind_the_simpler_ones_that_it_becomes() -> None:
+    state = begun(records({"motor.constant_torque.tau0": 0.05}), QUICK).scored(QUICK)
+    score = next(one for one in state.round.scores if one.candidate.name == "motor.geared_gravity")
+    found = refits._refits([score], state, lambda _: None).refits
+    simpler = refits._at_extremes(found, state, lambda _: None)
+    ordered = [one.effect for one in refits.simpler_first([*found, *simpler], state)]
+    assert ordered == ["motor.constant_torque", "motor.asymmetric_coulomb", "motor.geared_gravity"]
+    assert refits.simpler_first(found, state) == list(found)

@@ -25,7 +25,6 @@ from robotid.diagnosis.search.acceptance import (
     collinear,
     explains_too_little,
     has_lost_its_worth,
-    indistinguishable_energy,
     stands_firm,
 )
 from robotid.diagnosis.search.carry_over import held_out_gain, proven
@@ -37,6 +36,7 @@ from robotid.diagnosis.search.refits import (
     RefitRound,
     chosen_of,
     hopeful,
+    indistinguishable_energy,
     is_complete,
     keeps_promise,
     other_points,
