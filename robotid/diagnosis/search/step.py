@@ -45,12 +45,15 @@ class Step:
     @cached_property
     def elsewhere(self) -> RefittedModel | None:
         """The model with the cause, refitted to the validation segments alone; None where it cannot be. The cause is
-        nothing at first, lest its size only stays what it was."""
+        nothing at first, lest its size only stays what it was, or the size that it was where that suits these segments
+        better: from nothing a fit may get stuck where a cause moves the joint much."""
         nothing = {name: p.null for one in self.added for name, p in declarations(one) if p.null is not None}
         near = Trajectories(tuple(one.trajectory for one in self.after.validation))
         if not self.data.validation:
             return None
-        return self.refitted_to(self.data.validation, self.after.parameters.with_values(nothing), near)
+        starts = (self.after.parameters.with_values(nothing), self.after.parameters)
+        found = [self.refitted_to(self.data.validation, start, near) for start in starts]
+        return min((one for one in found if one is not None), key=lambda one: one.energy, default=None)
 
     def refitted_to(self, fitted: tuple[Segment, ...], start: Parameters, near: Trajectories) -> RefittedModel | None:
         """The model with the cause, refitted to other segments alone; None where it cannot be. start : from where;

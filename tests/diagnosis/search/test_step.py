@@ -5,12 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from support.plain_models import plain_model
 from support.small_bench import idle_then_stribeck
 
 from robotid.diagnosis.refit.refit import refit
+from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.search import step as steps
 from robotid.diagnosis.search.step import Step
 from robotid.errors import NumericsError
+from robotid.model.parameters import Parameters
 
 
 def test_a_model_that_does_not_settle_on_records_held_out_is_not_simulated_for_ever(
@@ -28,5 +31,22 @@ def test_a_model_that_does_not_settle_on_records_held_out_is_not_simulated_for_e
     monkeypatch.setattr(steps, "refit", unsettled)
     step = Step(state.first, idle, both, state.data)
     assert step.elsewhere is None
-    assert [one.careful for one in asked] == [True]
+    assert [one.careful for one in asked] == [True, True]
     assert Step(state.first, idle, both, state.data).p_value < 1e-6  # by the records of the fit
+
+
+def test_records_held_out_confirm_a_cause_from_nothing_or_from_what_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    state, idle, both = idle_then_stribeck()
+    tried = list[Parameters]()
+    energies = iter((3.0, 2.0, 2.0, 3.0))
+
+    def refitted_to(_: Step, __: object, start: Parameters, ___: object) -> RefittedModel:
+        tried.append(start)
+        return plain_model(next(energies))
+
+    monkeypatch.setattr(Step, "refitted_to", refitted_to)
+    for _ in range(2):
+        found = Step(state.first, idle, both, state.data).elsewhere
+        assert found is not None
+        assert found.energy == 2.0
+    assert [one["motor.stribeck.dFs"] for one in tried[:2]] == [0.0, both.parameters["motor.stribeck.dFs"]]
