@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from support.dry_axis import DryAxis
 from support.small_bench import QUICK, SAMPLING_TIME, STRIBECK, evidence, fitted, records
 
@@ -131,3 +132,12 @@ def test_a_diagnosis_says_by_how_much_the_torque_was_moved_and_finds_nothing_els
     for one, plain in zip(task.records, records({}), strict=True):
         before = np.std(made[task.records.index(one)].tau_m - plain.tau_m)
         assert np.std(one.tau_m - plain.tau_m) < 0.2 * before
+
+
+def test_beside_slow_errors_of_the_torque_the_motion_of_a_rigid_axis_tells_the_delay() -> None:
+    rng, made = np.random.default_rng(3), list[Record]()
+    for one in regular(0.3):
+        error = 0.1 * lfilter([np.sqrt(1.0 - 0.999**2)], [1.0, -0.999], rng.standard_normal(len(one)))
+        made.append(replace(one, tau_m=one.tau_m + error))
+    found = in_time(evidence(made), QUICK)
+    assert found.clock.late == pytest.approx(0.3 * SAMPLING_TIME, abs=0.15 * SAMPLING_TIME)

@@ -57,8 +57,8 @@ def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState 
             if begun is None:
                 log("measuring the noise")
             start, begun = begun or first_state(evidence, criteria), None
-            if more and not start.rounds:
-                start = _scored(start, criteria, log)
+            if more:
+                start = start if start.rounds else _scored(start, criteria, log)
                 log("looking for events")
         seen = largest_event(evidence, start.first, start.data, criteria, start.round.scores) if more else None
         if seen is None or not seen.leading:
