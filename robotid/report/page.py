@@ -34,6 +34,7 @@ from robotid.report.tables.table import Table
 MAX_VALUES = 400_000  # of all signals that can be zoomed, together, their times among them: 2.1 MB
 MIN_SAMPLES = 2000  # of one of them
 SAMPLES = tuple(round(MIN_SAMPLES * 1.1**k) for k in range(60))  # that a signal may keep, up to half a million
+MAX_ROWS, SHOWN_ROWS = 40, 20  # of a table: of a longer one so many are shown until it is opened
 MAX_UNFOLDED = 30  # characters of a cell that may be folded
 AXIS_FIGURES = 4  # narrow ones, and wide ones, of a section where there are several axes
 STATIC_POINTS = 1200  # points of a curve where the page cannot draw: without JavaScript
@@ -410,6 +411,7 @@ def _template() -> Template:
     environment = Environment(
         loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
+    environment.globals |= {"most_rows": MAX_ROWS, "shown_rows": SHOWN_ROWS}
     environment.filters["slug"] = lambda text: re.sub(r"\W+", "-", text.lower())
     environment.filters["identifier"] = identifier
     environment.filters["prose"] = written

@@ -27,7 +27,7 @@ from robotid.model.structure import Structure
 from robotid.numerals import listed
 from robotid.report.evidence.companions import companion_curves
 from robotid.report.evidence.gather import with_evidence
-from robotid.report.evidence.profile import doubtful, profile_intervals
+from robotid.report.evidence.profile import NO_END, doubtful, profile_intervals
 from robotid.report.evidence.response import coherence, simulated_response
 from robotid.report.evidence.samples import in_bins, samples, stretches
 from robotid.report.evidence.spectrum import residual_spectra
@@ -272,6 +272,63 @@ def test_a_profile_ends_where_the_fit_is_worse_than_chance_allows() -> None:
         assert excess == pytest.approx(2.0, rel=0.2)
 
 
+def test_refits_start_where_the_linear_model_leads(monkeypatch: pytest.MonkeyPatch) -> None:
+    record, fit = slippery()
+    first: list[tuple[int, float]] = []
+
+    def counted(problem: OutputError, start: Array, options: SolveOptions) -> Solution:
+        found = solve(problem, start, options)
+        if problem.max_failed_windows is not None:
+            first.append((len(found.cost) - 1, found.cost[0] / found.cost[-1]))
+        return found
+
+    monkeypatch.setattr("robotid.report.evidence.profile.solve", counted)
+    profile_intervals(fit, (record,), None)
+    assert np.median([excess for _, excess in first]) < 1.03  # up to a fifth from the fit itself
+
+
+def test_a_refit_that_sticks_begins_again_from_the_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    record, fit = slippery()
+    starts: list[Array] = []
+
+    def sticking(problem: OutputError, start: Array, options: SolveOptions) -> Solution:
+        starts.append(start)
+        found = solve(problem, start, replace(options, max_iterations=2))
+        return replace(found, cost=found.cost[:1]) if len(starts) == 2 else found
+
+    monkeypatch.setattr("robotid.report.evidence.profile.solve", sticking)
+    monkeypatch.setattr("robotid.report.evidence.profile.MAX_REFITS", 1)
+    profile_intervals(fit, (record,), None)
+    values = [p.value for p in fit.parameters if p.name != "motor.stribeck.vs"]
+    assert starts[1][:4] != pytest.approx(values, rel=0.02)
+    assert starts[2][:4] == pytest.approx(values, rel=0.02)
+
+
+def test_a_profile_whose_cost_does_not_rise_has_no_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    record, fit = slippery()
+    refits: list[Solution] = []
+
+    def flat(problem: OutputError, start: Array, options: SolveOptions) -> Solution:
+        if refits:
+            return replace(refits[0], cost=(2.0, 1.0))
+        refits.append(solve(problem, start, options))
+        return refits[0]
+
+    monkeypatch.setattr("robotid.report.evidence.profile.solve", flat)
+    unbounded = tuple(replace(p, lower=-1e9, upper=1e9) for p in fit.parameters)
+    found = profile_intervals(replace(fit, parameters=unbounded), (record,), None)
+    assert set(found.without.values()) == {NO_END}
+
+
+def test_a_residual_of_few_independent_samples_has_no_profile() -> None:
+    record, fit = slippery()
+    least = np.sqrt(len(record) / len(fit.parameters))  # as many independent samples as parameters
+    for more, given in ((0.9, True), (1.1, False)):
+        coloured = replace(fit, parameters=tuple(replace(p, std=p.std_robust / (least * more)) for p in fit.parameters))
+        without = profile_intervals(coloured, (record,), None).without
+        assert any("independent samples" in why for why in without.values()) is not given
+
+
 def test_a_profile_gives_up_what_is_simulated_too_slowly(monkeypatch: pytest.MonkeyPatch) -> None:
     record, fit = slippery()
     patience: list[int | None] = []
@@ -285,7 +342,7 @@ def test_a_profile_gives_up_what_is_simulated_too_slowly(monkeypatch: pytest.Mon
     monkeypatch.setattr("robotid.report.evidence.profile.solve", spied)
     found = profile_intervals(fit, (record,), None)
     names = [p.name for p in doubtful(fit)]
-    assert patience == [None, *[REFIT.patience] * len(names)]
+    assert patience == [None, *[REFIT.patience] * 2 * len(names)]  # from where the linear model leads, and from the fit
     assert (found.intervals, list(found.without)) == ({}, names)
     note = parameter_table("m", fit, {}, found).note
     assert f"no profile interval of {listed(names, 'or')}: with it elsewhere the model is simulated much more" in note
@@ -299,13 +356,13 @@ def test_a_profile_gives_up_refits_that_settle_worse_than_the_fit(monkeypatch: p
         found = solve(problem, start, options)
         if problem.max_failed_windows is None:
             return found
-        worse = tuple(replace(one, failed_windows=one.failed_windows + 1) for one in found.evaluation.trajectories)
+        worse = tuple(replace(one, failed_windows=9) for one in found.evaluation.trajectories)
         refits.append(replace(found, evaluation=replace(found.evaluation, trajectories=worse)))
         return refits[-1]
 
     monkeypatch.setattr("robotid.report.evidence.profile.solve", settling)
     found = profile_intervals(fit, (record,), None)
-    assert (found.intervals, len(refits)) == ({}, len(doubtful(fit)))
+    assert (found.intervals, len(refits)) == ({}, 2 * len(doubtful(fit)))  # from two starts each
 
 
 def test_a_fit_that_is_better_elsewhere_has_no_profile(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,7 +17,19 @@ from support.report_findings import findings
 from robotid.report.evidence.results import Evidence
 from robotid.report.findings import Findings
 from robotid.report.origin import Origin, Source
-from robotid.report.page import AXIS_FIGURES, MAX_VALUES, AxisPage, StageTables, page, robot_page, written
+from robotid.report.page import (
+    AXIS_FIGURES,
+    MAX_ROWS,
+    MAX_VALUES,
+    SHOWN_ROWS,
+    AxisPage,
+    Head,
+    StageTables,
+    page,
+    rendered,
+    robot_page,
+    written,
+)
 from robotid.report.sections import figure_specs
 from robotid.report.stamp import Stamp, stamp_of
 from robotid.report.summary import summary
@@ -83,6 +95,16 @@ def test_tables_and_pictures_can_be_read_aloud() -> None:
     assert all(labelled)
     assert document.tags["th"] == document.values("scope").count("row") + document.values("scope").count("col") > 0
     assert document.values("lang") == ["en"]
+
+
+@pytest.mark.parametrize("rows", [MAX_ROWS, MAX_ROWS + 1])
+def test_a_long_table_is_folded_and_whole(rows: int) -> None:
+    table = Table("Long", ("name", "value"), tuple((f"p{k}", str(k)) for k in range(rows)))
+    text = rendered(Head("long", ""), (), (StageTables("Stage", (table,)),), ORIGIN)
+    folded = f"<summary>The first {SHOWN_ROWS} of {rows} rows</summary>"
+    assert (folded in text) is (rows > MAX_ROWS)
+    assert f".scroll tbody tr:nth-child(n+{SHOWN_ROWS + 1})" in text
+    assert all(f">p{k}</th>" in text for k in range(rows))
 
 
 def test_a_table_is_shown_without_its_empty_columns() -> None:

@@ -45,9 +45,9 @@ def _shade(lost: Array, largest: float) -> Array:
 
 
 def _figures(value: float) -> str:
-    """Three digits, as few as a cell has room for."""
+    """Three digits, as few as a cell has room for. A gain has a sign, as its cell has the colour of no loss."""
     if not np.isfinite(value):
         return "diverges"
     size = abs(value)
     decimals = 2 if size < 10 else 1 if size < 100 else 0
-    return "0" if size < NONE_SEEN else f"{value:.{decimals}f}".replace("-", "\u2212")
+    return "0" if size < NONE_SEEN else f"{'+' * (value > 0)}{value:.{decimals}f}".replace("-", "\u2212")

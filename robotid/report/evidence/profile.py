@@ -5,13 +5,16 @@ from linear in a parameter, that is not the symmetric interval that a standard d
 
 A profile is that of an optimum, and takes some dozen refits. It is given up where a refit comes out better than the fit
 itself, which is then no optimum, and where a refit's simulation settles worse than that of the fit: each window of it
-that fails takes as long as all others together, and a dozen such refits several times as long as the fit.
+that fails takes as long as all others together, and a dozen such refits several times as long as the fit. A parameter
+has none where the residual's colour leaves fewer independent samples than there are parameters: what chance then allows
+is a model many times worse than the fit, which says nothing of where the fit is uncertain.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -22,6 +25,7 @@ from robotid.estimate.least_squares import SolveOptions, solve
 from robotid.estimate.residual import Evaluation, OutputError
 from robotid.estimate.result import Estimate, FitResult
 from robotid.interrupt import check
+from robotid.model.array import Array
 from robotid.numerals import number
 from robotid.signals.record import Record
 
@@ -36,6 +40,10 @@ EFFORT = SolveOptions(max_iterations=10, tolerance=1e-7)
 
 NO_FIT = "the fit cannot be simulated again"
 TOO_LONG = f"more than {MAX_SAMPLES:,} samples"
+TOO_COLOURED = (
+    "along it the residual is so coloured that it counts as fewer independent samples than there are parameters"
+)
+NO_END = "farther from the fit the cost does not rise, or jumps"
 TOO_SLOW = "with it elsewhere the model is simulated much more slowly, or not at all"
 
 
@@ -85,7 +93,7 @@ def profile_intervals(fit: FitResult, records: Sequence[Record], horizon: float 
     found = Profiles()
     for p in asked:
         try:
-            lower, upper = (profile.end(p, side) for side in (-1.0, 1.0))
+            lower, upper = profile.ends(p)
         except _NoOptimum as why:
             return Profiles(without={p.name: str(why) for p in asked})
         except _GivenUp as why:
@@ -99,10 +107,12 @@ def profile_intervals(fit: FitResult, records: Sequence[Record], horizon: float 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Profile:
-    """The cost of a fit as a function of one parameter, the others at their best. optimum : where all are."""
+    """The cost of a fit as a function of one parameter, the others at their best. optimum : where all are; factor :
+    (m, m) there, as of `Solution`."""
 
     problem: OutputError
     optimum: Evaluation
+    factor: Array
     samples: int
 
     @classmethod
@@ -112,14 +122,21 @@ class _Profile:
         pieces = tuple(piece for record in records for piece in record.pieces(horizon))
         weights = np.array([1 / (fit.noise_std.get(piece.name, 0.0) or 1.0) for piece in pieces])
         problem = OutputError(model.joint, model.parameters, pieces, fit.output, weights)
-        return cls(problem, solve(problem, problem.start(), EFFORT).evaluation, sum(map(len, pieces)))
+        found = solve(problem, problem.start(), EFFORT)
+        return cls(problem, found.evaluation, found.factor, sum(map(len, pieces)))
 
-    def end(self, p: Estimate, side: float) -> float:
-        """Where the profile leaves what chance allows, on one side. Raises _GivenUp."""
-        reach = SIGMAS * p.std_robust
-        bound = p.upper if side > 0 else p.lower
+    def ends(self, p: Estimate) -> tuple[float, float]:
+        """Where the profile leaves what chance allows, on both sides. Raises _GivenUp."""
         # a coloured residual tells less than its number of samples: by the ratio of the two standard deviations
         chance = p.std_robust / p.std if p.std > 0 else 1.0
+        if self.samples / chance**2 < len(self.problem.columns):
+            raise _GivenUp(TOO_COLOURED)
+        return self._end(p, -1.0, chance), self._end(p, 1.0, chance)
+
+    def _end(self, p: Estimate, side: float, chance: float) -> float:
+        reach = SIGMAS * p.std_robust
+        bound = p.upper if side > 0 else p.lower
+        known: list[tuple[float, float]] = []  # distances, and the excess there over what chance allows
         for _ in range(MAX_REFITS):
             check()
             at = p.value + side * reach
@@ -130,9 +147,12 @@ class _Profile:
                 raise _NoOptimum(f"the fit is better with {p.name} at {number(float(at), 3)}")
             ratio = max(worse, 0.0) / SIGMAS
             if abs(ratio - 1) < CLOSE or (limited and ratio < 1):
+                return float(at)
+            known = sorted([*known, (abs(at - p.value), ratio)])
+            if any(farther < nearer - CLOSE for (_, nearer), (_, farther) in pairwise(known)):
                 break
             reach = abs(at - p.value) * float(np.clip(1 / max(ratio, 1e-3), 0.2, 5.0))
-        return float(at)
+        raise _GivenUp(NO_END)
 
     def _excess(self, name: str, value: float) -> float:
         """How much worse the fit is with a parameter there, in standard deviations, negative where it is better. Raises
@@ -141,18 +161,33 @@ class _Profile:
         k = joint.names.index(name)
         values, free = parameters.values.copy(), parameters.free.copy()
         values[k], free[k] = value, False
-        needed, there = _failed_windows(self.optimum), replace(parameters, values=values, free=free)
-        limit = max(REFIT.patience, needed)
+        there = replace(parameters, values=values, free=free)
+        limit = max(REFIT.patience, _failed_windows(self.optimum))
         problem = replace(self.problem, parameters=there, max_failed_windows=limit)
-        start = np.delete(self.optimum.unknowns, self.problem.columns.index(k))
-        try:
-            found = solve(problem, start, EFFORT).evaluation
-        except NumericsError as error:
-            raise _GivenUp(TOO_SLOW) from error
-        if _failed_windows(found) > needed:
-            raise _GivenUp(TOO_SLOW)
+        found = self._refitted(problem, self.problem.columns.index(k), value)
         change = (found.cost / self.optimum.cost - 1) * self.samples
         return float(np.copysign(np.sqrt(abs(change)), change))
+
+    def _refitted(self, problem: OutputError, k: int, value: float) -> Evaluation:
+        """The others at their best, the k-th unknown at a value."""
+        for start in (self._followed(k, value), np.delete(self.optimum.unknowns, k)):
+            try:
+                refit = solve(problem, start, EFFORT)
+            except NumericsError:
+                continue
+            moved = len(refit.cost) > 1  # a joint that friction holds has no derivative that would show a way out
+            if moved and _failed_windows(refit.evaluation) <= _failed_windows(self.optimum):
+                return refit.evaluation
+        raise _GivenUp(TOO_SLOW)
+
+    def _followed(self, k: int, value: float) -> Array:
+        """All unknowns but the k-th, (m - 1,), where the linear model has its lowest cost once that one is `value`.
+
+        A refit that starts there is near its end; but far from the fit this may be where friction holds the joint.
+        """
+        others = np.delete(self.factor, k, axis=1)
+        step = np.linalg.lstsq(others, -self.factor[:, k] * (value - self.optimum.unknowns[k]), rcond=None)[0]
+        return np.asarray(np.delete(self.optimum.unknowns, k) + step)
 
 
 def _failed_windows(evaluation: Evaluation) -> int:

@@ -8,7 +8,7 @@ from robotid.numerals import fixed, number, percent
 from robotid.report.tables.table import Json, Table
 
 if TYPE_CHECKING:
-    from robotid.body.results import BodyResult
+    from robotid.body.results import BodyParameter, BodyResult
 
 IN_PLACE_OF_NOTHING = 1e-12
 
@@ -65,6 +65,7 @@ def _errors(body: BodyResult) -> Table:
 
 
 def _parameters(body: BodyResult) -> Table:
+    free = sorted((p for p in body.parameters if not p.fixed), key=lambda p: -_share(p))
     rows = tuple(
         (
             p.name,
@@ -74,9 +75,11 @@ def _parameters(body: BodyResult) -> Table:
             "fixed" if p.fixed else percent(p.seen, 0) if p.start == p.start else "-",
             p.unit,
         )
-        for p in body.parameters
+        for p in (*free, *(p for p in body.parameters if p.fixed))
     )
-    note = "seen: share of the start's variance that the data took away; 0 keeps the start"
+    note = (
+        "seen: share of the start's variance that the data took away; 0 keeps the start; what is seen best stands first"
+    )
     columns = ("parameter", "value", "sd", "start", "seen [%]", "unit")
     return Table("Body: links and drives, behind the gears", columns, rows, "\n".join((note, *body.remarks)))
 
@@ -84,10 +87,18 @@ def _parameters(body: BodyResult) -> Table:
 def _base(body: BodyResult) -> Table:
     rows = tuple(
         (b.name, number(b.value), number(b.std, 2), number(_percent(b.value, b.std), 2) if b.seen else "-", b.unit)
-        for b in body.base
+        for b in sorted(body.base, key=lambda b: (not b.seen, _percent(b.value, b.std) if b.seen else 0.0))
     )
-    note = f"condition number {number(body.condition_number, 3)} of the columns scaled to unit norm; no prior knowledge"
+    note = (
+        f"condition number {number(body.condition_number, 3)} of the columns scaled to unit norm; no prior knowledge; "
+        "the most precise stand first"
+    )
     return Table("Body: base parameters", ("sum of parameters", "value", "sd", "sd [%]", "unit"), rows, note)
+
+
+def _share(p: BodyParameter) -> float:
+    """How much of a parameter the data determined: all of one that had no start."""
+    return p.seen if p.start == p.start else 1.0
 
 
 def _percent(value: float, std: float) -> float:
