@@ -29,6 +29,11 @@ def assemble(structure: Structure, *, angle: bool = False) -> Joint:
     return Joint(structure, terms, channels, angle=angle)
 
 
+def is_late(effect: str) -> bool:
+    """Whether an effect, by its dotted name, only makes a signal late."""
+    return getattr(EFFECTS.get(effect.rpartition(".")[2]), "is_late", False)
+
+
 def _split(effect: str) -> tuple[str, str]:
     place, _, name = effect.partition(".")
     return place, name

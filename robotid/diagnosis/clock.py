@@ -9,18 +9,21 @@ No cause in the machine is to be sought for either.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robotid.catalogue import is_late
 from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.scoring.blocked_regression import gain_of
 from robotid.diagnosis.scoring.candidate import Candidate, columns_of
 from robotid.diagnosis.search.carry_over import proven
 from robotid.diagnosis.search.data import Evidence, first_state
 from robotid.diagnosis.search.settings import ACCEPTANCE
-from robotid.diagnosis.search.state import Log, SearchState
+from robotid.diagnosis.search.state import AcceptedCause, Log, SearchState
 from robotid.errors import NumericsError
+from robotid.model.array import Array
 from robotid.model.port import Port
 from robotid.numerals import plain
 from robotid.signals.plausibility.delay import torque_delay
@@ -68,8 +71,8 @@ class InTime:
 
 
 def in_time(evidence: Evidence, criteria: Criteria, log: Log = lambda _: None) -> InTime:
-    """The evidence, its torque moved where it is surely recorded late by what a clock explains and the simulation is
-    the better for it. Raises NumericsError where the model cannot be simulated."""
+    """The evidence, its torque moved where it is surely recorded late by what a clock explains, unless the simulation
+    is surely worse then. Raises NumericsError where the model cannot be simulated."""
     log("measuring the noise")
     first = first_state(evidence, criteria)
     log("scoring the catalogue for cause 1")
@@ -84,7 +87,7 @@ def in_time(evidence: Evidence, criteria: Criteria, log: Log = lambda _: None) -
         try:
             clock = RecordedLate(total)
             moved_on = evidence.on(clock.corrected)
-            if total == found.clock.late or _left(moved_on) >= _left(found.evidence):
+            if total == found.clock.late or _is_worse(moved_on, found.evidence):
                 break
             found = InTime(clock, moved_on, first_state(moved_on, criteria).scored(criteria))
         except NumericsError:
@@ -92,17 +95,21 @@ def in_time(evidence: Evidence, criteria: Criteria, log: Log = lambda _: None) -
     return found
 
 
+def is_undone(clock: RecordedLate, causes: Sequence[AcceptedCause]) -> bool:
+    """Whether the causes move the torque that was moved: what they explain besides looked like a delay."""
+    return clock.late != 0.0 and any(is_late(cause.effect) for cause in causes)
+
+
 def _lateness(found: InTime, criteria: Criteria) -> tuple[float, float]:
-    """By how much the torque is recorded late, with its standard deviation [s]: by the simulation, or where slow errors
-    of the torque hide it there, by what the motion of a rigid axis explains of the torque. Nothing where neither tells,
-    or the model has a delay of its own."""
+    """By how much the torque is recorded late, with its standard deviation [s]: by the simulation, or by what a rigid
+    axis' motion explains of the torque where that tells it better, as beside slow errors of the torque or an effect
+    that leads the simulation far astray. Nothing where neither tells, or the model has a delay of its own."""
     state = found.start
     places = list(zip(state.round.candidates, columns_of(state.round.candidates), strict=True))
     at = next((at for one, at in places if one.name == DELAY), None)
     if at is None or DELAY in criteria.skip:
         return 0.0, np.inf
-    late, std = _beside_the_best(state, places, at)
-    return (late, std) if np.isfinite(std) else _by_the_motion(found.evidence)
+    return min(_beside_the_best(state, places, at), _by_the_motion(found.evidence), key=lambda told: told[1])
 
 
 def _by_the_motion(evidence: Evidence) -> tuple[float, float]:
@@ -144,7 +151,15 @@ def _as_clocks_are(evidence: Evidence, late: float, std: float) -> float | None:
     return min(late, most) if 0.0 < late <= most + ACCEPTANCE.amplitude_sigma * std else None
 
 
-def _left(evidence: Evidence) -> float:
-    """Squared error of the simulation of all fitted records."""
-    segments = (segment for run in evidence.fitted for segment in run.segments(evidence.model.output))
-    return float(sum(np.sum(np.square(segment.residual)) for segment in segments))
+def _is_worse(after: Evidence, before: Evidence) -> bool:
+    """Whether the simulation of the fitted records is worse, beyond its own spread from block to block of time. What
+    else is missing may lead it astray by far more than a torque that is late does."""
+    left, right = (np.concatenate([np.square(one) for one in _residuals(evidence)]) for evidence in (after, before))
+    blocks = np.array_split(left - right, ACCEPTANCE.gain_blocks)
+    return proven(gain_of(np.array([float(block.sum()) for block in blocks])))
+
+
+def _residuals(evidence: Evidence) -> Iterator[Array]:
+    """Those of all segments of the fitted records, (n,) each."""
+    for run in evidence.fitted:
+        yield from (segment.residual for segment in run.segments(evidence.model.output))

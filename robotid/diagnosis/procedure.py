@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from robotid.diagnosis.clock import in_time
+from robotid.diagnosis.clock import RecordedLate, in_time, is_undone
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.applied import without_events
 from robotid.diagnosis.experiment import Experiments, with_experiments
@@ -80,13 +80,10 @@ def diagnose(
         diagnosis = all_explained(model, simulated)
         return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
     validation = [part for part in parts if part.name not in model.records]
-    found_in_time = in_time(Evidence(model, fitted, validation, options.horizon), criteria, log)
-    clock = found_in_time.clock
+    until = None if options.budget is None else begin + options.budget
+    clock, found = _sought(Evidence(model, fitted, validation, options.horizon), criteria, until, log)
     if clock.late:
-        log(clock.remark)
         remarks, parts = (*remarks, clock.remark), [*map(clock.corrected, parts)]
-    with deadline(None if options.budget is None else begin + options.budget):
-        found = without_contradicted(search(found_in_time.evidence, criteria, log, found_in_time.start))
     if found.events or clock.late:
         model = replace(model, parameters=found.first.parameters, first_states={})
         simulated = [simulate_record(model, without_events(part, found.events), options.horizon) for part in parts]
@@ -99,6 +96,20 @@ def diagnose(
         if options.experiments is None or found.late
         else with_experiments(diagnosis, found, options.experiments)
     )
+
+
+def _sought(evidence: Evidence, criteria: Criteria, until: float | None, log: Log) -> tuple[RecordedLate, SearchResult]:
+    """What a search finds with the torque where it acts, and by how much it was recorded late; with the torque as it
+    was recorded where causes undo that. until : when the time is up, None for never."""
+    moved = in_time(evidence, criteria, log)
+    if moved.clock.late:
+        log(moved.clock.remark)
+    with deadline(until):
+        found = search(moved.evidence, criteria, log, moved.start)
+        if not is_undone(moved.clock, found.causes):
+            return moved.clock, without_contradicted(found)
+        log("a cause moves the torque again: searching with the torque as it was recorded")
+        return RecordedLate(), without_contradicted(search(evidence, criteria, log))
 
 
 def _all_simulated(model: FittedModel, parts: Sequence[Record], horizon: float | None) -> list[Simulated]:

@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 from support.dry_axis import DryAxis
-from support.small_bench import QUICK, SAMPLING_TIME, STRIBECK, evidence, fitted, records
+from support.plain_models import plain_data, plain_model
+from support.small_bench import QUICK, SAMPLING_TIME, STRIBECK, begun, evidence, fitted, records
 
 from robotid.catalogue import assemble
-from robotid.diagnosis.clock import RecordedLate, in_time
+from robotid.diagnosis import procedure
+from robotid.diagnosis.clock import InTime, RecordedLate, in_time
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.procedure import diagnose
 from robotid.diagnosis.search.data import Evidence
+from robotid.diagnosis.search.state import AcceptedCause, SearchResult
 from robotid.estimate.fitted_model import fitted_model, simulate_record
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.extension.task import extension_task
@@ -141,3 +144,25 @@ def test_beside_slow_errors_of_the_torque_the_motion_of_a_rigid_axis_tells_the_d
         made.append(replace(one, tau_m=one.tau_m + error))
     found = in_time(evidence(made), QUICK)
     assert found.clock.late == pytest.approx(0.3 * SAMPLING_TIME, abs=0.15 * SAMPLING_TIME)
+
+
+def test_a_delay_that_causes_undo_was_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = records({})
+    seen, late = evidence(made), RecordedLate(0.3 * SAMPLING_TIME)
+    asked = list[float]()
+
+    def searching(given: Evidence, *_: object) -> SearchResult:
+        asked.append(float(np.abs(given.fitted[0].record.tau_m - made[0].tau_m).max()))
+        names = ("motor.stribeck", "torque.torque_delay") if asked[-1] else ("motor.stribeck",)
+        causes = tuple(AcceptedCause(one, 0.5, 1.0, 0.0, (one,), *2 * (plain_model(1.0),)) for one in names)
+        return SearchResult(plain_data(), plain_model(1.0), plain_model(1.0), causes, (), ())
+
+    moved = InTime(late, seen.on(late.corrected), begun(made, QUICK))
+    monkeypatch.setattr(procedure, "in_time", lambda *_: moved)
+    monkeypatch.setattr(procedure, "search", searching)
+    monkeypatch.setattr(procedure, "without_contradicted", lambda found: found)
+    clock, found = procedure._sought(seen, QUICK, None, lambda _: None)
+    assert asked[0] > 0.0
+    assert asked[1:] == [0.0]
+    assert clock.late == 0.0
+    assert [one.effect for one in found.causes] == ["motor.stribeck"]

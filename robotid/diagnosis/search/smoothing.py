@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robotid.catalogue import EFFECTS
+from robotid.catalogue import is_late
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.search.physical_sense import amplitudes
@@ -49,7 +49,7 @@ def is_smoothing(step: Step, criteria: Criteria) -> str | None:
 def _delays(effects: tuple[str, ...]) -> Iterator[str]:
     """Those of the effects that make a signal late."""
     for effect in effects:
-        if getattr(EFFECTS.get(effect.rpartition(".")[2]), "is_late", False):
+        if is_late(effect):
             yield effect
 
 
