@@ -22,6 +22,7 @@ from robotid.body.regressor import own_inertia
 from robotid.body.results import BaseParameter, BodyParameter, BodyResult, TorqueErrors
 from robotid.errors import NumericsError
 from robotid.model.array import Array
+from robotid.numerals import listed, number
 
 MAX_CONDITION = 1e3  # of base columns scaled to unit norm; beyond, errors of the friction decide the estimate
 MAX_PASSES = 10  # in which the weights of the axes settle
@@ -124,7 +125,7 @@ def identify(
         parameters=parameters,
         errors=errors,
         cutoff=dict(cutoff or {}),
-        remarks=_remarks(base, parameters),
+        remarks=(*_remarks(base, parameters), *_contradicted(chain, parameters, known)),
     )
     return Identified(replace(chain, joints=joints), result, consistent.x)
 
@@ -314,6 +315,24 @@ def _parameter_table(structure: Structure, found: Consistent, start: Array) -> t
         )
         for k, name in enumerate(structure.symbols)
     )
+
+
+def _contradicted(chain: Chain, found: Sequence[BodyParameter], known: Knowledge) -> tuple[str, ...]:
+    """Which given inertias of rotors and masses the motions contradict: by more than they may well differ."""
+    masses = {f"{joint.name}.m" for joint in chain.joints if joint.inertia is not None and not joint.fixed}
+    given = {*masses, *(f"{axis}.{ROTOR}" for axis in known.rotors)}
+    beyond = {
+        p.name: p.value / p.start
+        for p in found
+        if p.name in given
+        and abs(np.log(p.value / p.start)) > np.log(known.given_factor)
+        and abs(p.value - p.start) > SIGNIFICANT * p.std
+    }
+    if not beyond:
+        return ()
+    shares = listed([number(share, 2) for share in beyond.values()])
+    what = f"these motions contradict what is given: they put {listed(list(beyond))} at {shares} of it"
+    return (f"{what}; check the values, the gear ratios and the scale of the torque",)
 
 
 def _remarks(base: Sequence[BaseParameter], found: Sequence[BodyParameter]) -> tuple[str, ...]:

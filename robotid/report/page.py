@@ -101,7 +101,7 @@ def robot_page(axes: Mapping[str, AxisPage], origin: Origin, title: str, common:
     findings = {axis: one.findings for axis, one in axes.items()}
     most = AXIS_FIGURES if len(axes) > 1 else None
     parts = [
-        _Part(axis, summary(one.findings), _sections(one.findings, axis, most), one.stages)
+        _Part(axis, summary(one.findings) if len(axes) > 1 else "", _sections(one.findings, axis, most), one.stages)
         for axis, one in axes.items()
     ]
     head = Head(title, robot_summary(findings), _marks(findings), _facts(next(iter(findings.values())), origin))

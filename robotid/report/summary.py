@@ -30,9 +30,12 @@ def summary(findings: Findings) -> str:
 
 
 def robot_summary(axes: Mapping[str, Findings]) -> str:
-    """The paragraph on a robot of several axes: how well their models simulate, and on which axes what is missing."""
+    """The paragraph on a robot of several axes: how well their models simulate, and on which axes what is missing. Of
+    one axis alone it is the axis' own."""
+    if len(axes) == 1:
+        return summary(*axes.values())
     best = {axis: f.validation.models[f.validation.best] for axis, f in axes.items() if f.validation is not None}
-    parts = [f"{_number(len(axes), 'axis', 'axes')}."]
+    parts = [f"{len(axes)} axes."]
     for used, where in ((True, "On the records that they were fitted to,"), (False, "On held-out records,")):
         levels = {
             axis: min(values)

@@ -112,6 +112,15 @@ def test_what_is_not_seen_is_stated() -> None:
     assert any(unseen[0] in remark for remark in found.remarks)
 
 
+@pytest.mark.parametrize("wrong", [1.0, 1.5, 5.0])
+def test_given_values_that_the_motions_contradict_are_stated(wrong: float) -> None:
+    given = {"a1": planar_arm.ROTORS[0], "a2": wrong * planar_arm.ROTORS[1]}
+    found = identify(STRUCTURE, [motion(1, 0.05)], Knowledge(rotors=given)).result
+    stated = [remark for remark in found.remarks if "what is given" in remark]
+    assert len(stated) == (wrong > 2.0)
+    assert all("they put a2.J at 0.2 of it" in remark and "a1.J" not in remark for remark in stated)
+
+
 def test_an_axis_that_stands_is_refused() -> None:
     one = motion(1)
     with pytest.raises(NumericsError, match="a2 never moves"):

@@ -281,6 +281,13 @@ def test_a_page_of_several_axes() -> None:
     assert document.text.count("Parameters of m parameter") == 2
 
 
+def test_the_answer_of_one_axis_alone_stands_once_in_the_head() -> None:
+    found = replace(up_to("validation"), evidence=Evidence())
+    source = robot_page({"a1": AxisPage(found, ())}, ORIGIN, "robot")
+    assert source.count('<p class="answer">') == 1
+    assert summary(found) in Document(source).text.replace("\u00a0", " ")
+
+
 def test_the_head_of_several_axes_carries_the_verdict_of_each_that_has_one() -> None:
     found = findings()
     partly = replace(found, diagnosis=replace(found.diagnosis, verdict="partly named"))

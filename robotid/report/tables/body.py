@@ -97,8 +97,9 @@ def _base(body: BodyResult) -> Table:
 
 
 def _share(p: BodyParameter) -> float:
-    """How much of a parameter the data determined: all of one that had no start."""
-    return p.seen if p.start == p.start else 1.0
+    """How much of a parameter the data determined; of one without a start, by its own size in place of what it was
+    expected to be."""
+    return p.seen if p.start == p.start else 1.0 - (p.std / max(abs(p.value), p.std, IN_PLACE_OF_NOTHING)) ** 2
 
 
 def _percent(value: float, std: float) -> float:

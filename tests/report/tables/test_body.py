@@ -18,8 +18,15 @@ def test_what_is_known_best_stands_first() -> None:
         BodyParameter("given", 3.0, "kg", 0.0, 3.0, 0.0, True),
         BodyParameter("kept", 1.0, "kg", 0.5, 1.0, 0.0, False),
         BodyParameter("seen", 1.0, "kg", 0.1, 2.0, 0.9, False),
-        BodyParameter("without_start", 1.0, "kg", 0.1, nan, 0.0, False),
+        BodyParameter("precise_without_start", 1.0, "kg", 0.1, nan, 0.0, False),
+        BodyParameter("rough_without_start", 1.0, "kg", 0.8, nan, 0.0, False),
     )
     _, parameters, combined = tables(BodyResult(("a1",), base, 10.0, links, (), {}, ()))
-    assert [row[0] for row in parameters.rows] == ["without_start", "seen", "kept", "given"]
+    assert [row[0] for row in parameters.rows] == [
+        "precise_without_start",
+        "seen",
+        "rough_without_start",
+        "kept",
+        "given",
+    ]
     assert [row[0] for row in combined.rows] == ["precise", "rough", "unseen"]

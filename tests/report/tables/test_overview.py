@@ -60,4 +60,4 @@ def test_the_paragraph_names_the_axes_at_either_end_and_the_causes() -> None:
     assert text.startswith("3 axes. ")
     assert "On held-out records, the models fit from " in text
     assert f"{ALL.diagnosis.verdict.capitalize()}: a1 ({ALL.diagnosis.causes[0].effect}" in text
-    assert robot_summary({"a3": AXES["a3"]}) == "1 axis."
+    assert robot_summary({"a3": AXES["a3"], "a4": AXES["a3"]}) == "2 axes."
