@@ -17,7 +17,7 @@ def number(value: float | None, digits: int = 4) -> str:
     """A number with so many significant digits, as programs read it too: 220, 1.46e+06. A dash where there is none."""
     if value is None or not isfinite(value):
         return NONE
-    text = f"{value:.{digits}g}"
+    text = f"{value + 0.0:.{digits}g}"  # + 0.0 takes the sign from zero
     _, _, power = text.partition("e")
     return f"{float(text):.0f}" if power and 0 < int(power) <= MAX_ZEROS else text
 

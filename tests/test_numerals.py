@@ -19,7 +19,15 @@ def test_shares_need_no_power_of_ten(value: float, text: str) -> None:
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(140.4, "140"), (1.46e6, "1.46e6"), (1.92e5, "192000"), (2e-9, "2e-9"), (-0.0125, "-0.0125"), (None, "-")],
+    [
+        (140.4, "140"),
+        (1.46e6, "1.46e6"),
+        (1.92e5, "192000"),
+        (2e-9, "2e-9"),
+        (-0.0125, "-0.0125"),
+        (-0.0, "0"),
+        (None, "-"),
+    ],
 )
 def test_a_message_is_ascii(value: float | None, text: str) -> None:
     assert plain(value) == text

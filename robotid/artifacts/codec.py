@@ -153,8 +153,9 @@ def _read(node: h5py.Group | h5py.Dataset, hint: Any) -> Any:
 
 
 def _holds(kind: Any, node: h5py.Dataset) -> bool:
-    """Whether all numbers of a dataset are numbers of a kind: a real one is complex, a complex one is not real."""
-    return np.can_cast(node.dtype, kind, "safe")
+    """Whether the numbers of a dataset are of a kind: a real one is complex, a complex one not real, a truth none."""
+    truths = node.dtype.kind == "b", np.dtype(kind).kind == "b"
+    return np.can_cast(node.dtype, kind, "safe") and truths[0] == truths[1]
 
 
 def _number(array: Any) -> np.dtype[Any]:
