@@ -103,7 +103,7 @@ def _measured(magnitude: Axes, phase: Axes, frf: Frf, motion: Motion, shade: str
     size = np.abs(response)
     # the error is complex: along the response and across it there is half of its variance each
     amount = np.abs(frf.response)
-    relative = np.divide(frf.std, amount, out=np.full(amount.shape, np.inf), where=amount > 0.0) / np.sqrt(2.0)
+    relative = np.divide(frf.std, amount, out=np.zeros_like(amount), where=amount > 0.0) / np.sqrt(2.0)
     style: dict[str, Any] = {"fmt": "o", "color": shade, "markersize": 2.0, "elinewidth": 1.0, "alpha": 0.8}
     low = np.minimum(2 * relative, 0.95) * size
     magnitude.errorbar(frf.frequency, size, (low, 2 * relative * size), label=f"{frf.record}, measured", **style)
