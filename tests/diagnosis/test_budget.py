@@ -6,12 +6,15 @@ import time
 
 import pytest
 from support.alike import alike
+from support.eventful import PUSH, eventful
 from support.small_bench import QUICK, STRIBECK, fitted, records
 
 from robotid.diagnosis import DiagnosisOptions, diagnose
+from robotid.diagnosis.results import Event
 from robotid.diagnosis.search import refits, search
+from robotid.diagnosis.search.data import Evidence
 from robotid.extension import extension_task, with_gains
-from robotid.interrupt import OutOfTime, check, deadline
+from robotid.interrupt import OutOfTime, check, deadline, until
 
 
 def test_without_time_nothing_is_named_and_nothing_is_called_clean() -> None:
@@ -84,3 +87,16 @@ def test_gains_that_no_time_is_left_for_are_those_of_the_search() -> None:
         same = with_gains(found, extension_task(found, fit, made))
     assert same.causes == found.causes
     assert same.remarks[-1].startswith("the gains and parameters of the causes are those of the search")
+
+
+def test_an_event_that_was_placed_in_time_is_set_aside_however_long_it_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    made, ends, setting_aside = eventful(PUSH), list[float | None](), search.without_event
+
+    def asked(evidence: Evidence, event: Event) -> Evidence:
+        ends.append(until())
+        return setting_aside(evidence, event)
+
+    monkeypatch.setattr(search, "without_event", asked)
+    found = diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=60.0))
+    assert [(one.record, one.kind) for one in found.events] == [("slow", "bump")]
+    assert set(ends) == {None}

@@ -72,10 +72,10 @@ def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState 
         try:
             with deadline(None):
                 event = _settled(evidence, seen.event, criteria)
-            settled = abs(event.torque) < ACCEPTANCE.amplitude_sigma * event.std
-            if not settled:
-                evidence = without_event(evidence, event)
-                events.append(event)
+                settled = abs(event.torque) < ACCEPTANCE.amplitude_sigma * event.std
+                if not settled:
+                    evidence = without_event(evidence, event)
+                    events.append(event)
         except NumericsError:  # records without it cannot be simulated: they keep it
             settled = True
 
