@@ -47,17 +47,44 @@ def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState 
     that of torque errors besides, and by the sensors' only if that names nothing.
 
     What happened once is set aside first; and where it shows only beside the causes, these are sought again without it.
-    begun : the first state of this evidence, where it is known. Raises NumericsError where the model cannot be
-    simulated.
+    An event that is told beside causes must be needed: where these explain as much with it in the records, it is one of
+    their moments. begun : the first state of this evidence, where it is known. Raises NumericsError where the model
+    cannot be simulated.
     """
+    with deadline(None):  # without the noise and a round of the score there is no answer at all
+        if begun is None:
+            log("measuring the noise")
+        begun = begun or first_state(evidence, criteria)
+    result = _beside_events(evidence, criteria, log, begun)
+    if not (result.events and result.causes) or result.late:
+        return result
+    with deadline(None):
+        log("searching with the events in the records")
+    plain = _by_either_noise(evidence, begun, criteria, log)
+    return result if plain.late or _needs_events(result, plain) else plain
+
+
+def _needs_events(result: SearchResult, plain: SearchResult) -> bool:
+    """Whether events explain what the causes of a search that leaves them in the records do not. By the noise that is
+    left without them."""
+    data, misfit = result.data, misfit_energy(result.first, result.data)
+    left, plainly = (
+        sum(
+            segment.energy(one.residual)
+            for segment, one in zip((*data.fitted, *data.validation), (*m.fitted, *m.validation), strict=True)
+        )
+        for m in (result.last, plain.last)
+    )
+    return not plain.causes or plainly - left >= ACCEPTANCE.unknown_share * max(misfit, 0.0)
+
+
+def _beside_events(evidence: Evidence, criteria: Criteria, log: Log, start: SearchState) -> SearchResult:
+    """What is found once the events are set aside, with these. start : the first state of the evidence."""
     events, settled = list[Event](), False
     while True:
         more = not settled and len(events) < EVENTS.max_events
-        with deadline(None):  # without the noise and a round of the score there is no answer at all
-            if begun is None:
-                log("measuring the noise")
-            start, begun = begun or first_state(evidence, criteria), None
-            if more:
+        if more:
+            with deadline(None):
                 start = start if start.rounds else _scored(start, criteria, log)
                 log("looking for events")
         seen = largest_event(evidence, start.first, start.data, criteria, start.round.scores) if more else None
@@ -74,7 +101,8 @@ def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState 
                 event = _settled(evidence, seen.event, criteria)
                 settled = abs(event.torque) < ACCEPTANCE.amplitude_sigma * event.std
                 if not settled:
-                    evidence = without_event(evidence, event)
+                    without = without_event(evidence, event)
+                    start, evidence = first_state(without, criteria), without
                     events.append(event)
         except NumericsError:  # records without it cannot be simulated: they keep it
             settled = True

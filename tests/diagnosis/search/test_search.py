@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from support.eventful import PUSH, with_event
 from support.small_bench import (
     AXIS,
     QUICK,
@@ -23,8 +24,9 @@ from support.small_bench import (
 
 from robotid.catalogue import assemble
 from robotid.diagnosis.nonparametric.curve_fit import fit_curves
-from robotid.diagnosis.results import Diagnosis
+from robotid.diagnosis.results import Diagnosis, Event
 from robotid.diagnosis.search import search as searching
+from robotid.diagnosis.search.events import SeenEvent
 from robotid.diagnosis.search.state import SearchResult, SearchState, is_plain, share_removed
 from robotid.diagnosis.verdict import verdict
 from robotid.estimate.fitted_model import fitted_model
@@ -215,3 +217,23 @@ def test_errors_of_the_torque_are_allowed_for_first_where_sensors_explain_too_li
     monkeypatch.setattr(searching, "find_causes", find_causes)
     assert searched(made, QUICK) is ended[stands]
     assert [*ended] == tried
+
+
+def test_an_event_that_causes_explain_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A moment at which the Stribeck effect shows, taken for a bump of torque."""
+    creeping = Event("slow", "bump", False, 0.5, 0.7, 0.02, 0.0, 1e-6)
+    seen = iter([SeenEvent(creeping, leading=True)])
+    monkeypatch.setattr(searching, "largest_event", lambda *_: next(seen, None))
+    monkeypatch.setattr(searching, "_settled", lambda *_: creeping)
+    result = searched(records(STRIBECK), QUICK)
+    assert result.events == ()
+    assert [cause.effect for cause in result.causes] == ["motor.stribeck"]
+    assert result.last.parameters["motor.stribeck.dFs"] == pytest.approx(0.15, rel=0.05)
+
+
+def test_an_event_beside_a_cause_is_told() -> None:
+    pushed = with_event(records(STRIBECK)[0], replace(PUSH, torque=0.2))
+    result = searched([pushed, *records(STRIBECK)[1:]], QUICK)
+    assert [(event.record, event.kind) for event in result.events] == [("slow", "bump")]
+    assert result.events[0].torque == pytest.approx(0.2, rel=0.05)
+    assert [cause.effect for cause in result.causes] == ["motor.stribeck"]
