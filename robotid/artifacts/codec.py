@@ -180,11 +180,19 @@ def _read_group(group: h5py.Group, kind: Any, origin: Any) -> Any:
     if origin in (dict, Mapping):
         return {_to_key(name): _read(_member(group, name), get_args(kind)[1]) for name in group}
     if origin is tuple:
-        count = int(group.attrs["length"])
+        count = length(group)
         if count != len(group):
             raise CodecError(f"{group.name} has {len(group)} entries, not {count}")
         return tuple(_read(_member(group, str(i)), hint) for i, hint in enumerate(_elements(kind, count)))
     raise CodecError(f"{group.name} is no {kind}")
+
+
+def length(group: h5py.Group) -> int:
+    """How many entries a group that is a tuple states. Raises CodecError where that is no whole number."""
+    stated = group.attrs.get("length")
+    if not isinstance(stated, np.integer):
+        raise CodecError(f"{group.name} states no length")
+    return int(stated)
 
 
 def _to_name(key: str) -> str:

@@ -4,8 +4,8 @@ A field's metadata "shape" names the lengths of its array or tuple, such as ("p"
 its values. A name means one length within a dataclass and in all that it holds; one that ends in "[]" means one length
 for each key of a mapping. "lengths" of a mapping of dataclasses gives such names to what is called otherwise in these.
 A field with "may_be_empty" may hold an array without elements instead. A word with "among" is a key of that field;
-"keys" of a mapping of dataclasses names their field that repeats the key. What else must agree, a class states in
-`contradictions()`.
+"keys" of a mapping of dataclasses names their field that repeats the key. Numbers with "finite" are finite, and not
+none at all; those with "positive" are above zero, too. What else must agree, a class states in `contradictions()`.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import Field, fields, is_dataclass
 from typing import Any
+
+import numpy as np
 
 Lengths = Mapping[str, tuple[int, str]]
 """What each name means so far, and the field that says so."""
@@ -25,6 +27,7 @@ def mismatches(content: Any, known: Lengths | None = None) -> Iterator[str]:
         for field in fields(content):
             if "shape" in field.metadata:
                 yield from _of_field(content, field, lengths)
+            yield from _of_numbers(content, field)
             if (among := field.metadata.get("among")) and getattr(content, field.name) not in getattr(content, among):
                 yield f"{type(content).__name__}.{field.name} is none of its {among}"
             keys, value = field.metadata.get("keys"), getattr(content, field.name)
@@ -43,6 +46,19 @@ def mismatches(content: Any, known: Lengths | None = None) -> Iterator[str]:
     elif isinstance(content, (Mapping, tuple)):
         for part in content.values() if isinstance(content, Mapping) else content:
             yield from mismatches(part, lengths)
+
+
+def _of_numbers(content: Any, field: Field[Any]) -> Iterator[str]:
+    value, positive = getattr(content, field.name), field.metadata.get("positive", False)
+    if value is None or not (positive or field.metadata.get("finite")):
+        return
+    place, numbers = f"{type(content).__name__}.{field.name}", np.asarray(value)
+    if not numbers.size:
+        yield f"{place} is empty"
+    elif not np.isfinite(numbers).all():
+        yield f"{place} is not finite"
+    elif positive and not (numbers > 0).all():
+        yield f"{place} is not positive"
 
 
 def _of_key(name: str, key: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import platform
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
@@ -51,6 +52,13 @@ class Provenance:
     version: str = __version__
     created: str = field(default_factory=now)
     environment: dict[str, str] = field(default_factory=environment)
+
+    def contradictions(self) -> Iterator[str]:
+        """What cannot be, as sentences: for one that was read from a file."""
+        with suppress(ValueError):
+            if datetime.fromisoformat(self.created).tzinfo is not None:
+                return
+        yield f"it was made at {self.created!r}, which is no time"
 
 
 def digest(data: bytes) -> str:

@@ -20,7 +20,7 @@ from typing import Any, Generic, TypeVar
 
 import h5py
 
-from robotid.artifacts.codec import CodecError, Units, read, write
+from robotid.artifacts.codec import CodecError, Units, length, read, write
 from robotid.artifacts.consistency import mismatches
 from robotid.artifacts.layout import layout_digest
 from robotid.artifacts.provenance import Provenance, content_digest
@@ -133,8 +133,7 @@ def _load(path: Path, entry: h5py.Group, cls: type[T]) -> Artifact[T]:
     try:
         content = read(_group(entry, "content"), cls)
         _require_names(content)
-        for mismatch in mismatches(content):
-            raise CodecError(mismatch)
+        _require_consistency(content)
         return Artifact(content, header)
     except UNREADABLE as error:
         raise InputError(f"of another version ({_first_line(error)})", where=str(path), hint=AGAIN) from error
@@ -198,7 +197,7 @@ def count_entries(path: Path, field: str, axis: str = "") -> int:
         entry = _entry(path, file, axis)
         try:
             node = _group(entry, "content")[field]
-            return int(node.attrs["length"] if isinstance(node, h5py.Group) else node.shape[0])
+            return length(node) if isinstance(node, h5py.Group) else int(node.shape[0])
         except UNREADABLE as error:
             raise InputError(f"of another version ({_first_line(error)})", where=str(path), hint=AGAIN) from error
 
@@ -271,9 +270,17 @@ def _other_format(path: Path, found: int) -> InputError:
 def _header(path: Path, entry: h5py.Group) -> ArtifactHeader:
     try:
         kind, digest, layout = (str(entry.attrs[name]) for name in ("kind", "digest", "layout"))
-        return ArtifactHeader(kind, digest, layout, read(_group(entry, "provenance"), Provenance))
+        provenance = read(_group(entry, "provenance"), Provenance)
+        _require_consistency(provenance)
+        return ArtifactHeader(kind, digest, layout, provenance)
     except UNREADABLE as error:
         raise InputError(f"of another version ({_first_line(error)})", where=str(path), hint=AGAIN) from error
+
+
+def _require_consistency(content: Any) -> None:
+    """Raises CodecError where parts of a content contradict each other."""
+    for mismatch in mismatches(content):
+        raise CodecError(mismatch)
 
 
 def _require_names(content: Any) -> None:

@@ -44,9 +44,9 @@ class Companion:
 
     kind: CompanionKind
     unit: str
-    values: Array = field(metadata={"unit_in": "unit", "shape": ("n",)})
-    speed: Array | None = field(default=None, metadata={"unit": "rad/s", "shape": ("n",)})
-    acceleration: Array | None = field(default=None, metadata={"unit": "rad/s2", "shape": ("n",)})
+    values: Array = field(metadata={"unit_in": "unit", "shape": ("n",), "finite": True})
+    speed: Array | None = field(default=None, metadata={"unit": "rad/s", "shape": ("n",), "finite": True})
+    acceleration: Array | None = field(default=None, metadata={"unit": "rad/s2", "shape": ("n",), "finite": True})
 
     @classmethod
     def of(cls, kind: CompanionKind, values: Array, sampling_time: float, unit: str = "") -> Companion:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -63,6 +63,14 @@ class Recordings:
     records: tuple[Record, ...]
     reports: tuple[Report, ...] = ()
     body: BodyResult | None = None
+
+    def contradictions(self) -> Iterator[str]:
+        """What does not belong together, as sentences: for records that were read from a file."""
+        names = [record.name for record in self.records]
+        if len(set(names)) < len(names):
+            yield "two records have the same name"
+        if [report.name for report in self.reports] != names:
+            yield "the reports are not those of its records"
 
     def __getitem__(self, name: str) -> Record:
         return next(record for record in self.records if record.name == name)

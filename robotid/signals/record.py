@@ -50,16 +50,16 @@ class Record(Displayed):
     name: str
     role: Role
     use: Use
-    sampling_time: float = field(metadata={"unit": "s"})
-    tau_m: Array = field(metadata={"unit": "Nm", "shape": ("n",)})
-    phi_m: Array = field(metadata={"unit": "rad", "shape": ("n",)})
-    dphi_m: Array = field(metadata={"unit": "rad/s", "shape": ("n",)})
-    phi_a: Array | None = field(default=None, metadata={"unit": "rad", "shape": ("n",)})
-    ref: Array | None = field(default=None, metadata={"unit": "rad or rad/s", "shape": ("n",)})
+    sampling_time: float = field(metadata={"unit": "s", "positive": True})
+    tau_m: Array = field(metadata={"unit": "Nm", "shape": ("n",), "finite": True})
+    phi_m: Array = field(metadata={"unit": "rad", "shape": ("n",), "finite": True})
+    dphi_m: Array = field(metadata={"unit": "rad/s", "shape": ("n",), "finite": True})
+    phi_a: Array | None = field(default=None, metadata={"unit": "rad", "shape": ("n",), "finite": True})
+    ref: Array | None = field(default=None, metadata={"unit": "rad or rad/s", "shape": ("n",), "finite": True})
     ref_kind: Quantity | None = None
-    period: float | None = field(default=None, metadata={"unit": "s"})
-    band: tuple[float, float] | None = field(default=None, metadata={"unit": "Hz"})
-    begin: float = field(default=0.0, metadata={"unit": "s"})
+    period: float | None = field(default=None, metadata={"unit": "s", "positive": True})
+    band: tuple[float, float] | None = field(default=None, metadata={"unit": "Hz", "positive": True})
+    begin: float = field(default=0.0, metadata={"unit": "s", "finite": True})
     experiment: str = ""
     speed_origin: SpeedOrigin = "sensor"
     companions: dict[str, Companion] = field(default_factory=dict)

@@ -20,11 +20,11 @@ class Reference:
     """
 
     name: str
-    sampling_time: float = field(metadata={"unit": "s"})
-    ref: Array = field(metadata={"unit": "rad or rad/s", "shape": ("n",)})
+    sampling_time: float = field(metadata={"unit": "s", "positive": True})
+    ref: Array = field(metadata={"unit": "rad or rad/s", "shape": ("n",), "finite": True})
     kind: Quantity
-    period: float | None = field(default=None, metadata={"unit": "s"})
-    band: tuple[float, float] | None = field(default=None, metadata={"unit": "Hz"})
+    period: float | None = field(default=None, metadata={"unit": "s", "positive": True})
+    band: tuple[float, float] | None = field(default=None, metadata={"unit": "Hz", "positive": True})
     lines: Array = field(default_factory=lambda: np.zeros(0), metadata={"unit": "Hz", "shape": ("k",)})
     crest_factor: float | None = None
     block: str = ""

@@ -25,8 +25,8 @@ class TorqueSteps:
     """The torque of interval k is its mean less (1 - share) step until the share (n,) of the interval, and step (n,)
     [Nm] more after it."""
 
-    share: Array = field(metadata={"shape": ("n",)})
-    step: Array = field(metadata={"unit": "Nm", "shape": ("n",)})
+    share: Array = field(metadata={"shape": ("n",), "finite": True})
+    step: Array = field(metadata={"unit": "Nm", "shape": ("n",), "finite": True})
 
     def take(self, where: Index | slice) -> TorqueSteps:
         """Those of these intervals."""

@@ -15,7 +15,9 @@ from robotid.artifacts.consistency import mismatches
 from robotid.estimate.result import Fits
 from robotid.model.array import Array
 from robotid.pipeline.table import STAGES
+from robotid.signals.quality import Recordings, inspect
 from robotid.signals.record import Record
+from robotid.signals.reference import Reference
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,3 +104,37 @@ def test_a_fit_of_another_joint() -> None:
         assert [text for text in mismatches(wrong) if "not those of its joint" in text]
     assert [text for text in mismatches(replace(fit, records=("day2",))) if "not those of its records" in text]
     assert [text for text in mismatches(Fits({"m9": fit}, "m9")) if "another name" in text]
+
+
+def swing(name: str) -> Record:
+    return Record.from_arrays(-np.sin(np.arange(60.0)), np.sin(np.arange(60.0)), 0.1, name=name)
+
+
+@pytest.mark.parametrize(
+    ("change", "what"),
+    [
+        ({"tau_m": np.full(60, np.nan)}, "tau_m is not finite"),
+        ({"begin": np.inf}, "begin is not finite"),
+        ({"sampling_time": 0.0}, "sampling_time is not positive"),
+        ({"period": -1.0}, "period is not positive"),
+        ({name: np.zeros(0) for name in ("tau_m", "phi_m", "dphi_m")}, "tau_m is empty"),
+    ],
+    ids=str,
+)
+def test_a_record_of_no_recording(change: dict[str, Any], what: str) -> None:
+    assert list(mismatches(swing("log"))) == []
+    assert f"Record.{what}" in list(mismatches(replace(swing("log"), **change)))
+
+
+def test_a_reference_without_samples() -> None:
+    whole = Reference("slow", 0.1, np.ones(3), "speed")
+    assert list(mismatches(whole)) == []
+    assert list(mismatches(replace(whole, ref=np.zeros(0)))) == ["Reference.ref is empty"]
+
+
+def test_reports_of_other_records() -> None:
+    records = swing("a"), swing("b")
+    a, b = (inspect(record, record.name) for record in records)
+    assert list(mismatches(Recordings(records, (a, b)))) == []
+    assert list(mismatches(Recordings(records, (b, a)))) == ["the reports are not those of its records"]
+    assert list(mismatches(Recordings(records[:1] * 2, (a, a)))) == ["two records have the same name"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import h5py
@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from robotid.artifacts.provenance import Provenance
-from robotid.artifacts.store import BLOCK, count_entries, load, save
+from robotid.artifacts.store import BLOCK, count_entries, load, read_header, save
 from robotid.errors import InputError
 from robotid.model.array import Array
 
@@ -105,3 +105,21 @@ def test_a_tuple_that_is_longer_than_it_is(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="has 1 entries"):
         load(path, Result)
     assert count_entries(path, "parts") == 2**60
+
+
+@pytest.mark.parametrize("length", [1 + 1j, 1.0, "1", [1]])
+def test_a_length_that_is_no_whole_number(length: object, tmp_path: Path) -> None:
+    def state(content: h5py.Group) -> None:
+        content["parts"].attrs["length"] = length
+
+    path = forged(tmp_path / "a.h5", state)
+    for read in (lambda: load(path, Result), lambda: count_entries(path, "parts")):
+        with pytest.raises(InputError, match="states no length"):
+            read()
+
+
+@pytest.mark.parametrize("created", ["", "yesterday", "9" * 40, "2001-01-01T00:00"])
+def test_an_artifact_that_was_made_at_no_time(created: str, tmp_path: Path) -> None:
+    save(tmp_path / "a.h5", Result((), {}), replace(MADE, created=created))
+    with pytest.raises(InputError, match="which is no time"):
+        read_header(tmp_path / "a.h5")

@@ -55,7 +55,7 @@ def test_content_and_provenance_come_back(file: Path) -> None:
 
 
 def test_the_digest_is_of_the_content_alone(tmp_path: Path) -> None:
-    for name, made in (("a", MADE), ("b", replace(MADE, created="2001-01-01", command="other", seed=None))):
+    for name, made in (("a", MADE), ("b", replace(MADE, created="2001-01-01T00:00Z", command="other", seed=None))):
         save(tmp_path / name, RESULT, made)
     save(tmp_path / "c", Result(RESULT.torque + 1e-12), MADE)
     a, b, c = (read_header(tmp_path / name).digest for name in "abc")
