@@ -26,21 +26,26 @@ class Wave:
     weight: Array
 
 
-def period_peaks(waves: Sequence[Wave], grid: Sequence[float]) -> Iterator[float]:
+def period_peaks(waves: Sequence[Wave], grid: Sequence[float], *, linear: bool = False) -> Iterator[float]:
     """Numbers of periods a turn, within the grid's range, at which the sum of weight exp(i n angle) over all waves
-    peaks; none where the motion has too many turns for one spectrum."""
+    peaks; none where the motion has too many turns for one spectrum.
+
+    linear : the axis slides, and "angle" is its position [m]. It has no turns, and its pitch may be of any length: up
+    to as many periods of the whole motion are sought as elsewhere of a turn.
+    """
     angle = np.concatenate([wave.angle for wave in waves])
     weight = np.concatenate([wave.weight for wave in waves])
     low, span = float(angle.min()), float(np.ptp(angle))
     if span <= 0.0:
         return
-    bins = 2 ** int(np.ceil(np.log2(max(2.0, SCORING.bins_a_period * max(grid) * span / (2 * np.pi)))))
+    most = max(grid) * max(1.0, 2 * np.pi / span) if linear else max(grid)
+    bins = 2 ** int(np.ceil(np.log2(max(2.0, SCORING.bins_a_period * most * span / (2 * np.pi)))))
     if bins * SCORING.zero_padding > SCORING.max_spectrum_points:
         return
     at = np.minimum(((angle - low) * (bins / span)).astype(int), bins - 1)
     power = np.abs(np.fft.rfft(np.bincount(at, weight, bins), SCORING.zero_padding * bins)) ** 2
     n = 2 * np.pi * np.arange(len(power)) / (SCORING.zero_padding * span)
-    inside = (n >= max(min(grid), np.pi / span)) & (n <= max(grid))
+    inside = (n >= max(min(grid), np.pi / span)) & (n <= most)
     standing = power / np.maximum(median_filter(power, SCORING.peak_surroundings), 1e-300)
     found, _ = scipy.signal.find_peaks(np.where(inside, power, 0.0))
     best = (sorted(found, key=lambda i: -height[i])[: SCORING.period_peaks] for height in (power, standing))

@@ -66,7 +66,8 @@ class TermCandidate(EffectCandidate):
         if self._counted is not None:
             grid = self.parameters[self._counted].grid
             waves = [self._wave(self._counted, one) for one in gradients]
-            yield from (self.at(self._counted, n) for n in period_peaks(waves, grid))
+            linear = any(one.segment.trajectory.joint.structure.linear for one in gradients)
+            yield from (self.at(self._counted, n) for n in period_peaks(waves, grid, linear=linear))
         elif self._ringing is not None:
             k = self._ringing
             size = self.parameters[self.scored[0]]

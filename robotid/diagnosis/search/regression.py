@@ -15,11 +15,14 @@ import numpy as np
 from robotid.catalogue import EFFECTS, assemble
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.refitted_model import RefittedModel, carried, extended
+from robotid.diagnosis.scoring.candidate import Candidate
+from robotid.diagnosis.scoring.periods import Wave, period_peaks
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.refits import CandidateRefit, by_pieces, in_order, on_the_whole
 from robotid.diagnosis.search.settings import ACCEPTANCE, CHOICE
 from robotid.diagnosis.search.state import SearchState
 from robotid.errors import NumericsError
+from robotid.estimate.regressor import moving, regress
 from robotid.estimate.rigid import RigidResult, fit_rigid
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
@@ -51,7 +54,7 @@ def asked_for(state: SearchState, criteria: Criteria) -> list[CandidateRefit]:
     except NumericsError:
         return []
     parallel = ParallelFilter(min(before.cutoff.values()))
-    found, whole = list(_regressed(state, records, parallel)), _left(before)
+    found, whole = list(_regressed(state, records, parallel, before)), _left(before)
     most = max((whole - one.left for one in found), default=0.0)
     if most < (1.0 - CHOICE.good_start) * whole:
         return []
@@ -84,20 +87,61 @@ def _best_of_each(found: Sequence[Regressed]) -> list[Regressed]:
     return sorted(best.values(), key=lambda one: len(one.score.candidate.parameters))
 
 
-def _regressed(state: SearchState, records: list[Record], parallel: ParallelFilter) -> Iterator[Regressed]:
-    """All candidates that depend on a rigid motion alone, at every point of their grids."""
-    for score in state.round.scores:
-        name = score.candidate.name
-        if is_change(name) or name.partition(".")[2] not in EFFECTS:
-            continue
-        effect = score.candidate.start([0.0] * len(score.candidate.scored))
-        structure, parameters = extended(state.model, name, effect)
+def _regressed(
+    state: SearchState, records: list[Record], parallel: ParallelFilter, before: RigidResult
+) -> Iterator[Regressed]:
+    """All candidates that depend on a rigid motion alone, at every point of their grids and at the numbers of periods
+    that the torque itself shows. before : the regression without them."""
+    scores = [one for one in state.round.scores if _is_effect(one.candidate.name)]
+    points = [(one, one.candidate) for one in scores]
+    for score, candidate in (*points, *_periodic(scores, state, records, parallel, before)):
+        effect = candidate.start([0.0] * len(candidate.scored))
+        structure, parameters = extended(state.model, candidate.name, effect)
         joint = assemble(structure)
         try:
             rigid = fit_rigid(joint, parameters, records, parallel)
         except NumericsError:
             continue
         yield Regressed(score, structure, _left(rigid), dict(effect) | _values(rigid, parameters, joint))
+
+
+def _is_effect(name: str) -> bool:
+    return not is_change(name) and name.partition(".")[2] in EFFECTS
+
+
+def _periodic(
+    scores: Sequence[Score], state: SearchState, records: list[Record], parallel: ParallelFilter, before: RigidResult
+) -> Iterator[tuple[Score, Candidate]]:
+    """Effects that go round with an angle at the peaks of the spectrum of what the torque lacks, over the measured
+    angle, each with the best score of its effect: the scores are read off a simulation that may have lost its phase."""
+    best: dict[Candidate, Score] = {}
+    for one in scores:
+        for k, parameter in enumerate(one.candidate.parameters):
+            if parameter.turns:
+                best.setdefault(one.candidate.at(k, 0.0), one)
+    for flat, score in best.items():
+        k, grid = next((k, p.grid) for k, p in enumerate(flat.parameters) if p.turns)
+        waves = list(_waves(flat, state, records, parallel, before))
+        if waves:
+            yield from ((score, flat.at(k, n)) for n in period_peaks(waves, grid, linear=state.model.structure.linear))
+
+
+def _waves(
+    flat: Candidate, state: SearchState, records: list[Record], parallel: ParallelFilter, before: RigidResult
+) -> Iterator[Wave]:
+    """What the torque of each record lacks, over the angle that an effect goes round with. flat : it, of no periods."""
+    own = dict(zip((f"{flat.name}.{p.symbol}" for p in flat.parameters), flat.values, strict=True))
+    structure, parameters = extended(state.model, flat.name, {})
+    joint, known = assemble(structure), parameters.all_fixed.with_values(before.guesses | own)
+    scored = {f"{flat.name}.{flat.parameters[k].symbol}" for k in flat.scored}
+    known = replace(known, free=np.array([name in scored for name in known.names]))
+    turn = next((factor for place, factor in moving(joint) if f"{place.port}.{place.term.name}" == flat.name), None)
+    if turn is None:
+        return
+    for record in records:
+        lacking = regress(joint, known, record, parallel)
+        angle = parallel.apply(turn * record.phi_m, record.sampling_time)
+        yield Wave(angle, lacking.tau * lacking.columns.sum(axis=0))
 
 
 def _left(rigid: RigidResult) -> float:
