@@ -7,6 +7,8 @@ from typing import ClassVar
 
 INTERRUPTED = 130  # the exit code of what was stopped from the keyboard or by SIGTERM
 
+LONGEST = 1000  # characters of an error that are shown
+
 
 def printable(text: str, keep: str = "") -> str:
     """A text with its control characters written out, \\x1b say, so that no file steers the terminal that shows its
@@ -15,6 +17,11 @@ def printable(text: str, keep: str = "") -> str:
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() or c in keep or unicodedata.category(c) == "Zs" else _escaped(c) for c in text)
+
+
+def _short(text: str) -> str:
+    """A text that quotes what a file holds, however long that is."""
+    return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} ... {text[-LONGEST // 2 :]}"
 
 
 def _escaped(character: str) -> str:
@@ -40,7 +47,7 @@ class RobotidError(Exception):
         return _rebuilt, (type(self), self.what, self.where, self.hint)
 
     def __str__(self) -> str:
-        line = f"{self.where}: {self.what}" if self.where else self.what
+        line = f"{self.where}: {_short(self.what)}" if self.where else _short(self.what)
         return printable(f"{line}; {self.hint}" if self.hint else line)
 
 

@@ -32,8 +32,11 @@ def is_idle(cause: Cause) -> bool:
 
 def that_leave_all(diagnosis: Diagnosis) -> tuple[Cause, ...]:
     """The last causes that leave all of the misfit which those before them leave. One that helps only beside a later
-    one leaves all by itself, and is not among them."""
+    one leaves all by itself, and is not among them. All of them, where the simulation errs by no less with them: what
+    is gained at frequencies with little noise is then lost at others."""
     own = [cause for cause in diagnosis.causes if not cause.explained_of]
+    if diagnosis.remaining >= diagnosis.misfit:
+        return tuple(own)
     helpful = [k for k, cause in enumerate(own, start=1) if cause.explained > 0.0]
     return tuple(own[max(helpful, default=0) :])
 

@@ -31,6 +31,7 @@ from robotid.signals.trace import Trace, downsampled
 
 K = TypeVar("K")
 UNEXPLAINED = "the model does not simulate the records that it was fitted to: `robotid check` examines them"
+SAME = 1e-9  # relative: levels that are closer are one
 NOT_EXAMINED = "not examined: the time was up"
 SWAMPED = (
     "what the model leaves may be noise of the torque, but so much that whatever is missing would not show: record a"
@@ -303,8 +304,8 @@ def _rms(levels: Sequence[float]) -> float:
 
 
 def _beyond(rmse: float, floor: float) -> float:
-    """What an RMS error is beyond the noise."""
-    return float(np.sqrt(max(0.0, rmse**2 - floor**2)))
+    """What an RMS error is beyond the noise; nothing where the two are one but for rounding."""
+    return float(np.sqrt(rmse**2 - floor**2)) if rmse > floor * (1.0 + SAME) else 0.0
 
 
 def trace(run: Simulated, model: FittedModel) -> Trace:

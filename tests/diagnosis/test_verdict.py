@@ -53,3 +53,8 @@ def test_a_motion_that_torque_errors_throw_off_is_not_known_to_be_clean(monkeypa
         monkeypatch.setattr(verdicts, "is_swamped", lambda _, swamped=swamped: swamped)
         d = verdict(fitted_model(fitted(made)), simulated(made), found, QUICK)
         assert (d.verdict, SWAMPED in d.remarks) == (word, swamped)
+
+
+def test_levels_that_differ_by_rounding_have_nothing_beyond_each_other() -> None:
+    assert verdicts._beyond(0.02 * (1.0 + 1e-12), 0.02) == 0.0
+    assert verdicts._beyond(0.05, 0.03) == pytest.approx(0.04)

@@ -7,6 +7,7 @@ import pytest
 from support.small_bench import begun, records
 
 from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.scoring.periods import Wave, period_peaks
 from robotid.diagnosis.scoring.ranking import misfit_gradients, refine
 from robotid.diagnosis.search.refits import refit_hopeful
 
@@ -26,3 +27,11 @@ def test_the_number_of_periods_is_found_between_the_points_of_the_grid(effect: s
     assert refits[0].effect == effect
     assert refits[0].score.candidate.values[2] in found
     assert refits[0].model.parameters[f"{effect}.n"] == pytest.approx(n, rel=0.01)
+
+
+@pytest.mark.parametrize("n", [209.4, 628.3])  # magnets 30 and 10 mm apart
+def test_a_sliding_axis_has_periods_of_any_length(n: float) -> None:
+    x = np.linspace(0.0, 0.5, 2000)
+    wave = Wave(x, np.cos(n * x))
+    assert min(abs(peak - n) for peak in period_peaks([wave], (1.0, 72.0), linear=True)) < 0.1 * 2 * np.pi / 0.5
+    assert max(period_peaks([wave], (1.0, 72.0)), default=0.0) <= 72.0

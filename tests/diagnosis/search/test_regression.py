@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import pytest
@@ -20,9 +21,9 @@ ASTRAY = {"motor.inertia.J": 0.6, "motor.viscous.Fv": 8.0, "motor.coulomb.Fc": 0
 """Factors on the truth."""
 
 
-def astray() -> SearchState:
+def astray(hidden: Mapping[str, float] = GRAVITY) -> SearchState:
     """A search that begins with a model which simulates another motion."""
-    state = begun(records(GRAVITY), QUICK)
+    state = begun(records(hidden), QUICK)
     values = {name: factor * TRUTH[name] for name, factor in ASTRAY.items()}
     first = refit(state.first.structure, [state.first.parameters.with_values(values)], state.data, options=AS_IT_IS)
     return replace(state, first=first).with_model(first, QUICK).scored(QUICK)
@@ -54,3 +55,15 @@ def test_a_fit_in_pieces_has_the_torque_of_whole_records_regressed() -> None:
 
 def test_a_torque_that_is_explained_asks_for_nothing() -> None:
     assert asked_for(begun(records({}), QUICK).scored(QUICK), QUICK) == []
+
+
+def test_periods_between_those_of_the_grid_are_read_off_the_torque() -> None:
+    """A simulation that goes astray loses the phase of a cogging; along the measured motion the torque keeps it."""
+    state = astray({"motor.cogging.A": 0.3, "motor.cogging.B": 0.2, "motor.cogging.n": 45.3})
+    shown = [
+        replace(one, candidate=one.candidate.at(2, 48.0)) for one in state.round.best_of_each if one.candidate.repeats
+    ]
+    blind = replace(state, rounds=(replace(state.round, scores=tuple(shown)),))
+    found = asked_for(blind, QUICK)[0]
+    assert found.effect == "motor.cogging"
+    assert found.model.parameters["motor.cogging.n"] == pytest.approx(45.3, rel=0.01)
