@@ -1,9 +1,8 @@
 """Causes that the search has accepted, judged once more by a fit as the pipeline makes it.
 
 The search weighs a residual by its noise, and sees what is far below the rest of it. A cause that gains nothing in a
-fit is not worth a name, nor is one that leaves all of the misfit, in the measure of all shares. Nor is one that a
-record which was held out shows the other way round: it imitates something that is not in the catalogue, and what
-differs beside it only makes up for that.
+fit is not worth a name. Nor is one that a record which was held out shows the other way round: it imitates something
+that is not in the catalogue, and what differs beside it only makes up for that.
 """
 
 from __future__ import annotations
@@ -20,7 +19,6 @@ from robotid.diagnosis.verdict import is_partial, without_cause
 from robotid.model.structure import changed, is_change, rests_on
 
 NOT_CONFIRMED = "a fit does not confirm it: the held-out records gain nothing by it"
-LEAVES_ALL = "does not explain the misfit: the records of the fit are simulated no better with it"
 ANOTHER_SIZE = "is not the same in all records: {} of {} differs by {:.0f} % of its size"
 RESTS = "only makes up for {}, which is no cause"
 
@@ -28,17 +26,6 @@ RESTS = "only makes up for {}, which is no cause"
 def is_idle(cause: Cause) -> bool:
     """Whether a fit with a cause gains nothing on records that it was not fitted to, where there are any."""
     return cause.heldout_gain < VERDICT.least_gain
-
-
-def that_leave_all(diagnosis: Diagnosis) -> tuple[Cause, ...]:
-    """The last causes that leave all of the misfit which those before them leave. One that helps only beside a later
-    one leaves all by itself, and is not among them. All of them, where the simulation errs by no less with them: what
-    is gained at frequencies with little noise is then lost at others."""
-    own = [cause for cause in diagnosis.causes if not cause.explained_of]
-    if diagnosis.remaining >= diagnosis.misfit:
-        return tuple(own)
-    helpful = [k for k, cause in enumerate(own, start=1) if cause.explained > 0.0]
-    return tuple(own[max(helpful, default=0) :])
 
 
 def another_size(cause: Cause, diagnosis: Diagnosis) -> str | None:
@@ -57,15 +44,14 @@ def another_size(cause: Cause, diagnosis: Diagnosis) -> str | None:
 
 def unconfirmed(diagnosis: Diagnosis) -> dict[str, str]:
     """The causes that are none after all, by name, and why: those of quite another size on records that were held out,
-    all that differs beside these, what gains nothing, and what explains nothing."""
+    all that differs beside these, and what gains nothing."""
     causes = [cause for cause in diagnosis.causes if not is_change(cause.effect)]
     found = {one.effect: why for one in causes if (why := another_size(one, diagnosis)) is not None}
     if found:
         beside = RESTS.format(", ".join(found))
         found |= {one.effect: beside for one in diagnosis.causes if one.explained_of}
     idle = [one for one in diagnosis.causes if is_idle(one) and not one.explained_of]
-    vain = dict.fromkeys((one.effect for one in that_leave_all(diagnosis)), LEAVES_ALL)
-    return vain | {one.effect: NOT_CONFIRMED for one in idle} | found
+    return {one.effect: NOT_CONFIRMED for one in idle} | found
 
 
 def without_causes(diagnosis: Diagnosis, why: Mapping[str, str]) -> Diagnosis:

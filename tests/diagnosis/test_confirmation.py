@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from support.diagnosed import NAMED, PAYLOAD, STRIBECK, estimate
 
-from robotid.diagnosis.confirmation import LEAVES_ALL, NOT_CONFIRMED, is_idle, unconfirmed, without_causes
+from robotid.diagnosis.confirmation import NOT_CONFIRMED, is_idle, unconfirmed, without_causes
 from robotid.diagnosis.results import Cause
 
 
@@ -56,31 +56,6 @@ def test_what_a_rejected_cause_explained_is_left() -> None:
     assert found.remaining_share + sum(one.explained for one in found.causes) == pytest.approx(1.0)
     assert NAMED.remaining < found.remaining < NAMED.misfit
     assert found.verdict == "named"
-
-
-def test_what_leaves_all_of_the_misfit_explains_nothing_of_it() -> None:
-    """As a delay of the torque did on a joint with backlash: a gain of 0.2 points, and more misfit than before."""
-    vain = replace(cause(0.2), explained=0.0)
-    found = replace(NAMED, causes=(vain,), remaining_share=1.0, remaining=1.3 * NAMED.misfit)
-    why = unconfirmed(found)
-    assert why == {vain.effect: LEAVES_ALL}
-    left = without_causes(found, why)
-    assert (left.verdict, left.causes, left.remaining) == ("unknown", (), NAMED.misfit)
-
-
-def test_what_makes_the_simulation_err_by_more_is_no_cause() -> None:
-    """As a delay of the speed did on a joint with backlash: 22 % of the misfit as the noise weighs it, of 0.042 rad/s
-    0.056 left."""
-    found = replace(NAMED, causes=(cause(0.02),), remaining_share=0.78, remaining=1.3 * NAMED.misfit)
-    assert unconfirmed(found) == {found.causes[0].effect: LEAVES_ALL}
-    assert unconfirmed(replace(found, remaining=0.9 * NAMED.misfit)) == {}
-
-
-def test_what_helps_only_beside_a_later_cause_stays() -> None:
-    first = replace(cause(0.2), effect="motor.cogging", explained=0.0)
-    second = replace(cause(4.0), explained=0.9)
-    assert unconfirmed(replace(NAMED, causes=(first, second), remaining_share=0.1)) == {}
-    assert unconfirmed(replace(NAMED, causes=(second, first), remaining_share=0.1)) == {first.effect: LEAVES_ALL}
 
 
 @pytest.mark.parametrize(("apart", "none"), [(0.05, False), (-0.15, False), (0.25, True), (-0.3, True)])
