@@ -39,6 +39,11 @@ class Placed:
     transform: MotionTransform | None
     acts: bool
 
+    @property
+    def effect(self) -> str:
+        """The name of the term at its port, as structures and diagnoses have it."""
+        return f"{self.port}.{self.term.name}"
+
     def values(self, theta: Array) -> list[float]:
         """The term's own of all parameters (p,)."""
         own: list[float] = theta[self.at].tolist()

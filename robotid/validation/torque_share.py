@@ -78,15 +78,15 @@ def torque_shares(runs: Iterable[tuple[str, Trajectory]]) -> dict[str, TorqueSha
                 total = np.sum([np.abs(one.torque) for one in here], axis=0)
                 totals[port] = totals.get(port, 0.0) + float(total @ total)
                 for one in here:
-                    name = _name(one.place)
+                    name = one.place.effect
                     tallies[name] = tallies.get(name, _Tally()).with_stretch(one, total, trajectory, record)
-    return {_name(place): _share(place, tallies[_name(place)], totals[place.port], places) for place in places}
+    return {place.effect: _share(place, tallies[place.effect], totals[place.port], places) for place in places}
 
 
 def _share(place: Placed, tally: _Tally, total: float, places: Sequence[Placed]) -> TorqueShare:
     rms = np.sqrt(tally.square / total) if total > 0 else 0.0
     alone = sum(other.port is place.port for other in places) == 1
-    return TorqueShare(_name(place), str(place.port), float(rms), tally.largest, tally.there, alone)
+    return TorqueShare(place.effect, str(place.port), float(rms), tally.largest, tally.there, alone)
 
 
 def _motion_at(acting: _Acting, k: int, trajectory: Trajectory) -> str:
@@ -118,7 +118,3 @@ def _stretches(trajectory: Trajectory, places: Sequence[Placed]) -> Iterator[lis
             for place, m in zip(joint.placed, motions, strict=True)
             if place in places
         ]
-
-
-def _name(place: Placed) -> str:
-    return f"{place.port}.{place.term.name}"

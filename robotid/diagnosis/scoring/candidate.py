@@ -70,7 +70,12 @@ class Candidate(ABC):
     @property
     def repeats(self) -> bool:
         """Whether it has as many shapes as a motion has turns, so that another start may lead elsewhere."""
-        return any(p.turns for p in self.parameters)
+        return self.counting is not None
+
+    @property
+    def counting(self) -> int | None:
+        """The parameter that counts periods, where there is one."""
+        return next((k for k, p in enumerate(self.parameters) if p.turns), None)
 
     @property
     def variant(self) -> tuple[float, ...]:

@@ -66,7 +66,7 @@ class TermCandidate(EffectCandidate):
         if self._counted is not None:
             grid = self.parameters[self._counted].grid
             waves = [self._wave(self._counted, one) for one in gradients]
-            linear = any(one.segment.trajectory.joint.structure.linear for one in gradients)
+            linear = gradients[0].segment.trajectory.joint.structure.linear
             yield from (self.at(self._counted, n) for n in period_peaks(waves, grid, linear=linear))
         elif self._ringing is not None:
             k = self._ringing
@@ -82,7 +82,7 @@ class TermCandidate(EffectCandidate):
         plain = self.place in COORDINATES and not isinstance(self.effect, MotionTransform)
         if self.effect.states or not (plain or self._meshes):
             return None
-        return next((k for k, p in enumerate(self.parameters) if p.turns), None)
+        return self.counting
 
     @property
     def _meshes(self) -> bool:

@@ -106,7 +106,7 @@ def _motion(motion: Trajectory, effect: str) -> tuple[Array, Array]:
     watches the motor."""
     joint, x = motion.joint, motion.x
     for k, place in enumerate(joint.placed):
-        if f"{place.port}.{place.term.name}" == effect and getattr(place.term, "watches", None) is not Port.MOTOR:
+        if place.effect == effect and getattr(place.term, "watches", None) is not Port.MOTOR:
             s = friction_mode(motion.step_inputs(slice(0, x.shape[1])), x).s
             m = joint.motions(x, None, s, motion.t, motion.theta)[k]
             return m.x, m.v

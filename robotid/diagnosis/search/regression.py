@@ -114,16 +114,15 @@ def _periodic(
 ) -> Iterator[tuple[Score, Candidate]]:
     """Effects that go round with an angle at the peaks of the spectrum of what the torque lacks, over the measured
     angle, each with the best score of its effect: the scores are read off a simulation that may have lost its phase."""
-    best: dict[Candidate, Score] = {}
+    best: dict[Candidate, tuple[int, Score]] = {}
     for one in scores:
-        for k, parameter in enumerate(one.candidate.parameters):
-            if parameter.turns:
-                best.setdefault(one.candidate.at(k, 0.0), one)
-    for flat, score in best.items():
-        k, grid = next((k, p.grid) for k, p in enumerate(flat.parameters) if p.turns)
+        if (k := one.candidate.counting) is not None:
+            best.setdefault(one.candidate.at(k, 0.0), (k, one))
+    linear = state.model.structure.linear
+    for flat, (k, score) in best.items():
         waves = list(_waves(flat, state, records, parallel, before))
         if waves:
-            yield from ((score, flat.at(k, n)) for n in period_peaks(waves, grid, linear=state.model.structure.linear))
+            yield from ((score, flat.at(k, n)) for n in period_peaks(waves, flat.parameters[k].grid, linear=linear))
 
 
 def _waves(
@@ -135,7 +134,7 @@ def _waves(
     joint, known = assemble(structure), parameters.all_fixed.with_values(before.guesses | own)
     scored = {f"{flat.name}.{flat.parameters[k].symbol}" for k in flat.scored}
     known = replace(known, free=np.array([name in scored for name in known.names]))
-    turn = next((factor for place, factor in moving(joint) if f"{place.port}.{place.term.name}" == flat.name), None)
+    turn = next((factor for place, factor in moving(joint) if place.effect == flat.name), None)
     if turn is None:
         return
     for record in records:

@@ -62,7 +62,7 @@ class Element:
 
 def elements(model: HandedModel) -> dict[str, Element]:
     """The effects of a model that are elements, by name."""
-    found = ((f"{p.port}.{p.term.name}", element_of(p, model.theta)) for p in model.joint.placed)
+    found = ((p.effect, element_of(p, model.theta)) for p in model.joint.placed)
     return {name: element for name, element in found if element is not None}
 
 

@@ -49,12 +49,12 @@ def cannot_be_written(model: HandedModel) -> dict[str, str]:
         elif (why := _obstacle(model, name)) is not None:
             found[name] = why
     for place in joint.placed:
-        name = f"{place.port}.{place.term.name}"
+        name = place.effect
         if place.term.companion_name:
             found[name] = f"it reads {place.term.companion_name}, which is recorded"
     rest = model.without(found)
     for place in rest.joint.placed:
-        name = f"{place.port}.{place.term.name}"
+        name = place.effect
         if _fails(rest) is None:
             break
         if (why := _obstacle(model, name)) is not None:

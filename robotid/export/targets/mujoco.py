@@ -32,7 +32,7 @@ class Mujoco(Target):
         last = _hanging(model)
         known = {name: one for name, one in known.items() if not one.hung or name == last}
         why = "MJCF has no element of this law"
-        names = [f"{place.port}.{place.term.name}" for place in model.joint.placed]
+        names = [place.effect for place in model.joint.placed]
         missing = {name: why for name in names if name not in known}
         rigid = model.joint.masses == 1
         missing |= {name: why for name, one in known.items() if one.constant and one.port != Port.MOTOR and not rigid}

@@ -33,7 +33,7 @@ class Urdf(Target):
         known = elements(model)
         found = dict[str, str]()
         for place in model.joint.placed:
-            name = f"{place.port}.{place.term.name}"
+            name = place.effect
             one = known.get(name)
             if place.port in (Port.GEAR, Port.LINK) or (one is not None and one.hung):
                 found[name] = "URDF has nothing elastic"
