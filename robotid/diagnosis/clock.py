@@ -109,7 +109,7 @@ def _lateness(found: InTime, criteria: Criteria) -> tuple[float, float]:
     at = next((at for one, at in places if one.name == DELAY), None)
     if at is None or DELAY in criteria.skip:
         return 0.0, np.inf
-    return min(_beside_the_best(state, places, at), _by_the_motion(found.evidence), key=lambda told: told[1])
+    return min(_beside_the_best(state, places, at), _by_the_motion(found.evidence), key=lambda delay: delay[1])
 
 
 def _by_the_motion(evidence: Evidence) -> tuple[float, float]:

@@ -30,8 +30,8 @@ from robotid.signals.record import Record
 from robotid.signals.trace import Trace, downsampled
 
 K = TypeVar("K")
-UNEXPLAINED = "the model does not simulate the records that it was fitted to: `robotid check` examines them"
 SAME = 1e-9  # relative: levels that are closer are one
+UNEXPLAINED = "the model does not simulate the records that it was fitted to: `robotid check` examines them"
 NOT_EXAMINED = "not examined: the time was up"
 SWAMPED = (
     "what the model leaves may be noise of the torque, but so much that whatever is missing would not show: record a"

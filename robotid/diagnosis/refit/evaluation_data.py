@@ -40,6 +40,11 @@ class EvaluationData:
         """Energy of the residuals of all fitted segments, in variances of the noise as it is here."""
         return sum(segment.energy(one.residual) for segment, one in zip(self.fitted, simulated, strict=True))
 
+    def energy(self, fitted: Sequence[SimulatedSegment], validation: Sequence[SimulatedSegment]) -> float:
+        """The same of all segments."""
+        validating = zip(self.validation, validation, strict=True)
+        return self.fitted_energy(fitted) + sum(segment.energy(one.residual) for segment, one in validating)
+
 
 def _samples(segments: Iterable[Segment]) -> int:
     return sum(len(segment.record) for segment in segments)

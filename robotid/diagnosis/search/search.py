@@ -47,20 +47,22 @@ def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState 
     that of torque errors besides, and by the sensors' only if that names nothing.
 
     What happened once is set aside first; and where it shows only beside the causes, these are sought again without it.
-    An event that is told beside causes must be needed: where these explain as much with it in the records, it is one of
-    their moments. begun : the first state of this evidence, where it is known. Raises NumericsError where the model
+    An event beside causes must be needed: where these explain as much with it in the records, it is one of their
+    moments. begun : the first state of this evidence, where it is known. Raises NumericsError where the model
     cannot be simulated.
     """
     with deadline(None):  # without the noise and a round of the score there is no answer at all
         if begun is None:
             log("measuring the noise")
         begun = begun or first_state(evidence, criteria)
-    result = _beside_events(evidence, criteria, log, begun)
+        begun = begun if begun.rounds else _scored(begun, criteria, log)
+    result, plain = _beside_events(evidence, criteria, log, begun)
     if not (result.events and result.causes) or result.late:
         return result
-    with deadline(None):
-        log("searching with the events in the records")
-    plain = _by_either_noise(evidence, begun, criteria, log)
+    if plain is None:
+        with deadline(None):
+            log("searching with the events in the records")
+        plain = _by_either_noise(evidence, begun, criteria, log)
     return result if plain.late or _needs_events(result, plain) else plain
 
 
@@ -68,19 +70,16 @@ def _needs_events(result: SearchResult, plain: SearchResult) -> bool:
     """Whether events explain what the causes of a search that leaves them in the records do not. By the noise that is
     left without them."""
     data, misfit = result.data, misfit_energy(result.first, result.data)
-    left, plainly = (
-        sum(
-            segment.energy(one.residual)
-            for segment, one in zip((*data.fitted, *data.validation), (*m.fitted, *m.validation), strict=True)
-        )
-        for m in (result.last, plain.last)
-    )
+    left, plainly = (data.energy(one.last.fitted, one.last.validation) for one in (result, plain))
     return not plain.causes or plainly - left >= ACCEPTANCE.unknown_share * max(misfit, 0.0)
 
 
-def _beside_events(evidence: Evidence, criteria: Criteria, log: Log, start: SearchState) -> SearchResult:
-    """What is found once the events are set aside, with these. start : the first state of the evidence."""
-    events, settled = list[Event](), False
+def _beside_events(
+    evidence: Evidence, criteria: Criteria, log: Log, start: SearchState
+) -> tuple[SearchResult, SearchResult | None]:
+    """What is found once the events are set aside, with these; and what was found with all of them in the records,
+    where that was searched before an event showed. start : the first state of the evidence, scored."""
+    events, settled, plain = list[Event](), False, None
     while True:
         more = not settled and len(events) < EVENTS.max_events
         if more:
@@ -89,13 +88,15 @@ def _beside_events(evidence: Evidence, criteria: Criteria, log: Log, start: Sear
                 log("looking for events")
         seen = largest_event(evidence, start.first, start.data, criteria, start.round.scores) if more else None
         if seen is None or not seen.leading:
-            result = _by_either_noise(evidence, start, criteria, log)
+            known = None if events else plain
+            result = known or _by_either_noise(evidence, start, criteria, log)
+            plain = plain if events else result
             late = more and bool(result.causes) and not result.late
             least = ACCEPTANCE.unknown_share * misfit_energy(result.first, result.data)
             scores = result.rounds[-1].scores if late else ()
             seen = largest_event(evidence, result.last, result.data, criteria, scores, least) if late else None
             if seen is None or not seen.leading or seen.energy < least:
-                return replace(result, events=tuple(events)) if events else result
+                return (replace(result, events=tuple(events)) if events else result), plain
         try:
             with deadline(None):
                 event = _settled(evidence, seen.event, criteria)
