@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from robotid.extension.results import Extension as Extension
     from robotid.extension.results import Score as Score
     from robotid.extension.task import ExtensionTask as ExtensionTask
+    from robotid.extension.task import corrected as corrected
     from robotid.extension.task import effects_to_add as effects_to_add
     from robotid.extension.task import extension_task as extension_task
 
@@ -25,6 +26,7 @@ _HOMES = {
     "Extension": "results",
     "ExtensionTask": "task",
     "Score": "results",
+    "corrected": "task",
     "effects_to_add": "task",
     "extend": "procedure",
     "extension_task": "task",

@@ -52,6 +52,7 @@ def extend(task: ExtensionTask, effects: Sequence[str]) -> Extension:
         fit=after,
         dropped=tuple(dropped),
         late=task.late,
+        events=task.events,
     )
 
 

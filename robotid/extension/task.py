@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from functools import reduce
@@ -13,7 +13,7 @@ from robotid.catalogue import assemble
 from robotid.diagnosis.clock import RecordedLate
 from robotid.diagnosis.events.applied import without_events
 from robotid.diagnosis.refit.refitted_model import carried
-from robotid.diagnosis.results import Diagnosis
+from robotid.diagnosis.results import Diagnosis, Event
 from robotid.diagnosis.verdict import root_mean_square, trace
 from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, fitted_model, simulate_record
@@ -36,7 +36,8 @@ class ExtensionTask:
     before : the fit of the model as it is. records : all of them; those of the fit by their names, the others validate.
     starts : values to start from, of which the best is chosen. options : of every fit. horizon [s] : length of the
     pieces of a record that are simulated afresh, None for whole records. log : is called with what is being done.
-    late [s] : by how much the torque was recorded late, which is taken out of the records already.
+    late [s] : by how much the torque was recorded late, events : what happened once; both are taken out of the records
+    already.
     """
 
     before: FitResult
@@ -46,6 +47,7 @@ class ExtensionTask:
     horizon: float | None = None
     log: Callable[[str], None] = lambda _: None
     late: float = 0.0
+    events: tuple[Event, ...] = ()
 
     @property
     def validation(self) -> list[str]:
@@ -166,9 +168,15 @@ def extension_task(
     torque put where it acts; options : of the fit by default.
     """
     starts = (diagnosis.refitted, {p.name: p.value for cause in diagnosis.causes for p in cause.parameters})
-    clock = RecordedLate(diagnosis.late)
-    records = [without_events(clock.corrected(record), diagnosis.events) for record in records]
-    return ExtensionTask(fit, records, starts, options or FitOptions(output=fit.output), horizon, log, diagnosis.late)
+    late, events = diagnosis.late, diagnosis.events
+    records = [corrected(record, late, events) for record in records]
+    return ExtensionTask(fit, records, starts, options or FitOptions(output=fit.output), horizon, log, late, events)
+
+
+def corrected(record: Record, late: float, events: Iterable[Event]) -> Record:
+    """A record as an extension takes it: its torque moved by what it was recorded late [s], that of events accounted
+    for."""
+    return without_events(RecordedLate(late).corrected(record), events)
 
 
 def effects_to_add(diagnosis: Diagnosis, fit: FitResult) -> tuple[str, ...]:

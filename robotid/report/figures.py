@@ -144,7 +144,7 @@ def draw_extension(content: Extension, units: Units = str) -> Figure:
     """The gain as a slope chart, and measured against simulated output before and after."""
     units = sliding if content.fit.structure.linear else units
     names = [name for name in content.after if name in content.before]
-    plots = [extended_plot(name, content.before[name], content.after[name], content.output, units) for name in names]
+    plots = [extended_plot(content, name, units) for name in names]
     rows, columns = grid_of(max(1, len(plots)))
     figure = new_figure(max(8.0, PANEL[0] * columns), PANEL[1] * (1 + rows))
     above, below = figure.subfigures(2, 1, height_ratios=(1, rows), squeeze=False)[:, 0]

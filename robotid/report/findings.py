@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from robotid.diagnosis.results import Diagnosis
+from robotid.diagnosis.results import Diagnosis, Event
 from robotid.estimate.flexible import FlexResult
 from robotid.estimate.result import Fits
 from robotid.estimate.rigid import RigidResult
@@ -55,6 +55,10 @@ class Findings:
         """Whether nothing of a record is left to explain."""
         misfit = None if self.diagnosis is None else self.diagnosis.records.get(record)
         return misfit is not None and misfit.misfit < CLEAN * misfit.noise_floor
+
+    def events_of(self, record: str) -> tuple[Event, ...]:
+        """What the diagnosis found to have happened once in a record."""
+        return () if self.diagnosis is None else tuple(e for e in self.diagnosis.events if e.record == record)
 
     @property
     def unit_of_output(self) -> str:

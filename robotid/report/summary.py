@@ -15,6 +15,7 @@ from robotid.model.companion import companion_of
 from robotid.model.structure import changed, is_change
 from robotid.numerals import ROUNDING, capitalised, fixed, listed, portion, significant
 from robotid.report.drawing.location import best_of_each, variable
+from robotid.report.events import described, not_accounted_for
 from robotid.report.findings import Findings
 from robotid.report.style.axes import axis_label
 from robotid.validation.results import RecordValidation
@@ -101,8 +102,8 @@ def _validated(f: Findings) -> Iterator[str]:
     best = f.validation.models[f.validation.best]
     used = {name: record for name, record in best.records.items() if record.used}
     apart = {name: record for name, record in best.records.items() if not record.used}
-    groups = [f"{_fits(used)} on the records it was fitted to"] * bool(used)
-    groups += [f"{_fits(apart)} on held-out records"] * bool(apart)
+    groups = [f"{_fits(f, used)} on the records it was fitted to"] * bool(used)
+    groups += [f"{_fits(f, apart)} on held-out records"] * bool(apart)
     parts = listed(groups) or "nothing: it diverges on every record"
     yield f"model {f.validation.best} of {f.robot} simulates the motor {best.output} with a fit of {parts}."
     if not apart:
@@ -116,10 +117,17 @@ def _validated(f: Findings) -> Iterator[str]:
     yield from (f"that is not enough: {failure}." for failure in f.validation.failed)
 
 
-def _fits(records: Mapping[str, RecordValidation]) -> str:
+def _fits(f: Findings, records: Mapping[str, RecordValidation]) -> str:
     if len(records) <= MAX_NAMED:
-        return listed([f"{fixed(record.fit_percent)} % ({name})" for name, record in records.items()])
-    return f"{_range([record.fit_percent for record in records.values()])} %"
+        return listed([f"{fixed(record.fit_percent)} % ({_remarked(f, name)})" for name, record in records.items()])
+    eventful = [name for name in records if f.events_of(name)]
+    remark = f" (events in {_records(eventful)} not accounted for)" if eventful else ""
+    return f"{_range([record.fit_percent for record in records.values()])} %{remark}"
+
+
+def _remarked(f: Findings, record: str) -> str:
+    events = f.events_of(record)
+    return f"{record}, its {not_accounted_for(events)}" if events else record
 
 
 def _range(values: list[float]) -> str:
@@ -225,17 +233,15 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
 def _happened(f: Findings, d: Diagnosis) -> Iterator[str]:
     """What happened once in a record."""
     for event in d.events[:MAX_NAMED]:
-        size = f"{significant(event.torque, 2)} {f.units('Nm')}"
-        what = "friction that is larger by" if event.friction else f"a {axis_label('torque', f.units)} of"
-        if event.kind == "bump":
-            when = f"from {significant(event.start)} to {significant(event.end)} s"
-        elif event.kind == "step":
-            when = f"from {significant(event.start)} s on"
-        else:
-            when = "at its end, where it has grown to from nothing"
-        yield f"In {event.record} {what} {size} acts {when}: an event, not a property of the machine."
+        yield f"In {event.record} there is {described(event, f.units)}: an event, not a property of the machine."
     if len(d.events) > MAX_NAMED:
         yield f"There are {len(d.events) - MAX_NAMED} more events."
+    if (e := f.extension_that_adds) is not None:
+        fits = {name: score.fit_percent for name, score in e.before.items() if e.events_of(name)}
+        if fits:
+            them = "it" if len(e.events) == 1 else "them"
+            levels = listed([f"{name} to {fixed(fits[name])} %" for name in list(fits)[:MAX_NAMED]])
+            yield f"With {them} accounted for, {e.model} simulates {levels}; its extension is compared with this fit."
 
 
 def _wrong_elsewhere(f: Findings, d: Diagnosis) -> Iterator[str]:

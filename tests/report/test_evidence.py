@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -11,7 +12,7 @@ from matplotlib.figure import Figure
 from support.accompanied import record
 from support.diagnosed import STRIBECK
 from support.judged_records import CONTROLLER, clean_records, clean_responses, model
-from support.report_findings import findings
+from support.report_findings import findings, with_events
 
 from robotid.catalogue import assemble
 from robotid.diagnosis.refit.settings import REFIT
@@ -25,9 +26,10 @@ from robotid.estimate.result import FitResult
 from robotid.model.array import Array
 from robotid.model.structure import Structure
 from robotid.numerals import listed
+from robotid.report.evidence import gather
 from robotid.report.evidence.companions import companion_curves
 from robotid.report.evidence.gather import with_evidence
-from robotid.report.evidence.profile import NO_END, doubtful, profile_intervals
+from robotid.report.evidence.profile import NO_END, Profiles, doubtful, profile_intervals
 from robotid.report.evidence.response import coherence, simulated_response
 from robotid.report.evidence.samples import in_bins, samples, stretches
 from robotid.report.evidence.spectrum import residual_spectra
@@ -179,6 +181,32 @@ def test_spectra_before_and_after_beside_the_noise_floor() -> None:
     np.testing.assert_allclose(np.mean(spectra.after[high] ** 2), level**2, rtol=0.15)
     resonance = (spectra.frequency > 5) & (spectra.frequency < 20)
     assert spectra.before[resonance].max() > 10 * spectra.after[resonance].max()
+
+
+def test_evidence_accounts_for_the_events_as_the_extension_does() -> None:
+    eventful, calm = with_evidence(with_events()).evidence, found().evidence
+    for name in ("small", "large"):
+        with_them, without = eventful.spectra[name], calm.spectra[name]
+        np.testing.assert_allclose(with_them.before, without.before, rtol=1e-6, atol=1e-9)
+        np.testing.assert_allclose(with_them.after, without.after, rtol=1e-6, atol=1e-9)
+        np.testing.assert_allclose(eventful.laws[name].torque, calm.laws[name].torque, rtol=1e-6, atol=1e-9)
+
+
+def test_a_profile_is_on_the_records_as_its_fit_had_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    taken = list[Record]()
+
+    def noted(_: FitResult, records: Sequence[Record], horizon: float | None) -> Profiles:
+        taken.extend(records)
+        return Profiles({}, {})
+
+    monkeypatch.setattr(gather, "profile_intervals", noted)
+    f = with_events()
+    with_evidence(f)
+    of_fit, of_extension = taken
+    recorded = f.recordings.records[0]
+    np.testing.assert_array_equal(of_fit.tau_m, recorded.tau_m)
+    np.testing.assert_allclose(of_extension.tau_m, clean_records()[0].tau_m, atol=1e-12)
+    assert np.abs(of_fit.tau_m - of_extension.tau_m).max() == pytest.approx(0.3)
 
 
 def test_the_spectrum_figure_draws_them() -> None:

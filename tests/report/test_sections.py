@@ -13,7 +13,7 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from support.diagnosed import CLEAN, UNKNOWN
-from support.report_findings import findings
+from support.report_findings import findings, with_events
 
 from robotid.errors import ConfigError
 from robotid.report.drawing.correlation import draw_correlation
@@ -139,6 +139,20 @@ def test_before_and_after_are_compared() -> None:
     assert np.abs(after).max() == pytest.approx(0.002, rel=1e-2)
     assert not zero.any()
     assert upper.get_title(loc="left") == "large (held out): fit 95.00 → 99.20 %"
+
+
+def test_figures_say_whether_events_are_accounted_for() -> None:
+    specs = {spec.name: spec for spec in figure_specs(with_evidence(with_events()))}
+    both = "Both simulations account for the events: a torque of 0.3 Nm from 0.7 to 0.9 s and friction that is larger"
+    both = f"{both} by 0.16 Nm from 1.2 s on in small."
+    assert specs["time-small"].title == "small (fitted, events accounted for): fit 96.10 → 99.80 %"
+    assert specs["time-large"].title == "large (held out): fit 95.00 → 99.20 %"
+    assert all(specs[name].alt.endswith(both) for name in ("time-small", "gain", "spectrum-small"))
+    left = "The events in small are not accounted for."
+    assert all(specs[name].alt.endswith(left) for name in ("correlations-small", "perturbation"))
+    assert not any("event" in spec.alt for name, spec in specs.items() if name.endswith("-large"))
+    plain = {spec.name: spec for spec in figure_specs(replace(with_events(), extension=None))}
+    assert plain["time-small"].alt.endswith(left)
 
 
 def test_curves_show_mean_and_spread() -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from support.diagnosed import CLEAN, UNKNOWN
-from support.report_findings import findings
+from support.report_findings import findings, with_events
 
 from robotid.diagnosis.results import Misfit
 from robotid.estimate.result import End
@@ -67,8 +67,8 @@ def test_the_whole_story() -> None:
         " best.",
         "The causes are motor.stribeck (torque missing at small speed only; explains 97 %) and arm.inertia.J (differs"
         " in large by 12 kg m2; explains 2 % of large).",
-        "In small a torque of 0.3 Nm acts from 1.7 to 2.5 s: an event, not a property of the machine.",
-        "In small friction that is larger by 0.16 Nm acts from 2.2 s on: an event, not a property of the machine.",
+        "In small there is a torque of 0.3 Nm from 1.7 to 2.5 s: an event, not a property of the machine.",
+        "In small there is friction that is larger by 0.16 Nm from 2.2 s on: an event, not a property of the machine.",
         "These data cannot tell motor.stribeck from motor.presliding; an experiment that would is given below.",
         "Together they leave 0.011 rad/s beyond the noise (3 % of the misfit's energy, weighed by the noise).",
         "With motor.stribeck added, the fit of held-out record large goes from 95.00 to 99.20 % (its RMS error falls by"
@@ -77,6 +77,23 @@ def test_the_whole_story() -> None:
     ):
         assert sentence in text
     assert text.count("Model m of irb") == 1
+
+
+def test_a_fit_with_an_event_in_the_record_is_told_from_that_which_accounts_for_it() -> None:
+    text = summary(with_events())
+    assert "100.00 % (small, its events not accounted for) on the records it was fitted to" in text
+    assert "With them accounted for, m simulates small to 96.10 %; its extension is compared with this fit." in text
+    one = with_events()
+    event = one.diagnosis.events[0]
+    one = replace(
+        one,
+        diagnosis=replace(one.diagnosis, events=(event,)),
+        extension=replace(one.extension, events=(event,)),
+    )
+    assert "(small, its event not accounted for)" in summary(one)
+    assert "With it accounted for, m simulates small" in summary(one)
+    calm = replace(one, diagnosis=replace(one.diagnosis, events=()), extension=replace(one.extension, events=()))
+    assert "accounted" not in summary(calm)
 
 
 def test_clean_and_unknown_are_answers() -> None:
@@ -119,6 +136,9 @@ def test_many_records_are_told_as_a_range() -> None:
     many = {f"r{k}": replace(record, fit_percent=90.0 + k) for k in range(5)}
     text = told(validation=replace(f.validation, models={"m": replace(best, records=many)}))
     assert "a fit of 90.00 to 94.00 % on the records it was fitted to." in text
+    pushed = replace(f.diagnosis, events=tuple(replace(event, record="r1") for event in f.diagnosis.events))
+    text = told(validation=replace(f.validation, models={"m": replace(best, records=many)}), diagnosis=pushed)
+    assert "a fit of 90.00 to 94.00 % (events in r1 not accounted for) on the records" in text
 
 
 def test_what_the_configuration_demands_and_a_model_that_diverges() -> None:

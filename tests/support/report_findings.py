@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 
 from robotid.catalogue import assemble
+from robotid.diagnosis.events.applied import event_torque
 from robotid.diagnosis.misfit.curve import Curve
 from robotid.diagnosis.results import Diagnosis, Misfit, Rejected
 from robotid.estimate.flexible import FlexReading, FlexResult
@@ -118,6 +119,22 @@ def extension() -> Extension:
     after = {r.name: _score(r, 0.002, fit) for r, fit in zip(clean_records(), (99.8, 99.2), strict=True)}
     best = fits().models["m"]
     return replace(EXTENSION, model="m", before=before, after=after, fit=extended(best))
+
+
+def with_events() -> Findings:
+    """Everything, and events in the record small for which the extension accounts."""
+    f, (push, step) = findings(), diagnosis().events
+    events = (replace(push, start=0.7, end=0.9), replace(step, start=1.2, end=1.5))
+    disturbed = tuple(
+        replace(r, tau_m=r.tau_m - sum(event_torque(e, r) for e in events if e.record == r.name))
+        for r in clean_records()
+    )
+    return replace(
+        f,
+        recordings=Recordings(disturbed, ()),
+        diagnosis=replace(diagnosis(), events=events),
+        extension=replace(extension(), events=events),
+    )
 
 
 def extended(fit: FitResult) -> FitResult:

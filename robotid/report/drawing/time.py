@@ -9,9 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from robotid.extension.results import Score
+from robotid.extension.results import Extension
 from robotid.model.array import Array, Mask
 from robotid.numerals import fixed
+from robotid.report.events import accounted_for
 from robotid.report.evidence.law import Law
 from robotid.report.style.axes import BLUE, FAINT, INK, MAX_POINTS, VERMILLION, Units, axis_label, envelope, style_axes
 from robotid.signals.record import Quantity, Record
@@ -125,10 +126,12 @@ def simulated_plot(title: str, trace: Trace, output: Quantity, units: Units = st
     return _compared(title, {"simulated": (trace, BLUE)}, output, units)
 
 
-def extended_plot(name: str, before: Score, after: Score, output: Quantity, units: Units = str) -> TimePlot:
+def extended_plot(extension: Extension, name: str, units: Units = str) -> TimePlot:
     """The same before and after the extension of the model."""
+    before, after, output = extension.before[name], extension.after[name], extension.output
     kind = "fitted" if after.used else "held out"
-    title = f"{name} ({kind}): fit {fixed(before.fit_percent)} → {fixed(after.fit_percent)} %"
+    remark = accounted_for(extension.events_of(name))
+    title = f"{name} ({kind}{remark and f', {remark}'}): fit {fixed(before.fit_percent)} → {fixed(after.fit_percent)} %"
     both = {"before the extension": (before.trace, VERMILLION), "after it": (after.trace, BLUE)}
     return _compared(title, both, output, units)
 

@@ -10,6 +10,7 @@ from typing import TypeVar
 from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, Simulated, fitted_model, simulate_record
 from robotid.estimate.result import FitResult
+from robotid.extension import corrected
 from robotid.interrupt import check
 from robotid.model.structure import Structure
 from robotid.report.evidence.law import Law, law_of
@@ -46,7 +47,8 @@ def _profiles(f: Findings) -> Iterator[tuple[str, Profiles]]:
     if (extension := f.extension_that_adds) is not None:
         fits[f"{extension.model} extended"] = extension.fit
     for name, fit in fits.items():
-        records = [record for record in f.recordings.records if record.name in fit.records]
+        taken = f.recordings.records if name == f.fits.best else _as_extended(f)
+        records = [record for record in taken if record.name in fit.records]
         yield name, profile_intervals(fit, records, f.horizon or usable_horizon(fit.horizon, records))
 
 
@@ -62,7 +64,7 @@ def _by_simulation(f: Findings) -> tuple[dict[str, Law], dict[str, ResidualSpect
     after = None if extension is None else fitted_model(extension.fit, estimate_states=f.estimate_states)
     horizon = f.horizon or usable_horizon(fit.horizon, f.recordings.records)
     missing = {} if f.diagnosis is None else f.diagnosis.missing
-    for record in f.recordings.records:
+    for record in _as_extended(f):
         check()
         gained = None if after is None else _simulated(after, record, horizon)
         if gained is not None:
@@ -73,6 +75,13 @@ def _by_simulation(f: Findings) -> tuple[dict[str, Law], dict[str, ResidualSpect
         if left is not None:
             _put(spectra, record.name, partial(residual_spectra, left, gained, before.output))
     return laws, spectra, runs
+
+
+def _as_extended(f: Findings) -> list[Record]:
+    """The records as the extension takes them, so that all figures of it show the same; as recorded without one."""
+    records = [] if f.recordings is None else f.recordings.records
+    e = f.extension_that_adds
+    return [*records] if e is None else [corrected(record, e.late, e.events) for record in records]
 
 
 def _simulated(model: FittedModel, record: Record, horizon: float | None) -> Simulated | None:

@@ -10,6 +10,7 @@ from robotid.numerals import fixed, listed, portion
 from robotid.report.drawing.causes import rows_of
 from robotid.report.drawing.gain import gains
 from robotid.report.drawing.layout import causes_figure, gain_figure
+from robotid.report.events import given
 from robotid.report.findings import Findings
 from robotid.report.sections.section import FigureSpec, Section
 
@@ -44,4 +45,5 @@ def _gain(f: Findings) -> Iterator[FigureSpec]:
         pairs = gains(f.extension, used=True) | gains(f.extension, used=False)
         text = listed([f"{name} from {fixed(a)} to {fixed(b)} %" for name, (a, b) in pairs.items()])
         alt = f"Fit before and after the extension by record, held-out records apart: {text}."
+        alt += given({name: f.extension.events_of(name) for name in pairs}, f.units)
         yield FigureSpec("gain", "Fit before and after the extension", alt, partial(gain_figure, f.extension))

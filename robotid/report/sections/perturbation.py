@@ -7,6 +7,7 @@ from functools import partial
 
 from robotid.report.drawing.layout import perturbation_figure
 from robotid.report.drawing.perturbation import perturbations
+from robotid.report.events import left_in
 from robotid.report.findings import Findings
 from robotid.report.sections.section import FigureSpec, Section
 
@@ -23,6 +24,6 @@ class PerturbedParameters(Section):
         best = f.validation.models[f.validation.best]
         if found := perturbations(best):
             alt = f"Change of the fit of {f.validation.best} when one parameter at a time is raised or lowered"
-            alt = f"{alt}, held-out records first."
+            alt = f"{alt}, held-out records first.{left_in({name: f.events_of(name) for name in found})}"
             draw = partial(perturbation_figure, best)
             yield FigureSpec("perturbation", "Change of the fit", alt, draw, wide=len(found) > 2)

@@ -10,6 +10,7 @@ import numpy as np
 from robotid.numerals import number
 from robotid.report.drawing.layout import correlation_figure, one_figure
 from robotid.report.drawing.residual import draw_spectra
+from robotid.report.events import given, left_in
 from robotid.report.findings import Findings
 from robotid.report.sections.section import FigureSpec, Section
 from robotid.report.style.axes import axis_label
@@ -34,8 +35,10 @@ class Residuals(Section):
 def _spectrum(f: Findings, name: str) -> FigureSpec:
     """What the model leaves of a record over frequency."""
     spectra = f.evidence.spectra[name]
+    e = f.extension_that_adds
     extended = "before and after the extension, " if spectra.after is not None else ""
     alt = f"What the model leaves of {name} over frequency, {extended}beside the noise floor."
+    alt += left_in({name: f.events_of(name)}) if e is None else given({name: e.events_of(name)}, f.units)
     draw = partial(one_figure, draw_spectra, name, spectra, f.unit_of_output)
     return FigureSpec(f"spectrum-{name}", f"Residual of {name} over frequency", alt, draw)
 
@@ -45,6 +48,7 @@ def _correlations(f: Findings, model: ModelValidation, name: str) -> FigureSpec:
     test, of = model.records[name].residual, "" if f.validation is None else f.validation.best
     alt = f"Correlations of the residual of {name} in {of} with itself and with the torque, and the bands that all of"
     alt = f"{alt} them keep to at 99 %. Verdict: {test.verdict}{_though_clean(f, name, test)}."
+    alt += left_in({name: f.events_of(name)})
     draw = partial(correlation_figure, name, model, f.units)
     return FigureSpec(f"correlations-{name}", name, axis_label(alt, f.units), draw)
 

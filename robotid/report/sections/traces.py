@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from robotid.numerals import fixed, significant
 from robotid.report.drawing.time import TimePlot, extended_plot, trace_plot
+from robotid.report.events import given, left_in
 from robotid.report.findings import Findings
 from robotid.report.sections.section import FigureSpec, Section, over_time
 
@@ -39,11 +40,13 @@ def _compared(f: Findings) -> Iterator[tuple[str, TimePlot, str]]:
             fits = f"{fixed(before.fit_percent)} % before and {fixed(after.fit_percent)}"
             yield (
                 name,
-                extended_plot(name, before, after, e.output, f.units),
-                f"{text.format(e.output, name, fits)} after the extension.{_in_pieces(f)}",
+                extended_plot(e, name, f.units),
+                f"{text.format(e.output, name, fits)} after the extension."
+                f"{given({name: e.events_of(name)}, f.units)}{_in_pieces(f)}",
             )
     elif f.validation is not None:
         best = f.validation.models[f.validation.best]
         for name, record in best.records.items():
             plot = trace_plot(name, record, best.output, f.units)
-            yield name, plot, f"{text.format(best.output, name, fixed(record.fit_percent))}."
+            events = left_in({name: f.events_of(name)})
+            yield name, plot, f"{text.format(best.output, name, fixed(record.fit_percent))}.{events}"

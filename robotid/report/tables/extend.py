@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 from robotid.extension.results import Extension, Score
-from robotid.numerals import fixed, number, rms
+from robotid.numerals import fixed, listed, number, rms
+from robotid.report.events import accounted_for
 from robotid.report.tables.diagnose import rejected_document, rejected_table
 from robotid.report.tables.estimates import estimates_document
 from robotid.report.tables.table import Json, Table
@@ -51,6 +53,7 @@ def document(extension: Extension) -> Json:
         "added": e.added,
         "parameters": estimates_document(e.fit.parameters),
         "dropped": [rejected_document(one) for one in e.dropped],
+        "events_accounted_for": list(dict.fromkeys(event.record for event in e.events)),
     }
 
 
@@ -61,10 +64,14 @@ def sentence(extension: Extension) -> str:
         return f"nothing was added to {e.model}"
     apart = [name for name, score in e.after.items() if not score.used and name in e.before]
     names = apart or [name for name in e.after if name in e.before]
-    gains = (
-        f"{name} from {fixed(e.before[name].fit_percent)} to {fixed(e.after[name].fit_percent)} %" for name in names
-    )
+    gains = map(partial(_gain, e), names)
     return f"with {', '.join(e.added)}, {e.model} simulates {'held-out ' if apart else ''}{', '.join(gains)}"
+
+
+def _gain(e: Extension, name: str) -> str:
+    remark = accounted_for(e.events_of(name))
+    risen = f"from {fixed(e.before[name].fit_percent)} to {fixed(e.after[name].fit_percent)} %"
+    return f"{name}{remark and f' ({remark})'} {risen}"
 
 
 def _scores(scores: Mapping[str, Score]) -> Json:
@@ -96,7 +103,9 @@ def _records(e: Extension, title: str, *, used: bool) -> tuple[Table, ...]:
     rows = tuple((name, *_compared(e.before[name], e.after[name])) for name in names)
     heads = ("record", "fit before [%]", "after", "gain [% points]")
     errors = (f"RMSE before [{e.unit}]", "after", "change [%]")
-    return (Table(title, (*heads, *errors), rows),) if rows else ()
+    eventful = {name: events for name in names if (events := e.events_of(name))}
+    note = listed([f"{name}: {accounted_for(events)}" for name, events in eventful.items()])
+    return (Table(title, (*heads, *errors), rows, note),) if rows else ()
 
 
 def _compared(before: Score, after: Score) -> tuple[str, ...]:

@@ -98,7 +98,9 @@ def test_a_push_is_reported_beside_the_verdict_and_no_cause_is_named_for_it() ->
     assert (push.start, push.end) == pytest.approx((1.7, 2.5), abs=0.01)
     assert push.torque == pytest.approx(0.05, abs=4 * push.std)
     assert d.misfit < d.noise_floor
-    cleaned = extension_task(d, fit, made).records
+    task = extension_task(d, fit, made)
+    assert task.events == d.events
+    cleaned = task.records
     assert np.allclose(cleaned[0].tau_m, eventful(None)[0].tau_m, atol=0.06)
 
 

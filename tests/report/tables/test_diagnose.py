@@ -187,3 +187,14 @@ def test_what_an_extension_gained_in_a_sentence() -> None:
     assert extend.sentence(EXTENSION) == "with motor.stribeck, m3 simulates held-out check from 95.00 to 99.20 %"
     nothing = replace(EXTENSION, added=())
     assert extend.sentence(nothing) == "nothing was added to m3"
+
+
+def test_an_extension_says_of_which_records_the_events_are_accounted_for(capsys: pytest.CaptureFixture[str]) -> None:
+    eventful = replace(EXTENSION, events=(PUSH, replace(PUSH, start=3.0, end=3.1)))
+    fitted, held_out = extend.tables(eventful)[1:3]
+    assert (fitted.note, held_out.note) == ("set1: events accounted for", "")
+    assert printed(extend.document(eventful), capsys)["events_accounted_for"] == ["set1"]
+    assert printed(extend.document(EXTENSION), capsys)["events_accounted_for"] == []
+    pushed = replace(eventful, events=(replace(PUSH, record="check"),))
+    assert extend.sentence(pushed).endswith("held-out check (event accounted for) from 95.00 to 99.20 %")
+    assert "event" not in extend.sentence(eventful)
