@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from operator import is_
 
 import numpy as np
 
@@ -38,27 +39,30 @@ CONTRADICTED = (
 )
 
 
-def contradicts(model: FittedModel, records: Sequence[Record], criteria: Criteria) -> bool:
+def contradicts(model: FittedModel, found: MeasuredTorque | None, criteria: Criteria) -> bool:
     """Whether a model errs by more than the recorded torque, and whether with any one effect of the catalogue nothing
     physical explains that torque along the measured motion, so that there is nothing to extend.
 
-    records : of its fit.
+    found : of the records of its fit, None where none tells of a rigid motion.
     """
-    found = _Measured.of(model.joint, model.parameters, records)
     if found is None or found.error(model.joint, model.parameters) < NONE_AT_ALL:
         return False
     least = float(np.sqrt(1.0 - VERDICT.min_explained))
     return all(error > least for error in found.physical_errors(model, criteria))
 
 
-def without_contradicted(result: SearchResult) -> SearchResult:
+def without_contradicted(result: SearchResult, known: MeasuredTorque | None = None) -> SearchResult:
     """The result with its causes rejected where the model with them errs by more than the recorded torque, and the
-    regression of that torque on the model without them does not."""
+    regression of that torque on the model without them does not.
+
+    known : of the records of the fit as they were before the search, which may have changed them.
+    """
     if not result.causes:
         return result
     records = [one.record for one in result.last.fitted]
     first, last = result.first, result.last
-    found = _Measured.of(first.joint, first.parameters, records)
+    unchanged = known is not None and known.is_of(records)
+    found = known if unchanged else MeasuredTorque.of(first.joint, first.parameters, records)
     if found is None:
         return result
     error, regressed = found.error(last.joint, last.parameters), found.regressed(first.joint, first.parameters)
@@ -81,21 +85,26 @@ def without_contradicted(result: SearchResult) -> SearchResult:
 
 
 @dataclass(frozen=True, slots=True)
-class _Measured:
-    """Records whose torque tells of a rigid motion, and the filter through which it does."""
+class MeasuredTorque:
+    """The records among `given` whose torque tells of a rigid motion, and the filter through which it does."""
 
+    given: tuple[Record, ...]
     records: tuple[Record, ...]
     parallel: ParallelFilter
 
     @classmethod
-    def of(cls, joint: Joint, parameters: Parameters, records: Sequence[Record]) -> _Measured | None:
+    def of(cls, joint: Joint, parameters: Parameters, records: Sequence[Record]) -> MeasuredTorque | None:
         """None where none of them does."""
         found, cutoffs = list[Record](), list[float]()
         for k, record in enumerate(records):
             with suppress(NumericsError):
                 cutoffs.append(choose_cutoff(joint, parameters, record))
                 found.append(replace(record, name=f"{k}"))  # of pieces each its own
-        return cls(tuple(found), ParallelFilter(min(cutoffs))) if found else None
+        return cls(tuple(records), tuple(found), ParallelFilter(min(cutoffs))) if found else None
+
+    def is_of(self, records: Sequence[Record]) -> bool:
+        """Whether it is of these very records."""
+        return len(records) == len(self.given) and all(map(is_, records, self.given))
 
     def error(self, joint: Joint, parameters: Parameters) -> float:
         """Of inverse dynamics, relative to the recorded torque: root mean square over the records."""

@@ -10,7 +10,7 @@ from robotid.diagnosis.clock import RecordedLate, in_time, is_undone
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.applied import without_events
 from robotid.diagnosis.experiment import Experiments, with_experiments
-from robotid.diagnosis.measured_torque import CONTRADICTED, contradicts, without_contradicted
+from robotid.diagnosis.measured_torque import CONTRADICTED, MeasuredTorque, contradicts, without_contradicted
 from robotid.diagnosis.results import Diagnosis
 from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.search import search
@@ -73,7 +73,8 @@ def diagnose(
     if explains_nothing(model, simulated):
         diagnosis = not_explained(model, simulated)
         return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
-    if contradicts(model, [run.record for run in fitted], criteria):
+    measured = MeasuredTorque.of(model.joint, model.parameters, [run.record for run in fitted])
+    if contradicts(model, measured, criteria):
         diagnosis = not_explained(model, simulated, CONTRADICTED)
         return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
     if explains_all(model, simulated):
@@ -81,7 +82,7 @@ def diagnose(
         return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
     validation = [part for part in parts if part.name not in model.records]
     until = None if options.budget is None else begin + options.budget
-    clock, found = _sought(Evidence(model, fitted, validation, options.horizon), criteria, until, log)
+    clock, found = _sought(Evidence(model, fitted, validation, options.horizon), measured, criteria, until, log)
     if clock.late:
         remarks, parts = (*remarks, clock.remark), [*map(clock.corrected, parts)]
     if found.events or clock.late:
@@ -98,18 +99,21 @@ def diagnose(
     )
 
 
-def _sought(evidence: Evidence, criteria: Criteria, until: float | None, log: Log) -> tuple[RecordedLate, SearchResult]:
+def _sought(
+    evidence: Evidence, measured: MeasuredTorque | None, criteria: Criteria, until: float | None, log: Log
+) -> tuple[RecordedLate, SearchResult]:
     """What a search finds with the torque where it acts, and by how much it was recorded late; with the torque as it
-    was recorded where causes undo that. until : when the time is up, None for never."""
+    was recorded where causes undo that. measured : the torque of the records of the fit; until : when the time is up,
+    None for never."""
     moved = in_time(evidence, criteria, log)
     if moved.clock.late:
         log(moved.clock.remark)
     with deadline(until):
         found = search(moved.evidence, criteria, log, moved.start)
         if not is_undone(moved.clock, found.causes):
-            return moved.clock, without_contradicted(found)
+            return moved.clock, without_contradicted(found, measured)
         log("a cause moves the torque again: searching with the torque as it was recorded")
-        return RecordedLate(), without_contradicted(search(evidence, criteria, log))
+        return RecordedLate(), without_contradicted(search(evidence, criteria, log), measured)
 
 
 def _all_simulated(model: FittedModel, parts: Sequence[Record], horizon: float | None) -> list[Simulated]:

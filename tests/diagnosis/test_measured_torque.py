@@ -12,7 +12,7 @@ from support.small_bench import AXIS, QUICK, TRUTH, fitted, records
 
 from robotid.catalogue import assemble
 from robotid.diagnosis import Diagnosis, diagnose
-from robotid.diagnosis.measured_torque import CONTRADICTED, contradicts
+from robotid.diagnosis.measured_torque import CONTRADICTED, MeasuredTorque, contradicts
 from robotid.estimate.fitted_model import FittedModel, fitted_model
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.regressor import friction_power
@@ -33,24 +33,38 @@ def opposite(made: list[Record]) -> list[Record]:
     return [replace(record, tau_m=-record.tau_m) for record in made]
 
 
+def contradicted(fitted: FittedModel, made: list[Record]) -> bool:
+    """By the first two records, of the fit."""
+    return contradicts(fitted, MeasuredTorque.of(fitted.joint, fitted.parameters, made[:2]), QUICK)
+
+
 def test_a_torque_of_the_other_sign_is_one_that_no_physical_effect_explains() -> None:
     made = records({})
-    assert contradicts(model(HEAVY, made), opposite(made)[:2], QUICK)
+    assert contradicted(model(HEAVY, made), opposite(made))
 
 
 def test_a_model_that_is_wrong_of_a_torque_that_it_could_explain_is_searched() -> None:
     made = records({})
-    assert not contradicts(model(HEAVY, made), made[:2], QUICK)
+    assert not contradicted(model(HEAVY, made), made)
 
 
 def test_a_model_that_lacks_what_holds_most_of_the_torque_is_searched() -> None:
     made = records({"motor.constant_torque.tau0": 20.0})
-    assert not contradicts(model(HEAVY, records({})), made[:2], QUICK)
+    assert not contradicted(model(HEAVY, records({})), made)
 
 
 def test_a_model_that_is_right_is_searched() -> None:
     made = records({})
-    assert not contradicts(model({}, made), made[:2], QUICK)
+    assert not contradicted(model({}, made), made)
+
+
+def test_what_the_torque_of_records_tells_is_known_of_these_alone() -> None:
+    made = records({})
+    found = MeasuredTorque.of(assemble(AXIS), fitted_model(fitted(made)).parameters, made)
+    assert found is not None
+    assert found.is_of(made)
+    assert not found.is_of(made[:1])
+    assert not found.is_of([replace(one) for one in made])
 
 
 def test_friction_absorbs_power_and_drives_where_it_is_negative() -> None:

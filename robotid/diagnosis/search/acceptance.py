@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -99,15 +99,32 @@ def objection(step: Step, criteria: Criteria) -> str | None:
     return next((why for test in OBJECTIONS if (why := test(step, criteria)) is not None), None)
 
 
-def accept_best(state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria) -> SearchState:
+@dataclass(frozen=True, slots=True, eq=False)
+class Steps:
+    """The steps from a state to refits of its last round, each made once: several ways of accepting a cause ask for the
+    same tests, and these are slow."""
+
+    state: SearchState
+    made: dict[CandidateRefit, Step] = field(default_factory=dict)
+
+    def to(self, one: CandidateRefit) -> Step:
+        """From the state's model to one that is refitted with a candidate."""
+        if one not in self.made:
+            state, seen = self.state, self.state.round
+            left_out, tried = seen.left_out(one.score), Tried.of(seen)
+            self.made[one] = Step(state.first, state.model, one.model, state.data, left_out, tried)
+        return self.made[one]
+
+
+def accept_best(state: SearchState, refits: Sequence[CandidateRefit], steps: Steps, criteria: Criteria) -> SearchState:
     """The state with the best cause of a round that stands all tests, and with those before it rejected.
 
     One that is rejected only because it may be noise is a twin of what explains no more and is accepted: by chance
-    alone the one passes and the other does not.
+    alone the one passes and the other does not. steps : from this state, or from one with the same model and round.
     """
     doubted = list[CandidateRefit]()
     for k, one in enumerate(refits):
-        step = step_to(state, one)
+        step = steps.to(one)
         why = objection(step, criteria)
         if why is None:
             return state.with_cause(as_cause(state, [one, *doubted, *refits[k + 1 :]], step))
@@ -117,10 +134,10 @@ def accept_best(state: SearchState, refits: Sequence[CandidateRefit], criteria: 
     return state
 
 
-def is_news(state: SearchState, one: CandidateRefit, criteria: Criteria) -> bool:
+def is_news(state: SearchState, one: CandidateRefit, steps: Steps, criteria: Criteria) -> bool:
     """Whether a refit shows that something is missing, be it this or another cause: it explains a share of the misfit
     that no noise would."""
-    return _removes_much(state, one) and is_noise(step_to(state, one), criteria) is None
+    return _removes_much(state, one) and is_noise(steps.to(one), criteria) is None
 
 
 def _removes_much(state: SearchState, one: CandidateRefit) -> bool:
@@ -129,7 +146,7 @@ def _removes_much(state: SearchState, one: CandidateRefit) -> bool:
 
 
 def accept_from_the_start(
-    state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria, log: Log
+    state: SearchState, refits: Sequence[CandidateRefit], steps: Steps, criteria: Criteria, log: Log
 ) -> SearchState:
     """The state with the best cause of a round where it stands all tests once it is fitted from where the fit of the
     model itself started.
@@ -139,7 +156,7 @@ def accept_from_the_start(
     """
     if not refits or not _removes_much(state, refits[0]):
         return state
-    if state.misfit <= state.data.samples and is_noise(step_to(state, refits[0]), criteria) is not None:
+    if state.misfit <= state.data.samples and is_noise(steps.to(refits[0]), criteria) is not None:
         return state
     log(f"refitting with {refits[0].effect} from the first start")
     found = from_the_start(refits[0], state)
@@ -151,8 +168,9 @@ def _with_first_that_stands(
 ) -> SearchState:
     """The state with the first of several refits that stands all tests, where one does; those after it, and then the
     others, may be its twins."""
+    steps = Steps(state)
     for k, one in enumerate(found):
-        step = step_to(state, one)
+        step = steps.to(one)
         if objection(step, criteria) is None:
             return state.with_cause(as_cause(state, [*found[k:], *others], step))
     return state
@@ -166,23 +184,25 @@ def accept_asked_for(state: SearchState, refits: Sequence[CandidateRefit], crite
     return _with_first_that_stands(state, found, [one for one in refits if one.effect not in effects], criteria)
 
 
-def accept_pair(state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria, log: Log) -> SearchState:
+def accept_pair(
+    state: SearchState, refits: Sequence[CandidateRefit], steps: Steps, criteria: Criteria, log: Log
+) -> SearchState:
     """The state with two causes that carry over only beside each other: without the second, the fit turns the first
     into an imitation of it.
 
     Where nothing known reaches the noise, a first cause that makes no sense imitates something that is not known.
     """
-    if not refits or not is_news(state, refits[0], criteria):
+    if not refits or not is_news(state, refits[0], steps, criteria):
         return state
-    step = step_to(state, refits[0])
+    step = steps.to(refits[0])
     if not (state.data.noise_reached or state.data.torque_errors) and is_not_physical(step, criteria) is not None:
         return state
     first = refits[0].effect
     log(f"looking for a second cause beside {first}")
     beside = state.with_model(step.after, criteria).scored(criteria)
-    pairs = refit_hopeful(beside, criteria, log).refits
+    pairs, further = refit_hopeful(beside, criteria, log).refits, Steps(beside)
     for k, one in enumerate(pairs):
-        second = step_to(beside, one)
+        second = further.to(one)
         if objection(replace(second, before=state.model), criteria) is None:
             return state.with_cause(as_cause(state, refits, step)).with_cause(as_cause(beside, pairs[k:], second))
     return _by_itself(pairs[0], first, refits, state, criteria) if pairs else state
@@ -198,12 +218,6 @@ def _by_itself(
     if score is None or lean is None:
         return state
     return _with_first_that_stands(state, [CandidateRefit(score, lean)], refits, criteria)
-
-
-def step_to(state: SearchState, one: CandidateRefit) -> Step:
-    """From a state's model to one refitted with a candidate of its last round."""
-    seen = state.round
-    return Step(state.first, state.model, one.model, state.data, seen.left_out(one.score), Tried.of(seen))
 
 
 def as_cause(state: SearchState, refits: Sequence[CandidateRefit], step: Step) -> AcceptedCause:

@@ -10,6 +10,7 @@ from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.search.acceptance import (
+    Steps,
     accept_asked_for,
     accept_best,
     accept_from_the_start,
@@ -212,8 +213,8 @@ def add_cause(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
     """The state with the best cause of the last round, from where the model is or from where its fit started, or with
     two that carry over only beside each other; where it explains little of a large misfit, with what the torque asks
     for along the measured motion; where none stands its tests, with those that were rejected."""
-    found = refit_hopeful(state, criteria, log)
-    extended = replace(accept_best(state, found.refits, criteria), unexamined=found.unexamined)
+    found, steps = refit_hopeful(state, criteria, log), Steps(state)
+    extended = replace(accept_best(state, found.refits, steps, criteria), unexamined=found.unexamined)
     accepted = len(extended.causes) > len(state.causes)
     if found.unexamined or (accepted and extended.causes[-1].explained > CHOICE.doubtful_share * left_share(state)):
         return extended
@@ -226,10 +227,10 @@ def add_cause(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
             return other
     if accepted:
         return extended
-    again = accept_from_the_start(extended, found.refits, criteria, log)
+    again = accept_from_the_start(extended, found.refits, steps, criteria, log)
     if len(again.causes) > len(state.causes):
         return again
-    return accept_pair(extended, found.refits, criteria, log)
+    return accept_pair(extended, found.refits, steps, criteria, log)
 
 
 def left_share(state: SearchState) -> float:

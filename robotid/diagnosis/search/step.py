@@ -20,6 +20,8 @@ from robotid.errors import NumericsError
 from robotid.estimate.residual import measured_output
 from robotid.model.array import Array
 from robotid.model.parameters import Parameters
+from robotid.model.structure import Structure
+from robotid.parallel import each
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,17 +54,17 @@ class Step:
         if not self.data.validation:
             return None
         starts = (self.after.parameters.with_values(nothing), self.after.parameters)
-        found = [self.refitted_to(self.data.validation, start, near) for start in starts]
+        alone = self._alone(self.data.validation)
+        found = each(_refitted, (self.after.structure, alone, near), starts, samples=alone.samples)
         return min((one for one in found if one is not None), key=lambda one: one.energy, default=None)
 
     def refitted_to(self, fitted: tuple[Segment, ...], start: Parameters, near: Trajectories) -> RefittedModel | None:
         """The model with the cause, refitted to other segments alone; None where it cannot be. start : from where;
         near : trajectories near to the solution."""
-        own = replace(self.data, fitted=fitted, validation=())
-        try:
-            return refit(self.after.structure, [start], own, near, CONFIRMING)
-        except NumericsError:
-            return None
+        return _refitted((self.after.structure, self._alone(fitted), near), start)
+
+    def _alone(self, fitted: tuple[Segment, ...]) -> EvaluationData:
+        return replace(self.data, fitted=fitted, validation=())
 
     @property
     def added(self) -> tuple[str, ...]:
@@ -112,6 +114,16 @@ class Step:
         """Of what the step adds being absent, by noise of any colour."""
         found = (p_value(self.after, one, self.left, self.tried, lambda: self.elsewhere) for one in self.added)
         return max(found, default=0.0)
+
+
+def _refitted(shared: tuple[Structure, EvaluationData, Trajectories], start: Parameters) -> RefittedModel | None:
+    """A model refitted from given values, None where it cannot be. shared : its structure, the segments, and
+    trajectories near to the solution."""
+    structure, data, near = shared
+    try:
+        return refit(structure, [start], data, near, CONFIRMING)
+    except NumericsError:
+        return None
 
 
 def _squared(signals: Sequence[Array]) -> float:

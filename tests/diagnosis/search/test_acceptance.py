@@ -12,7 +12,14 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.refit import RefitOptions, refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
 from robotid.diagnosis.search import acceptance
-from robotid.diagnosis.search.acceptance import Step, accept_best, accept_from_the_start, drop_worthless, objection
+from robotid.diagnosis.search.acceptance import (
+    Step,
+    Steps,
+    accept_best,
+    accept_from_the_start,
+    drop_worthless,
+    objection,
+)
 from robotid.diagnosis.search.refits import CandidateRefit
 from robotid.diagnosis.search.state import AcceptedCause
 from robotid.errors import NumericsError
@@ -82,7 +89,7 @@ def test_what_may_be_noise_by_chance_alone_is_not_distinguished(monkeypatch: pyt
     ):
         test = partial(_rejected_alone, model, doubted)
         monkeypatch.setattr(acceptance, "OBJECTIONS", (test,))
-        (cause,) = accept_best(state, refits, QUICK).causes
+        (cause,) = accept_best(state, refits, Steps(state), QUICK).causes
         assert cause.twins == twins
 
 
@@ -95,13 +102,13 @@ def test_a_cause_is_found_from_where_the_fit_started_when_the_fit_has_led_astray
     (score,) = [one for one in state.round.best_of_each if one.candidate.name == "motor.stribeck"]
     structure, start = extended(state.first, "motor.stribeck", STRIBECK)
     astray = CandidateRefit(score, refit(structure, [start], state.data, state.first.trajectories, ONE_STEP))
-    (found,) = accept_from_the_start(state, [astray], QUICK, lambda _: None).causes
+    (found,) = accept_from_the_start(state, [astray], Steps(state), QUICK, lambda _: None).causes
     assert found.effect == "motor.stribeck"
     assert found.after.parameters["motor.stribeck.dFs"] == pytest.approx(0.15, rel=0.05)
     unknown = replace(state, start={})
-    assert accept_from_the_start(unknown, [astray], QUICK, lambda _: None) is unknown
+    assert accept_from_the_start(unknown, [astray], Steps(unknown), QUICK, lambda _: None) is unknown
     nowhere = replace(state, start={name: 1e3 * value for name, value in TRUTH.items()})
-    assert accept_from_the_start(nowhere, [astray], QUICK, lambda _: None) is nowhere
+    assert accept_from_the_start(nowhere, [astray], Steps(nowhere), QUICK, lambda _: None) is nowhere
 
 
 @pytest.mark.parametrize(("size", "tried"), [(0.15, True), (0.02, False)])
@@ -112,5 +119,5 @@ def test_what_may_be_noise_is_fitted_once_more_only_where_the_misfit_is_large(si
     (score,) = [one for one in state.round.best_of_each if one.candidate.name == "motor.stribeck"]
     structure, start = extended(state.first, "motor.stribeck", hidden)
     one, said = CandidateRefit(score, refit(structure, [start], state.data, state.first.trajectories)), list[str]()
-    assert accept_from_the_start(state, [one], replace(QUICK, significance=0.0), said.append) is state
+    assert accept_from_the_start(state, [one], Steps(state), replace(QUICK, significance=0.0), said.append) is state
     assert bool(said) is tried

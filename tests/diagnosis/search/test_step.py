@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import pytest
@@ -40,11 +41,11 @@ def test_records_held_out_confirm_a_cause_from_nothing_or_from_what_it_was(monke
     tried = list[Parameters]()
     energies = iter((3.0, 2.0, 2.0, 3.0))
 
-    def refitted_to(_: Step, __: object, start: Parameters, ___: object) -> RefittedModel:
-        tried.append(start)
+    def refitted(_: object, starts: Sequence[Parameters], *__: object) -> RefittedModel:
+        tried.extend(starts)
         return plain_model(next(energies))
 
-    monkeypatch.setattr(Step, "refitted_to", refitted_to)
+    monkeypatch.setattr(steps, "refit", refitted)
     for _ in range(2):
         found = Step(state.first, idle, both, state.data).elsewhere
         assert found is not None
