@@ -21,6 +21,7 @@ from robotid.model.structure import changed, is_change, rests_on
 NOT_CONFIRMED = "a fit does not confirm it: the held-out records gain nothing by it"
 ANOTHER_SIZE = "is not the same in all records: {} of {} differs by {:.0f} % of its size"
 RESTS = "only makes up for {}, which is no cause"
+BESIDE = "carries over only beside {}, which is no cause"
 
 
 def is_idle(cause: Cause) -> bool:
@@ -58,9 +59,9 @@ def without_causes(diagnosis: Diagnosis, why: Mapping[str, str]) -> Diagnosis:
     """The diagnosis with causes rejected, and what rests on them. why : each is none, by name."""
     none = {one.effect: why[one.effect] for one in diagnosis.causes if one.effect in why}
     for one in diagnosis.causes:
-        of = next((effect for effect in why if rests_on(one.effect, effect)), None)
+        of = next((effect for effect in why if rests_on(one.effect, effect) or one.beside == effect), None)
         if of is not None:
-            none.setdefault(one.effect, RESTS.format(of))
+            none.setdefault(one.effect, (BESIDE if one.beside == of else RESTS).format(of))
     idle = [one for one in diagnosis.causes if one.effect in none]
     kept = tuple(one for one in diagnosis.causes if one.effect not in none)
     left = tuple(Rejected(one.effect, one.explained, one.heldout_gain, none[one.effect]) for one in idle)

@@ -97,7 +97,7 @@ class Cause:
     held-out record that the share is of, where the cause is a difference of that record; empty where it is of the
     records of the fit. heldout_gain : of fit, on records or blocks that did not serve to fit it. twins : what these
     data cannot tell from it, itself first. confounded_with : what else is much like it on these motions, the most
-    alike first.
+    alike first. beside : the cause without which it does not carry over, empty where it does by itself.
     """
 
     effect: str
@@ -109,6 +109,7 @@ class Cause:
     separation: Separation | None
     confounded_with: tuple[Confounded, ...] = ()
     explained_of: str = ""
+    beside: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

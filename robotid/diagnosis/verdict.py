@@ -337,7 +337,17 @@ def _cause(found: AcceptedCause) -> Cause:
     """A cause as it is reported."""
     estimates = _estimates(found.after, found.effect)
     alike = tuple(one for one in found.confounded if one.effect not in found.twins)
-    return Cause(found.effect, estimates, found.explained, found.gain, found.p_value, found.twins, None, alike)
+    return Cause(
+        effect=found.effect,
+        parameters=estimates,
+        explained=found.explained,
+        heldout_gain=found.gain,
+        p_value=found.p_value,
+        twins=found.twins,
+        separation=None,
+        confounded_with=alike,
+        beside=found.beside,
+    )
 
 
 def _changed(found: RecordChange) -> Cause:

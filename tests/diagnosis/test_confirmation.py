@@ -73,6 +73,16 @@ def test_a_cause_of_another_size_on_a_held_out_record_imitates_something(apart: 
         assert "dFs of day2" in left.rejected[0].why
 
 
+def test_a_cause_that_carries_over_only_beside_another_goes_with_it() -> None:
+    other = replace(cause(0.0), effect="motor.cogging", explained=0.2)
+    first = replace(cause(0.3), explained=0.7, beside=other.effect)
+    found = replace(NAMED, causes=(first, other), remaining_share=0.1)
+    left = without_causes(found, unconfirmed(found))
+    assert left.causes == ()
+    assert left.rejected[0].why == "carries over only beside motor.cogging, which is no cause"
+    assert without_causes(found, {first.effect: "another reason"}).causes == (other,)
+
+
 def test_what_rests_on_a_cause_goes_with_it() -> None:
     found = replace(NAMED, causes=(cause(0.0), change(0.05)), remaining_share=0.03)
     left = without_causes(found, unconfirmed(found))

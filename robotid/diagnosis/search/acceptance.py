@@ -204,7 +204,8 @@ def accept_pair(
     for k, one in enumerate(pairs):
         second = further.to(one)
         if objection(replace(second, before=state.model), criteria) is None:
-            return state.with_cause(as_cause(state, refits, step)).with_cause(as_cause(beside, pairs[k:], second))
+            leading = replace(as_cause(state, refits, step), beside=one.effect)
+            return state.with_cause(leading).with_cause(as_cause(beside, pairs[k:], second))
     return _by_itself(pairs[0], first, refits, state, criteria) if pairs else state
 
 
@@ -260,9 +261,9 @@ def drop_worthless(state: SearchState, criteria: Criteria, log: Log) -> SearchSt
     gain that it has there."""
     last = state.causes[-1]
     for one in state.causes[:-1]:
-        if any(rests_on(other.effect, one.effect) for other in state.causes) or stands_firm(
-            one, lost_without(one, state)
-        ):
+        if any(rests_on(other.effect, one.effect) or other.beside == one.effect for other in state.causes):
+            continue
+        if stands_firm(one, lost_without(one, state)):
             continue
         log(f"trying without {one.effect}")
         lean = _without(state.model, one.effect, state.data)

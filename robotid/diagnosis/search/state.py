@@ -30,7 +30,8 @@ class AcceptedCause:
     explained : share of the first model's misfit that it removes from the fitted segments; gain : of the fit on the
     validation segments [% points]; twins : effects that these data cannot distinguish from it, itself first; before,
     after : the model without and with it; rival : the model with the first of its twins that was refitted; confounded :
-    what answers much like it on these motions.
+    what answers much like it on these motions; beside : the cause without which it does not carry over, empty where it
+    does by itself.
     """
 
     effect: str
@@ -42,6 +43,7 @@ class AcceptedCause:
     after: RefittedModel
     rival: RefittedModel | None = None
     confounded: tuple[Confounded, ...] = ()
+    beside: str = ""
 
 
 @dataclass(frozen=True, slots=True)

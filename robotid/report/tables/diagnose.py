@@ -155,6 +155,8 @@ def _cause(cause: Cause) -> Json:
     }
     if cause.explained_of:
         found["explained_of"] = cause.explained_of
+    if cause.beside:
+        found["beside"] = cause.beside
     if cause.separation is not None:
         s = cause.separation
         found["separate_by"] = {"excite": _block(s), "against": s.against, "ratio": s.ratio}

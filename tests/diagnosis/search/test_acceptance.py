@@ -17,11 +17,12 @@ from robotid.diagnosis.search.acceptance import (
     Steps,
     accept_best,
     accept_from_the_start,
+    accept_pair,
     drop_worthless,
     objection,
 )
-from robotid.diagnosis.search.refits import CandidateRefit
-from robotid.diagnosis.search.state import AcceptedCause
+from robotid.diagnosis.search.refits import CandidateRefit, RefitRound
+from robotid.diagnosis.search.state import AcceptedCause, SearchState
 from robotid.errors import NumericsError
 
 ONE_STEP = RefitOptions(max_iterations=1)
@@ -109,6 +110,24 @@ def test_a_cause_is_found_from_where_the_fit_started_when_the_fit_has_led_astray
     assert accept_from_the_start(unknown, [astray], Steps(unknown), QUICK, lambda _: None) is unknown
     nowhere = replace(state, start={name: 1e3 * value for name, value in TRUTH.items()})
     assert accept_from_the_start(nowhere, [astray], Steps(nowhere), QUICK, lambda _: None) is nowhere
+
+
+def test_the_first_of_a_pair_remembers_beside_what_it_carries_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    state = begun(records(STRIBECK), QUICK).scored(QUICK)
+    structure, start = extended(state.first, "motor.stribeck", STRIBECK)
+    model = refit(structure, [start], state.data, state.first.trajectories)
+
+    def refitted(seen: SearchState, effect: str) -> CandidateRefit:
+        (score,) = [one for one in seen.round.best_of_each if one.candidate.name == effect]
+        return CandidateRefit(score, model)
+
+    monkeypatch.setattr(acceptance, "refit_hopeful", lambda seen, *_: RefitRound((refitted(seen, "motor.cogging"),)))
+    monkeypatch.setattr(acceptance, "OBJECTIONS", ())
+    found = accept_pair(state, [refitted(state, "motor.stribeck")], Steps(state), QUICK, lambda _: None)
+    assert [(one.effect, one.beside) for one in found.causes] == [
+        ("motor.stribeck", "motor.cogging"),
+        ("motor.cogging", ""),
+    ]
 
 
 @pytest.mark.parametrize(("size", "tried"), [(0.15, True), (0.02, False)])
