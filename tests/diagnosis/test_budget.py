@@ -89,14 +89,27 @@ def test_gains_that_no_time_is_left_for_are_those_of_the_search() -> None:
     assert same.remarks[-1].startswith("the gains and parameters of the causes are those of the search")
 
 
-def test_an_event_that_was_placed_in_time_is_set_aside_however_long_it_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("in_time", [0, 1])
+def test_an_event_that_takes_too_long_to_set_aside_stays_and_is_named_as_not_examined(
+    in_time: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     made, ends, setting_aside = eventful(PUSH), list[float | None](), search.without_event
 
-    def asked(evidence: Evidence, event: Event) -> Evidence:
+    def too_slow(evidence: Evidence, event: Event) -> Evidence:
         ends.append(until())
+        if len(ends) > in_time:
+            raise OutOfTime
         return setting_aside(evidence, event)
 
-    monkeypatch.setattr(search, "without_event", asked)
+    monkeypatch.setattr(search, "without_event", too_slow)
     found = diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=60.0))
+    assert (found.verdict, found.events) == ("unknown", ())
+    assert None not in ends
+    (remark,) = (one for one in found.remarks if "not examined" in one)
+    assert remark.startswith("the budget of 60 s is spent; not examined: what happened once in slow at ")
+
+
+def test_an_event_that_is_set_aside_in_time_is_kept() -> None:
+    made = eventful(PUSH)
+    found = diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=1e6))
     assert [(one.record, one.kind) for one in found.events] == [("slow", "bump")]
-    assert set(ends) == {None}

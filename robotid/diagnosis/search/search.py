@@ -37,7 +37,9 @@ from robotid.diagnosis.search.unexplained import better_curve, with_unexplained,
 from robotid.errors import NumericsError
 from robotid.interrupt import OutOfTime, check, deadline
 from robotid.model.structure import RECORD_CHANGE
+from robotid.numerals import plain as plain_number
 
+EVENT = "what happened once in {} at {} s"
 FURTHER = "further causes"
 UNEXPLAINED = "what no effect explains"
 CHANGES = "what differs on the records held out"
@@ -88,6 +90,7 @@ def _beside_events(
                 start = start if start.rounds else _scored(start, criteria, log)
                 log("looking for events")
         seen = largest_event(evidence, start.first, start.data, criteria, start.round.scores) if more else None
+        result = None
         if seen is None or not seen.leading:
             known = None if events else plain
             result = known or _by_either_noise(evidence, start, criteria, log)
@@ -99,15 +102,18 @@ def _beside_events(
             if seen is None or not seen.leading or seen.energy < least:
                 return (replace(result, events=tuple(events)) if events else result), plain
         try:
-            with deadline(None):
-                event = _settled(evidence, seen.event, criteria)
-                settled = abs(event.torque) < ACCEPTANCE.amplitude_sigma * event.std
-                if not settled:
-                    without = without_event(evidence, event)
-                    start, evidence = first_state(without, criteria), without
-                    events.append(event)
+            event = _settled(evidence, seen.event, criteria)
+            settled = abs(event.torque) < ACCEPTANCE.amplitude_sigma * event.std
+            if not settled:
+                without = without_event(evidence, event)
+                start, evidence = first_state(without, criteria), without
+                events.append(event)
         except NumericsError:  # records without it cannot be simulated: they keep it
             settled = True
+        except OutOfTime:
+            found = _late(as_result(start)) if result is None else replace(result, late=True)
+            unexamined = (EVENT.format(seen.event.record, plain_number(seen.event.start)), *found.unexamined)
+            return replace(found, unexamined=unexamined, events=tuple(events)), plain
 
 
 def _settled(evidence: Evidence, event: Event, criteria: Criteria) -> Event:
