@@ -12,7 +12,7 @@ from math import isfinite
 from typing import IO, TYPE_CHECKING, Literal
 
 from robotid.errors import printable
-from robotid.report.tables.table import Json, Table
+from robotid.report.tables.table import Json, Table, for_people
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -58,7 +58,7 @@ def print_tables(tables: Sequence[Table]) -> None:
     """Tables on stdout; where that is not a terminal, bare of colour and as wide as need be."""
     on_terminal, buffer = sys.stdout.isatty(), StringIO()
     console = terminal(sys.stdout) if on_terminal else terminal(buffer, WIDE)
-    parts = [part for table in tables for part in _parts(_printable(table), console.width)]
+    parts = [part for table in tables for part in _parts(_printable(for_people(table)), console.width)]
     for i, table in enumerate(parts):
         if i:
             console.print()

@@ -19,6 +19,7 @@ from markupsafe import Markup, escape
 
 from robotid.interrupt import check
 from robotid.model.array import Array
+from robotid.model.units import typeset
 from robotid.numerals import significant
 from robotid.report.drawing.layout import time_figure
 from robotid.report.drawing.time import Series, TimePlot
@@ -29,7 +30,7 @@ from robotid.report.style.axes import envelope
 from robotid.report.style.svg import COLOURS, identifier, inline
 from robotid.report.summary import robot_summary, summary
 from robotid.report.tables.overview import overview
-from robotid.report.tables.table import Table
+from robotid.report.tables.table import Table, for_people
 
 MAX_VALUES = 400_000  # of all signals that can be zoomed, together, their times among them: 2.1 MB
 MIN_SAMPLES = 2000  # of one of them
@@ -373,7 +374,8 @@ class _Grid:
     note: str
 
 
-def _grid(table: Table) -> _Grid:
+def _grid(plain: Table) -> _Grid:
+    table = for_people(plain)
     kept = [k for k in range(len(table.columns)) if not k or any(row[k] for row in table.rows)]
     rows = tuple(tuple(row[k] for k in kept) for row in table.rows)
     kinds = tuple(_kind([row[k] for row in rows]) for k in range(len(kept)))
@@ -387,10 +389,10 @@ def _signed(cell: str) -> str:
 
 
 def written(sentence: str) -> Markup:
-    """A sentence as it is set: percent signs stay with their numbers, negative ones have a minus sign, commands stand
-    apart."""
+    """A sentence as it is set: percent signs stay with their numbers, negative ones have a minus sign, powers of units
+    are raised, commands stand apart."""
     parts = sentence.split("`")  # every other one is a command
-    parts[::2] = [NEGATIVE.sub("−", escape(part).replace(" %", "\u00a0%")) for part in parts[::2]]
+    parts[::2] = [NEGATIVE.sub("−", escape(typeset(part)).replace(" %", "\u00a0%")) for part in parts[::2]]
     parts[1::2] = [Markup("<code>{}</code>").format(part) for part in parts[1::2]]
     return Markup("").join(Markup(part) for part in parts)
 
@@ -415,4 +417,5 @@ def _template() -> Template:
     environment.filters["slug"] = lambda text: re.sub(r"\W+", "-", text.lower())
     environment.filters["identifier"] = identifier
     environment.filters["prose"] = written
+    environment.filters["typeset"] = typeset
     return environment.get_template("page.html")

@@ -36,6 +36,19 @@ def test_a_table_in_a_file_is_plain_and_never_folded(capsys: pytest.CaptureFixtu
     assert all(line == line.rstrip() for line in lines)
 
 
+def test_units_have_powers_and_names_stay(capsys: pytest.CaptureFixture[str]) -> None:
+    rows = (("m2", "m2 is 3 rad/s2 off", "kg m2"), ("m3", "-", "m2"))
+    print_tables([Table("Errors of m2 [rad/s2]", ("model", "why", "unit"), rows, "of 2 kg m2")])
+    title, _, _, *lines = capsys.readouterr().out.splitlines()
+    assert title == "Errors of m2 [rad/s²]"
+    found = [tuple(line.split("   ")) for line in lines]
+    assert [[cell.strip() for cell in line if cell.strip()] for line in found] == [
+        ["m2", "m2 is 3 rad/s² off", "kg m²"],
+        ["m3", "-", "m²"],
+        ["of 2 kg m²"],
+    ]
+
+
 def test_talk_goes_to_stderr_unless_quiet(capsys: pytest.CaptureFixture[str]) -> None:
     print_message("hello")
     print_message("nobody reads", quiet=True)

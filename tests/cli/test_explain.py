@@ -9,6 +9,7 @@ import pytest
 from robotid.catalogue import EFFECTS
 from robotid.cli.app import main
 from robotid.model.describe import describe
+from robotid.model.units import typeset_unit
 
 
 @pytest.mark.parametrize("name", EFFECTS)
@@ -20,7 +21,7 @@ def test_everything_declared_is_told(name: str, capsys: pytest.CaptureFixture[st
         assert fact in out
     for p in told.parameters:
         assert p.meaning in out
-        assert p.unit in out
+        assert typeset_unit(p.unit) in out
 
 
 @pytest.mark.parametrize("name", EFFECTS)

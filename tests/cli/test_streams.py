@@ -58,6 +58,12 @@ def test_a_closed_stdout_is_silence() -> None:
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp437"])
+def test_a_power_that_the_encoding_lacks_is_written_out(encoding: str) -> None:
+    shown = shell("$R explain inertia", PYTHONIOENCODING=encoding).stdout.decode(encoding)
+    assert ("kg m²" if encoding != "ascii" else "kg m^2") in shown
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp437"])
 def test_a_terminal_that_is_not_utf_8(encoding: str) -> None:
     done = shell("$R explain coulomb && $R explain && $R explain coulomb --json", PYTHONIOENCODING=encoding)
     assert (done.returncode, done.stderr) == (0, b"")

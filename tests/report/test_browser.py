@@ -324,7 +324,9 @@ def test_tables_sort_by_size_and_are_saved(shown: Page, tmp_path: Path) -> None:
         if (found := list(tmp_path.glob("*.csv"))) and found[0].read_text():
             break
         time.sleep(0.1)
-    head, *rows = found[0].read_text().splitlines()
+    head, *rows = found[0].read_text(encoding="utf-8").splitlines()
+    assert shown.evaluate(f"{table}.textContent.includes('kg m\u00b2')")
+    assert {row.split(",")[1] for row in rows} >= {"kg m2", "Nm/rad"}
     assert head.split(",")[:3] == ["parameter", "unit", "value"]
     assert len(rows) == len(shown.evaluate(values))
     assert shown.said == []

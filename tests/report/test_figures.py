@@ -45,7 +45,7 @@ def texts(figure: Figure) -> str:
     [
         (recordings, ["small (estimate)", "large (validate)", "motor torque [Nm]", "time [s]"]),
         (excitation, ["small", "reference speed [rad/s]"]),
-        (flex, ["small, measured", "Motor torque to motor acceleration", "magnitude\n[rad/s2/Nm]", "frequency [Hz]"]),
+        (flex, ["small, measured", "Motor torque to motor acceleration", "magnitude\n[rad/s²/Nm]", "frequency [Hz]"]),
         (fits, ["value over that of m", "iteration", "n"]),
         (
             validation,
@@ -102,7 +102,7 @@ def test_lags_outside_the_band_are_of_another_colour() -> None:
 
 def test_a_sliding_axis_has_its_own_units() -> None:
     assert "motor force [N]" in texts(draw(recordings(), sliding))
-    assert "magnitude\n[m/s2/N]" in texts(draw(flex(), sliding))
+    assert "magnitude\n[m/s²/N]" in texts(draw(flex(), sliding))
 
 
 def test_a_validation_without_responses_or_records() -> None:

@@ -14,6 +14,7 @@ import pytest
 from support.html_document import Document
 from support.report_findings import findings
 
+from robotid.model.units import typeset
 from robotid.report.evidence.results import Evidence
 from robotid.report.findings import Findings
 from robotid.report.origin import Origin, Source
@@ -70,7 +71,7 @@ def test_a_page_after_every_stage(stage: str) -> None:
     assert {f"figure-{spec.name}" for spec in shown} <= set(document.values("id"))
     assert document.tags["figure"] == len(shown)
     assert document.tags["svg"] == len(shown)
-    assert summary(found) in document.text.replace("\u00a0", " ")
+    assert typeset(summary(found)) in document.text.replace("\u00a0", " ")
     assert [document.tags[tag] for tag in ("h1", "title", "main")] == [1, 1, 1]
 
 

@@ -419,7 +419,8 @@
   });
 
   // Tables: sorted by a head, numbers by size, and saved as comma-separated values.
-  const plain = (cell) => cell.textContent.trim().replace(/−/g, "-");
+  const POWERS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+  const plain = (cell) => cell.textContent.trim().replace(/−/g, "-").replace(/(?<=[A-Za-z])[⁰¹²³⁴-⁹]/g, (power) => POWERS.indexOf(power));
   function sort(table, head, column) {
     const up = head.getAttribute("aria-sort") !== "ascending", body = table.tBodies[0], rows = [...body.rows];
     for (const other of table.tHead.rows[0].cells) other.removeAttribute("aria-sort");

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from robotid.estimate.result import Estimate, FitResult, Fits
+from robotid.model.units import typeset_unit
 from robotid.numerals import number, ten_to
 from robotid.report.style.axes import (
     BLUE,
@@ -55,7 +56,7 @@ def draw_estimates(axes: Axes, estimates: Sequence[Estimate], units: Units = str
     for row, p in enumerate(estimates):
         spread = 200 * p.std_robust / abs(p.value) if p.value and np.isfinite(p.std_robust) else 0.0
         axes.errorbar(0.0, row, xerr=spread, fmt="o", color=colour(0), **MARK)
-    unit = [units(p.unit) for p in estimates]
+    unit = [typeset_unit(units(p.unit)) for p in estimates]
     names = [f"{p.name}\n{number(p.value, 4)} {'' if u == '1' else u}" for p, u in zip(estimates, unit, strict=True)]
     axes.set_yticks(range(len(estimates)), names)
     axes.set_ylim(len(estimates) - 0.4, -0.6)

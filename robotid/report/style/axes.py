@@ -14,7 +14,7 @@ from matplotlib.legend import Legend
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, ScalarFormatter
 
 from robotid.model.array import Array
-from robotid.model.units import sliding_words
+from robotid.model.units import sliding_words, typeset
 from robotid.numerals import significant
 
 Units = Callable[[str], str]
@@ -46,10 +46,10 @@ def colour(k: int) -> str:
 
 def style_axes(axes: Axes, x: str, y: str, title: str = "") -> None:
     """Labels, grid, and no frame beyond the two axes. Ticks are written out: none is to be added to what stands beside
-    the axis."""
-    axes.set_xlabel(x, fontsize=9)
-    axes.set_ylabel(y, fontsize=9)
-    axes.set_title(title, fontsize=10, loc="left", color=INK)
+    the axis. Powers of units are raised."""
+    axes.set_xlabel(typeset(x), fontsize=9)
+    axes.set_ylabel(typeset(y), fontsize=9)
+    axes.set_title(typeset(title), fontsize=10, loc="left", color=INK)
     axes.tick_params(labelsize=8, color=FAINT)
     axes.grid(True, which="major", color=GRID, linewidth=0.6)
     axes.set_axisbelow(True)

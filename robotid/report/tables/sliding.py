@@ -6,10 +6,9 @@ import re
 from dataclasses import replace
 
 from robotid.model.units import sliding, sliding_words
-from robotid.report.tables.table import Table
+from robotid.report.tables.table import UNIT, Table
 
 IN_BRACKETS = re.compile(r"\[([^\]]+)\]")
-UNIT = "unit"  # heading of a column of units
 
 
 def in_units_of_axis(table: Table, *, linear: bool) -> Table:

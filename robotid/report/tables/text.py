@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
-from robotid.report.tables.table import Table
+from robotid.report.tables.table import Table, for_people
 
 GAP = "   "  # between columns
 RULE = "─"
@@ -13,12 +13,12 @@ RULE = "─"
 
 def as_text(tables: Sequence[Table]) -> str:
     """Tables one below the other, each under its title, numbers flush right."""
-    return "\n\n".join(map(_text, tables))
+    return "\n\n".join(map(_text, map(for_people, tables)))
 
 
 def as_html(tables: Sequence[Table]) -> str:
     """Tables as HTML elements, without a page around them."""
-    return "\n".join(map(_html, tables))
+    return "\n".join(map(_html, map(for_people, tables)))
 
 
 def without_empty_columns(table: Table) -> tuple[tuple[str, ...], list[tuple[str, ...]], list[bool]]:

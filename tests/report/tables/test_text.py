@@ -28,6 +28,13 @@ def test_tables_stand_apart_and_heads_may_be_missing() -> None:
     assert as_text([facts, facts]) == "verdict   clean\nunit      rad/s\n\nverdict   clean\nunit      rad/s"
 
 
+def test_powers_of_units_are_raised() -> None:
+    table = Table("", ("model", "unit"), (("m2", "kg m2"),))
+    assert as_text([table]).splitlines()[-1] == "m2      kg m²"
+    assert "<td" in as_html([table])
+    assert "kg m²</td>" in as_html([table])
+
+
 def test_html_escapes_what_cells_hold() -> None:
     page = as_html([TABLE])
     assert '<td style="text-align: left">a &lt; b</td><td style="text-align: right">9.25</td>' in page
