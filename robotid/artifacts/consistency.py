@@ -4,8 +4,12 @@ A field's metadata "shape" names the lengths of its array or tuple, such as ("p"
 its values. A name means one length within a dataclass and in all that it holds; one that ends in "[]" means one length
 for each key of a mapping. "lengths" of a mapping of dataclasses gives such names to what is called otherwise in these.
 A field with "may_be_empty" may hold an array without elements instead. A word with "among" is a key of that field;
-"keys" of a mapping of dataclasses names their field that repeats the key. Numbers with "finite" are finite, and not
-none at all; those with "positive" are above zero, too. What else must agree, a class states in `contradictions()`.
+"keys" of a mapping of dataclasses names their field that repeats the key. What else must agree, a class states in
+`contradictions()`.
+
+No number is infinite unless its field is "unbounded", and none is so large that its square is no number any more.
+Numbers with "finite" are numbers, and at least one unless the field may be empty; those with "positive" are above zero,
+too. "least" and "largest" bound them.
 """
 
 from __future__ import annotations
@@ -15,6 +19,9 @@ from dataclasses import Field, fields, is_dataclass
 from typing import Any
 
 import numpy as np
+
+LARGEST, SMALLEST = 1e100, 1e-100
+"""In SI units, far beyond what anything measures: squares and reciprocals of what is between are numbers still."""
 
 Lengths = Mapping[str, tuple[int, str]]
 """What each name means so far, and the field that says so."""
@@ -33,7 +40,6 @@ def mismatches(content: Any, known: Lengths | None = None) -> Iterator[str]:
             keys, value = field.metadata.get("keys"), getattr(content, field.name)
             if keys and any(getattr(part, keys) != key for key, part in value.items()):
                 yield f"{type(content).__name__}.{field.name} holds something of another name"
-        yield from getattr(content, "contradictions", tuple)()
         for field in fields(content):
             value, given = getattr(content, field.name), field.metadata.get("lengths")
             if given and isinstance(value, Mapping):
@@ -43,22 +49,47 @@ def mismatches(content: Any, known: Lengths | None = None) -> Iterator[str]:
                     yield from mismatches(part, others | {n: lengths[o] for n, o in own.items() if o in lengths})
             else:
                 yield from mismatches(value, lengths)
+        yield from getattr(content, "contradictions", tuple)()
     elif isinstance(content, (Mapping, tuple)):
         for part in content.values() if isinstance(content, Mapping) else content:
             yield from mismatches(part, lengths)
 
 
 def _of_numbers(content: Any, field: Field[Any]) -> Iterator[str]:
-    value, positive = getattr(content, field.name), field.metadata.get("positive", False)
-    if value is None or not (positive or field.metadata.get("finite")):
-        return
-    place, numbers = f"{type(content).__name__}.{field.name}", np.asarray(value)
+    place = f"{type(content).__name__}.{field.name}"
+    for numbers in _numbers(getattr(content, field.name)):
+        wrong = _wrong(numbers, field.metadata)
+        if wrong:
+            yield f"{place} is {wrong}"
+
+
+def _numbers(value: Any) -> Iterator[np.ndarray[Any, Any]]:
+    """The numbers of a field, arrays of any shape; of a mapping those of each value."""
+    if isinstance(value, Mapping):
+        for part in value.values():
+            yield from _numbers(part)
+    elif isinstance(value, (np.ndarray, int, float, complex)) or (
+        isinstance(value, tuple) and all(isinstance(part, (int, float, complex)) for part in value)
+    ):
+        yield np.asarray(value)
+
+
+def _wrong(numbers: np.ndarray[Any, Any], metadata: Mapping[str, Any]) -> str:
+    """What numbers are and must not be, empty where there is nothing of that."""
+    positive, unbounded = metadata.get("positive", False), metadata.get("unbounded", False)
+    finite = positive or metadata.get("finite", False)
     if not numbers.size:
-        yield f"{place} is empty"
-    elif not np.isfinite(numbers).all():
-        yield f"{place} is not finite"
-    elif positive and not (numbers > 0).all():
-        yield f"{place} is not positive"
+        return "empty" if finite and not metadata.get("may_be_empty") else ""
+    if (finite and np.isnan(numbers).any()) or (not unbounded and np.isinf(numbers).any()):
+        return "not finite"
+    size = np.abs(numbers[np.isfinite(numbers)])
+    largest = metadata.get("largest", np.inf if unbounded else LARGEST)
+    if (size > largest).any():
+        return f"beyond {largest:g}"
+    if positive and not (numbers > SMALLEST).all():
+        return "not positive"
+    least = metadata.get("least")
+    return f"below {least:g}" if least is not None and (numbers < least).any() else ""
 
 
 def _of_key(name: str, key: str) -> str:

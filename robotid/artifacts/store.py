@@ -32,7 +32,9 @@ BLOCK = 512  # [bytes] of the user block; HDF5 allows powers of two from here on
 SIGNATURE = re.compile(rb"robotid artifact, format (\d+)\n")
 AXES = "axes"
 FORMER_MARK = "robotid artifact"  # the attribute `format` of format 1
-NAMES = ("name", "record")  # fields that name what the reports show
+NAMES = ("name", "record", "unit", "units", "symbol", "effect", "against", "along", "model", "twins")
+"""Fields that name what the reports show."""
+LONGEST_NAME = 2000  # characters: the base parameters of a robot are sums of many names
 UNSAFE = re.compile(r"[<>\"&`]")
 AGAIN = "run its stage again"
 ELSEWHERE = "check its folder and the space left, or give another --out"
@@ -283,21 +285,26 @@ def _require_consistency(content: Any) -> None:
         raise CodecError(mismatch)
 
 
-def _require_names(content: Any) -> None:
-    """Raises CodecError where a name in a content, or the key of a mapping, has characters that no name has: names
-    become identifiers in pages, and cells of tables."""
+def _require_names(content: Any, *, named: bool = False) -> None:
+    """Raises CodecError where a name in a content, or the key of a mapping, has characters that no name has, or is
+    longer than any: names become identifiers in pages, cells of tables, and labels of figures. named : of a tuple,
+    whether its words are names."""
     if is_dataclass(content):
         parts = [(field.name in NAMES, getattr(content, field.name)) for field in fields(content)]
     elif isinstance(content, Mapping):
         parts = [(True, key) for key in content] + [(False, value) for value in content.values()]
     elif isinstance(content, tuple):
-        parts = [(False, value) for value in content]
+        parts = [(named, value) for value in content]
     else:
         return
     for is_name, part in parts:
-        if is_name and isinstance(part, str) and (UNSAFE.search(part) or printable(part) != part):
+        if is_name and isinstance(part, str) and _is_no_name(part):
             raise CodecError(f"{part!r} is no name")
-        _require_names(part)
+        _require_names(part, named=is_name)
+
+
+def _is_no_name(word: str) -> bool:
+    return len(word) > LONGEST_NAME or UNSAFE.search(word) is not None or printable(word) != word
 
 
 def _group(parent: h5py.Group, name: str) -> h5py.Group:

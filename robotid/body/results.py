@@ -22,7 +22,7 @@ class BaseParameter:
     name: str
     value: float = field(metadata={"unit_in": "unit"})
     unit: str
-    std: float = field(metadata={"unit_in": "unit"})
+    std: float = field(metadata={"unit_in": "unit", "unbounded": True, "least": 0.0})
     seen: bool
 
 
@@ -37,7 +37,7 @@ class BodyParameter:
     name: str
     value: float = field(metadata={"unit_in": "unit"})
     unit: str
-    std: float = field(metadata={"unit_in": "unit"})
+    std: float = field(metadata={"unit_in": "unit", "unbounded": True, "least": 0.0})
     start: float = field(metadata={"unit_in": "unit"})
     seen: float
     fixed: bool
@@ -50,8 +50,8 @@ class TorqueErrors:
 
     record: str
     fitted: bool
-    base: tuple[float, ...] = field(metadata={"unit": "%", "shape": ("axes",)})
-    consistent: tuple[float, ...] = field(metadata={"unit": "%", "shape": ("axes",)})
+    base: tuple[float, ...] = field(metadata={"unit": "%", "shape": ("axes",), "least": 0.0})
+    consistent: tuple[float, ...] = field(metadata={"unit": "%", "shape": ("axes",), "least": 0.0})
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -60,10 +60,10 @@ class BodyResult(Displayed):
 
     axes: tuple[str, ...] = field(metadata={"shape": ("axes",)})
     base: tuple[BaseParameter, ...]
-    condition_number: float
+    condition_number: float = field(metadata={"unbounded": True, "least": 0.0})
     parameters: tuple[BodyParameter, ...]
     errors: tuple[TorqueErrors, ...]
-    cutoff: dict[str, float] = field(metadata={"unit": "Hz"})
+    cutoff: dict[str, float] = field(metadata={"unit": "Hz", "least": 0.0})
     remarks: tuple[str, ...]
 
     def __getitem__(self, name: str) -> BodyParameter:

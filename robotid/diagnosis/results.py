@@ -26,11 +26,11 @@ class Misfit:
     """
 
     role: Role
-    fit_percent: float = field(metadata={"unit": "%"})
-    rmse: float = field(metadata={"unit": "rad/s or rad"})
-    noise_floor: float = field(metadata={"unit": "rad/s or rad"})
-    misfit: float = field(metadata={"unit": "rad/s or rad"})
-    explained_after: float
+    fit_percent: float = field(metadata={"unit": "%", "finite": True})
+    rmse: float = field(metadata={"unit": "rad/s or rad", "finite": True, "least": 0.0})
+    noise_floor: float = field(metadata={"unit": "rad/s or rad", "least": 0.0})
+    misfit: float = field(metadata={"unit": "rad/s or rad", "finite": True, "least": 0.0})
+    explained_after: float = field(metadata={"finite": True})
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ class Separation:
 
     against: str
     excite: str
-    ratio: float
+    ratio: float = field(metadata={"unbounded": True, "least": 0.0})
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ class Confounded:
     that lies along it, from 0 to 1, once the fitted parameters have taken what they can."""
 
     effect: str
-    correlation: float
+    correlation: float = field(metadata={"finite": True})
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,10 +67,10 @@ class Event:
     record: str
     kind: EventKind
     friction: bool
-    start: float = field(metadata={"unit": "s"})
-    end: float = field(metadata={"unit": "s"})
-    torque: float = field(metadata={"unit": "Nm"})
-    std: float = field(metadata={"unit": "Nm"})
+    start: float = field(metadata={"unit": "s", "finite": True})
+    end: float = field(metadata={"unit": "s", "finite": True})
+    torque: float = field(metadata={"unit": "Nm", "finite": True})
+    std: float = field(metadata={"unit": "Nm", "unbounded": True, "least": 0.0})
     p_value: float
 
 
@@ -84,7 +84,7 @@ class DetectionLimit:
 
     effect: str
     symbol: str
-    size: float = field(metadata={"unit_in": "unit"})
+    size: float = field(metadata={"unit_in": "unit", "unbounded": True, "least": 0.0})
     unit: str
 
 
@@ -102,7 +102,7 @@ class Cause:
 
     effect: str
     parameters: tuple[Estimate, ...]
-    explained: float
+    explained: float = field(metadata={"finite": True})
     heldout_gain: float = field(metadata={"unit": "% points"})
     p_value: float
     twins: tuple[str, ...]
@@ -117,7 +117,7 @@ class Rejected:
     """An effect that was tried, and why it is not a cause. heldout_gain is nan where no refit was worth it."""
 
     effect: str
-    explained: float
+    explained: float = field(metadata={"finite": True})
     heldout_gain: float = field(metadata={"unit": "% points"})
     why: str
 
@@ -143,9 +143,9 @@ class Diagnosis(Displayed):
     model: str
     output: Quantity
     unit: str
-    noise_floor: float = field(metadata={"unit_in": "unit"})
-    misfit: float = field(metadata={"unit_in": "unit"})
-    remaining: float = field(metadata={"unit_in": "unit"})
+    noise_floor: float = field(metadata={"unit_in": "unit", "least": 0.0})
+    misfit: float = field(metadata={"unit_in": "unit", "least": 0.0})
+    remaining: float = field(metadata={"unit_in": "unit", "least": 0.0})
     records: dict[str, Misfit]
     causes: tuple[Cause, ...]
     rejected: tuple[Rejected, ...]
@@ -154,10 +154,10 @@ class Diagnosis(Displayed):
     residuals: dict[str, Trace]
     shape: Curve | None
     remarks: tuple[str, ...] = ()
-    refitted: dict[str, float] = field(default_factory=dict, metadata={"unit": "SI"})
-    remaining_share: float = 1.0
+    refitted: dict[str, float] = field(default_factory=dict, metadata={"unit": "SI", "finite": True})
+    remaining_share: float = field(default=1.0, metadata={"finite": True})
     events: tuple[Event, ...] = ()
     limits: tuple[DetectionLimit, ...] = ()
-    late: float = field(default=0.0, metadata={"unit": "s"})
-    twist: dict[str, Array] = field(default_factory=dict, metadata={"unit": "rad", "shape": ("n[]",)})
+    late: float = field(default=0.0, metadata={"unit": "s", "finite": True})
+    twist: dict[str, Array] = field(default_factory=dict, metadata={"unit": "rad", "shape": ("n[]",), "finite": True})
     apart: tuple[str, ...] = ()

@@ -24,9 +24,9 @@ class SpringLaw:
     """tau = k1 x + k3 g(x) by some method. k3_std : what the stiffnesses' own errors leave."""
 
     method: str
-    k1: float = field(metadata={"unit": "Nm/rad"})
-    k3: float = field(metadata={"unit": "Nm/rad3"})
-    k3_std: float = field(metadata={"unit": "Nm/rad3"})
+    k1: float = field(metadata={"unit": "Nm/rad", "finite": True})
+    k3: float = field(metadata={"unit": "Nm/rad3", "finite": True})
+    k3_std: float = field(metadata={"unit": "Nm/rad3", "unbounded": True, "least": 0.0})
 
     @property
     def stiffens(self) -> bool:

@@ -42,15 +42,15 @@ class FlexReading:
     """
 
     record: str
-    notch: float | None = field(metadata={"unit": "rad/s"})
-    resonance: float | None = field(metadata={"unit": "rad/s"})
-    gain: float = field(metadata={"unit": "rad/s2/Nm"})
-    Jm: float = field(metadata={"unit": "kg m2"})
+    notch: float | None = field(metadata={"unit": "rad/s", "positive": True})
+    resonance: float | None = field(metadata={"unit": "rad/s", "positive": True})
+    gain: float = field(metadata={"unit": "rad/s2/Nm", "finite": True})
+    Jm: float = field(metadata={"unit": "kg m2", "finite": True})
     k: float | None = field(metadata={"unit": "Nm/rad"})
-    values: dict[str, float] = field(metadata={"unit": "SI"})
-    relative_std: dict[str, float]
-    misfit: float
-    twist: float = field(metadata={"unit": "rad"})
+    values: dict[str, float] = field(metadata={"unit": "SI", "finite": True})
+    relative_std: dict[str, float] = field(metadata={"unbounded": True, "least": 0.0})
+    misfit: float = field(metadata={"least": 0.0})
+    twist: float = field(metadata={"unit": "rad", "least": 0.0})
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -64,7 +64,7 @@ class FlexResult(Displayed):
     readings: tuple[FlexReading, ...]
     parameters: tuple[Estimate, ...]
     springs: tuple[SpringLaw, ...]
-    guesses: dict[str, float] = field(metadata={"unit": "SI"})
+    guesses: dict[str, float] = field(metadata={"unit": "SI", "finite": True})
     remarks: tuple[str, ...]
 
     @property

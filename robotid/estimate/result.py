@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+import numpy as np
+
 from robotid.catalogue import assemble
 from robotid.display import Displayed
 from robotid.errors import RobotidError
@@ -33,12 +35,12 @@ class Estimate:
     """
 
     name: str
-    value: float = field(metadata={"unit_in": "unit"})
+    value: float = field(metadata={"unit_in": "unit", "finite": True})
     unit: str
-    std: float = field(metadata={"unit_in": "unit"})
-    std_robust: float = field(metadata={"unit_in": "unit"})
-    lower: float = field(metadata={"unit_in": "unit"})
-    upper: float = field(metadata={"unit_in": "unit"})
+    std: float = field(metadata={"unit_in": "unit", "unbounded": True, "least": 0.0})
+    std_robust: float = field(metadata={"unit_in": "unit", "unbounded": True, "least": 0.0})
+    lower: float = field(metadata={"unit_in": "unit", "unbounded": True})
+    upper: float = field(metadata={"unit_in": "unit", "unbounded": True})
     fixed: bool = False
     remark: str = ""
 
@@ -59,18 +61,18 @@ class FitResult(Displayed):
     output: Quantity
     structure: Structure
     parameters: tuple[Estimate, ...] = field(metadata={"shape": ("p",)})
-    covariance: Array = field(metadata={"unit": "SI", "shape": ("p", "p")})
-    covariance_robust: Array = field(metadata={"unit": "SI", "shape": ("p", "p")})
-    initial_states: dict[str, Array] = field(metadata={"unit": "SI", "shape": ("states",)})
-    noise_std: dict[str, float] = field(metadata={"unit": "rad/s or rad"})
-    fit_percent: dict[str, float] = field(metadata={"unit": "%"})
-    cost: Array = field(metadata={"shape": ("costs",)})
-    iterations: int
+    covariance: Array = field(metadata={"unit": "SI", "shape": ("p", "p"), "finite": True})
+    covariance_robust: Array = field(metadata={"unit": "SI", "shape": ("p", "p"), "finite": True})
+    initial_states: dict[str, Array] = field(metadata={"unit": "SI", "shape": ("states",), "finite": True})
+    noise_std: dict[str, float] = field(metadata={"unit": "rad/s or rad", "finite": True, "least": 0.0})
+    fit_percent: dict[str, float] = field(metadata={"unit": "%", "finite": True})
+    cost: Array = field(metadata={"shape": ("costs",), "finite": True, "least": 0.0})
+    iterations: int = field(metadata={"least": 0.0})
     end: End
-    seconds: float = field(metadata={"unit": "s"})
+    seconds: float = field(metadata={"unit": "s", "finite": True, "least": 0.0})
     remarks: tuple[str, ...] = field(default=(), kw_only=True)
-    start: dict[str, float] = field(default_factory=dict, kw_only=True, metadata={"unit": "SI"})
-    horizon: float | None = field(default=None, kw_only=True, metadata={"unit": "s"})
+    start: dict[str, float] = field(default_factory=dict, kw_only=True, metadata={"unit": "SI", "finite": True})
+    horizon: float | None = field(default=None, kw_only=True, metadata={"unit": "s", "positive": True})
     keeps_angle: bool = field(default=False, kw_only=True)
 
     @property
@@ -81,6 +83,8 @@ class FitResult(Displayed):
         """What does not agree with its records and its joint, as sentences: for a result that was read from a file."""
         if set(self.records) != set(self.fit_percent):
             yield f"the fits of {self.name} are not those of its records"
+        if any((np.diag(matrix) < 0.0).any() for matrix in (self.covariance, self.covariance_robust)):
+            yield f"a variance of {self.name} is negative"
         try:
             joint = assemble(self.structure, angle=self.keeps_angle or self.output == "position")
         except RobotidError as error:

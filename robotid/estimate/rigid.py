@@ -35,10 +35,10 @@ class RigidResult(Displayed):
 
     parameters: tuple[Estimate, ...] = field(metadata={"shape": ("p",)})
     covariance: Array = field(metadata={"unit": "SI", "shape": ("p", "p")})
-    condition_number: float
-    torque_error_percent: dict[str, float] = field(metadata={"unit": "%"})
-    cutoff: dict[str, float] = field(metadata={"unit": "Hz"})
-    guesses: dict[str, float] = field(metadata={"unit": "SI"})
+    condition_number: float = field(metadata={"unbounded": True, "least": 0.0})
+    torque_error_percent: dict[str, float] = field(metadata={"unit": "%", "finite": True, "least": 0.0})
+    cutoff: dict[str, float] = field(metadata={"unit": "Hz", "finite": True, "least": 0.0})
+    guesses: dict[str, float] = field(metadata={"unit": "SI", "finite": True})
     remarks: tuple[str, ...]
 
     def __getitem__(self, name: str) -> Estimate:

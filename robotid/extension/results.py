@@ -17,8 +17,8 @@ class Score:
 
     role: Role
     used: bool
-    fit_percent: float = field(metadata={"unit": "%"})
-    rmse: float = field(metadata={"unit": "rad/s or rad"})
+    fit_percent: float = field(metadata={"unit": "%", "finite": True})
+    rmse: float = field(metadata={"unit": "rad/s or rad", "finite": True, "least": 0.0})
     trace: Trace
 
 
@@ -38,11 +38,11 @@ class Extension(Displayed):
     added: tuple[str, ...]
     before: dict[str, Score]
     after: dict[str, Score]
-    bic_before: float
-    bic_after: float
+    bic_before: float = field(metadata={"unbounded": True})
+    bic_after: float = field(metadata={"unbounded": True})
     fit: FitResult
     dropped: tuple[Rejected, ...]
-    late: float = field(default=0.0, metadata={"unit": "s"})
+    late: float = field(default=0.0, metadata={"unit": "s", "finite": True})
     events: tuple[Event, ...] = ()
 
     def events_of(self, record: str) -> tuple[Event, ...]:

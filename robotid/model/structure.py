@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 RECORD_CHANGE = "record_change"
 
@@ -17,7 +17,7 @@ class Structure:
 
     terms: tuple[str, ...]
     channels: tuple[str, ...] = ()
-    gear_ratio: float | None = None
+    gear_ratio: float | None = field(default=None, metadata={"finite": True})
     linear: bool = False
     changes: tuple[str, ...] = ()
 

@@ -7,6 +7,7 @@ torque itself is the instrument, and that bias is a remark; the mean over period
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from robotid.signals.record import Record
 Complex = NDArray[np.complex128]
 
 EXCITED = 1e-3  # amplitude of an excited line, relative to the largest in the band
+SMALLEST = 1e-100  # [rad/s2/Nm] of any machine
 LINES = 400  # most lines that are evaluated
 LONGEST_WINDOW = 20.0  # [s] resolution asked of a record that does not repeat
 IN_CLOSED_LOOP = "no reference: the response is biased if a controller closed the loop"
@@ -36,12 +38,18 @@ class Frf:
     """
 
     record: str
-    frequency: Array = field(metadata={"unit": "Hz", "shape": ("n",)})
-    response: Complex = field(metadata={"unit": "rad/s2/Nm", "shape": ("n",)})
-    std: Array = field(metadata={"unit": "rad/s2/Nm", "shape": ("n",)})
-    noise_std: Array | None = field(default=None, metadata={"unit": "rad/s2/Nm", "shape": ("n",)})
-    distortion_std: Array | None = field(default=None, metadata={"unit": "rad/s2/Nm", "shape": ("n",)})
+    frequency: Array = field(metadata={"unit": "Hz", "shape": ("n",), "positive": True})
+    response: Complex = field(metadata={"unit": "rad/s2/Nm", "shape": ("n",), "finite": True})
+    std: Array = field(metadata={"unit": "rad/s2/Nm", "shape": ("n",), "least": 0.0})
+    noise_std: Array | None = field(default=None, metadata={"unit": "rad/s2/Nm", "shape": ("n",), "least": 0.0})
+    distortion_std: Array | None = field(default=None, metadata={"unit": "rad/s2/Nm", "shape": ("n",), "least": 0.0})
     remarks: tuple[str, ...] = ()
+
+    def contradictions(self) -> Iterator[str]:
+        """What cannot be, as sentences: for a response that was read from a file."""
+        size = np.abs(self.response)
+        if not size.any() or (size[size > 0.0] < SMALLEST).any():
+            yield f"the response of {self.record} is none"
 
     @property
     def omega(self) -> Array:

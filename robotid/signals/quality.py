@@ -12,11 +12,11 @@ from robotid.errors import InputError, NumericsError
 from robotid.model.array import Array
 from robotid.numerals import plain
 from robotid.signals.differentiate import bandwidth
-from robotid.signals.record import Record
+from robotid.signals.record import LARGEST, Record
 from robotid.signals.repair import RepairedSignals
 
 MIN_SAMPLES = 50  # samples of a record
-LARGEST, SMALLEST = 1e12, 1e-15  # [Nm, rad, rad/s] of what a sensor of a machine shows
+SMALLEST = 1e-15  # [Nm, rad, rad/s] of what a sensor of a machine shows
 MAX_QUANTA = 12  # quanta that the shortest step of a fast motion may be
 
 

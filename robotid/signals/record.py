@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +19,8 @@ from robotid.signals.differentiate import backward_difference, central_differenc
 from robotid.signals.torque_steps import TorqueSteps
 
 SHORTEST_PIECE = 20  # samples
+LARGEST = 1e12  # [Nm, rad, rad/s] of what a sensor of a machine shows
+SIGNAL: Final = {"shape": ("n",), "finite": True, "largest": LARGEST}
 SIGNALS = ("tau_m", "phi_m", "dphi_m", "phi_a", "ref")
 """What a record holds of every sample, where it holds it, companions apart."""
 
@@ -51,11 +53,11 @@ class Record(Displayed):
     role: Role
     use: Use
     sampling_time: float = field(metadata={"unit": "s", "positive": True})
-    tau_m: Array = field(metadata={"unit": "Nm", "shape": ("n",), "finite": True})
-    phi_m: Array = field(metadata={"unit": "rad", "shape": ("n",), "finite": True})
-    dphi_m: Array = field(metadata={"unit": "rad/s", "shape": ("n",), "finite": True})
-    phi_a: Array | None = field(default=None, metadata={"unit": "rad", "shape": ("n",), "finite": True})
-    ref: Array | None = field(default=None, metadata={"unit": "rad or rad/s", "shape": ("n",), "finite": True})
+    tau_m: Array = field(metadata={"unit": "Nm", **SIGNAL})
+    phi_m: Array = field(metadata={"unit": "rad", **SIGNAL})
+    dphi_m: Array = field(metadata={"unit": "rad/s", **SIGNAL})
+    phi_a: Array | None = field(default=None, metadata={"unit": "rad", **SIGNAL})
+    ref: Array | None = field(default=None, metadata={"unit": "rad or rad/s", **SIGNAL})
     ref_kind: Quantity | None = None
     period: float | None = field(default=None, metadata={"unit": "s", "positive": True})
     band: tuple[float, float] | None = field(default=None, metadata={"unit": "Hz", "positive": True})
@@ -80,7 +82,8 @@ class Record(Displayed):
         (n,) [rad/s], by default the central difference of the angle. sampling_time [s].
 
         Raises ConfigError where arrays differ in length or are not (n,), or the sampling time is not positive,
-        InputError where a value is not a number; `robotid.read` repairs a few of these, and reads other units.
+        InputError where a value is not a number, or one that no sensor shows; `robotid.read` repairs a few that are no
+        numbers, and reads other units.
 
         >>> import numpy as np
         >>> angle = np.sin(np.arange(0.0, 2.0, 0.01))
@@ -103,6 +106,12 @@ class Record(Displayed):
         derived = central_difference(signals["angle"], sampling_time) if speed is None else signals["speed"]
         sampled = signals["torque"], signals["angle"], derived
         return cls(name, role, "both", float(sampling_time), *sampled, speed_origin=origin)
+
+    def contradictions(self) -> Iterator[str]:
+        """What cannot be, as sentences: for a record that was read from a file."""
+        first, last = self.begin, self.begin + len(self) * self.sampling_time
+        if not (first < first + self.sampling_time and last < last + self.sampling_time):
+            yield f"the samples of {self.name} are not one after the other in time"
 
     def __len__(self) -> int:
         return len(self.tau_m)
@@ -180,4 +189,7 @@ def _checked(name: str, values: ArrayLike) -> Array:
             f"{name} is not a number in {int(bad.sum())} of {len(signal)} samples, the first is {int(np.argmax(bad))}"
         )
         raise InputError(what, hint="record again, or let robotid.read repair it")
+    if (np.abs(signal) > LARGEST).any():
+        what = f"{name} reaches {np.abs(signal).max():g}, which no sensor of a machine does"
+        raise InputError(what, hint="check its unit")
     return signal

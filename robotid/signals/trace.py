@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,10 +17,15 @@ KEPT_PER_STRETCH = 4  # of a stretch: least and largest of the measured signal a
 class Trace:
     """A measured and a simulated signal for figures, (n,), of a long record the extremes of every stretch."""
 
-    t: Array = field(metadata={"unit": "s", "shape": ("n",)})
-    measured: Array = field(metadata={"unit_in": "unit", "shape": ("n",)})
-    simulated: Array = field(metadata={"unit_in": "unit", "shape": ("n",)})
+    t: Array = field(metadata={"unit": "s", "shape": ("n",), "finite": True})
+    measured: Array = field(metadata={"unit_in": "unit", "shape": ("n",), "finite": True})
+    simulated: Array = field(metadata={"unit_in": "unit", "shape": ("n",), "finite": True})
     unit: str
+
+    def contradictions(self) -> Iterator[str]:
+        """What cannot be, as sentences: for a trace that was read from a file."""
+        if len(self.t) > 1 and not np.diff(self.t).min() > 0.0:
+            yield "the samples of a trace are not one after the other"
 
     @property
     def sampling_time(self) -> float:

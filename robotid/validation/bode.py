@@ -35,7 +35,9 @@ def bode(joint: Joint, theta: Array, frfs: Sequence[Frf], sampling_time: float) 
 
 
 def magnitude_distance(model: Array, frf: Frf) -> float:
-    """RMS of the ratio of a model's magnitude (n,), torque to speed, to a measured one [dB]."""
-    weight = 1 / ((frf.std / np.abs(frf.response)) ** 2 + FLOOR**2)
-    ratio = 20 * np.log10(model / np.abs(frf.speed_response))
+    """RMS of the ratio of a model's magnitude (n,), torque to speed, to a measured one [dB], over the lines at which
+    that is not zero."""
+    shown = frf.response != 0.0
+    weight = 1 / ((frf.std[shown] / np.abs(frf.response[shown])) ** 2 + FLOOR**2)
+    ratio = 20 * np.log10(model[shown] / np.abs(frf.speed_response[shown]))
     return float(np.sqrt(weight @ ratio**2 / weight.sum()))

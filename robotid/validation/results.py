@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Literal
 
+from robotid.catalogue import assemble
 from robotid.display import Displayed
+from robotid.errors import RobotidError
 from robotid.model.array import Array
 from robotid.model.structure import Structure
 from robotid.signals.frf import Frf
@@ -30,13 +33,13 @@ class ResidualTest:
     """
 
     autocorrelation: Array = field(metadata={"shape": ("lags",)})
-    band: float
+    band: float = field(metadata={"least": 0.0})
     crosscorrelation: Array = field(metadata={"shape": ("both ways",)})
-    cross_band: float
+    cross_band: float = field(metadata={"least": 0.0})
     whiteness_p: float
     independence_p: float
-    white_part: float = field(metadata={"unit": "rad/s or rad"})
-    coloured_part: float = field(metadata={"unit": "rad/s or rad"})
+    white_part: float = field(metadata={"unit": "rad/s or rad", "least": 0.0})
+    coloured_part: float = field(metadata={"unit": "rad/s or rad", "least": 0.0})
 
     @property
     def white(self) -> bool:
@@ -78,10 +81,10 @@ class Identifiability:
     name: str
     verdict: Verdict
     why: str
-    relative_std: float | None = None
-    cosine: float | None = None
-    torque_share: float | None = None
-    largest_share: float | None = None
+    relative_std: float | None = field(default=None, metadata={"unbounded": True, "least": 0.0})
+    cosine: float | None = field(default=None, metadata={"least": 0.0})
+    torque_share: float | None = field(default=None, metadata={"least": 0.0})
+    largest_share: float | None = field(default=None, metadata={"least": 0.0})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +95,7 @@ class Perturbation:
     percent, nan where the joint then diverges.
     """
 
-    percent: float = field(metadata={"unit": "%"})
+    percent: float = field(metadata={"unit": "%", "finite": True, "least": 0.0})
     names: tuple[str, ...] = field(metadata={"shape": ("changed",)})
     plus: Array = field(metadata={"unit": "%", "shape": ("changed",)})
     minus: Array = field(metadata={"unit": "%", "shape": ("changed",)})
@@ -102,12 +105,12 @@ class Perturbation:
 class LoopErrors:
     """Errors of the closed-loop simulation: 100 ||y - yhat|| / ||y||, and root mean squares."""
 
-    position_percent: float = field(metadata={"unit": "%"})
-    speed_percent: float = field(metadata={"unit": "%"})
-    torque_percent: float = field(metadata={"unit": "%"})
-    position_rmse: float = field(metadata={"unit": "rad"})
-    speed_rmse: float = field(metadata={"unit": "rad/s"})
-    torque_rmse: float = field(metadata={"unit": "Nm"})
+    position_percent: float = field(metadata={"unit": "%", "least": 0.0})
+    speed_percent: float = field(metadata={"unit": "%", "least": 0.0})
+    torque_percent: float = field(metadata={"unit": "%", "least": 0.0})
+    position_rmse: float = field(metadata={"unit": "rad", "least": 0.0})
+    speed_rmse: float = field(metadata={"unit": "rad/s", "least": 0.0})
+    torque_rmse: float = field(metadata={"unit": "Nm", "least": 0.0})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,10 +120,10 @@ class Bode:
     distance : per response the RMS of the ratio to it, uncertain lines counting less.
     """
 
-    frequency: Array = field(metadata={"unit": "Hz", "shape": ("n",)})
+    frequency: Array = field(metadata={"unit": "Hz", "shape": ("n",), "positive": True})
     acceleration: Array = field(metadata={"unit": "rad/s2/Nm", "shape": ("n",)})
     speed: Array = field(metadata={"unit": "rad/s/Nm", "shape": ("n",)})
-    distance: dict[str, float] = field(metadata={"unit": "dB"})
+    distance: dict[str, float] = field(metadata={"unit": "dB", "unbounded": True, "least": 0.0})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,10 +138,10 @@ class RecordValidation:
 
     role: Role
     used: bool
-    fit_percent: float = field(metadata={"unit": "%"})
-    rmse_speed: float = field(metadata={"unit": "rad/s"})
-    rmse_position: float = field(metadata={"unit": "rad"})
-    torque_error_percent: float | None = field(metadata={"unit": "%"})
+    fit_percent: float = field(metadata={"unit": "%", "finite": True})
+    rmse_speed: float = field(metadata={"unit": "rad/s", "finite": True, "least": 0.0})
+    rmse_position: float = field(metadata={"unit": "rad", "finite": True, "least": 0.0})
+    torque_error_percent: float | None = field(metadata={"unit": "%", "least": 0.0})
     closed_loop: LoopErrors | None
     residual: ResidualTest
     perturbation: Perturbation
@@ -156,15 +159,25 @@ class ModelValidation:
 
     names: tuple[str, ...] = field(metadata={"shape": ("p",)})
     units: tuple[str, ...] = field(metadata={"shape": ("p",)})
-    values: Array = field(metadata={"unit_in": "units", "shape": ("p",)})
+    values: Array = field(metadata={"unit_in": "units", "shape": ("p",), "finite": True})
     output: Quantity
     structure: Structure
     records: dict[str, RecordValidation]
-    covariance: Array = field(metadata={"unit": "SI", "shape": ("p", "p"), "may_be_empty": True})
-    correlation: Array = field(metadata={"shape": ("p", "p"), "may_be_empty": True})
+    covariance: Array = field(metadata={"unit": "SI", "shape": ("p", "p"), "may_be_empty": True, "finite": True})
+    correlation: Array = field(metadata={"shape": ("p", "p"), "may_be_empty": True, "finite": True})
     identifiability: tuple[Identifiability, ...]
     bode: Bode | None
     remarks: tuple[str, ...] = ()
+
+    def contradictions(self) -> Iterator[str]:
+        """What does not agree with its joint, as sentences: for a model that was read from a file."""
+        try:
+            names = assemble(self.structure, angle=self.output == "position").parameters().names
+        except RobotidError as error:
+            yield str(error)
+        else:
+            if self.names != names:
+                yield f"the parameters {', '.join(self.names)} are not those of its joint"
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -12,12 +12,15 @@ import pytest
 import robotid as rid
 from robotid.artifacts.codec import _resolve
 from robotid.artifacts.consistency import mismatches
-from robotid.estimate.result import Fits
+from robotid.estimate.result import End, Estimate, FitResult, Fits
 from robotid.model.array import Array
+from robotid.model.structure import Structure
 from robotid.pipeline.table import STAGES
+from robotid.signals.frf import Frf
 from robotid.signals.quality import Recordings, inspect
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
+from robotid.signals.trace import Trace
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,6 +82,36 @@ def classes(hint: Any, seen: set[type[Any]]) -> Iterator[type[Any]]:
             yield from classes(inner, seen)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Numbers:
+    plain: Array = field(default_factory=lambda: np.array([1.0, np.nan]))
+    by_name: dict[str, float] = field(default_factory=lambda: {"a": 1.0}, metadata={"finite": True})
+    pair: tuple[float, float] = field(default=(1.0, 2.0), metadata={"positive": True})
+    free: float = field(default=np.inf, metadata={"unbounded": True, "least": 0.0})
+    count: int | None = field(default=None, metadata={"least": 0.0})
+    torque: complex = field(default=1j, metadata={"finite": True, "largest": 10.0})
+
+
+@pytest.mark.parametrize(
+    ("change", "what"),
+    [
+        ({"plain": np.array([1.0, -np.inf])}, "plain is not finite"),
+        ({"plain": np.array([1.0, -1e101])}, "plain is beyond 1e+100"),
+        ({"by_name": {"a": 1.0, "b": np.nan}}, "by_name is not finite"),
+        ({"by_name": {"a": 1e300}}, "by_name is beyond 1e+100"),
+        ({"pair": (1.0, 1e-310)}, "pair is not positive"),
+        ({"pair": (1.0, np.inf)}, "pair is not finite"),
+        ({"free": -1.0}, "free is below 0"),
+        ({"count": -1}, "count is below 0"),
+        ({"torque": 11j}, "torque is beyond 10"),
+    ],
+    ids=str,
+)
+def test_numbers_that_cannot_be(change: dict[str, Any], what: str) -> None:
+    assert list(mismatches(Numbers())) == list(mismatches(Numbers(free=1e300, count=0, plain=np.zeros(0)))) == []
+    assert list(mismatches(replace(Numbers(), **change))) == [f"Numbers.{what}"]
+
+
 def test_every_array_of_an_artifact_declares_its_lengths() -> None:
     seen: set[type[Any]] = set()
     found = [kind for stage in STAGES.values() for kind in classes(stage.type(), seen)]
@@ -106,6 +139,64 @@ def test_a_fit_of_another_joint() -> None:
     assert [text for text in mismatches(Fits({"m9": fit}, "m9")) if "another name" in text]
 
 
+@pytest.mark.parametrize(
+    ("change", "what"),
+    [
+        ({"cost": np.array([1.0, np.inf])}, "FitResult.cost is not finite"),
+        ({"cost": np.zeros(0)}, "FitResult.cost is empty"),
+        ({"noise_std": {"log": -1.0}}, "FitResult.noise_std is below 0"),
+        ({"covariance": np.array([[np.nan]])}, "FitResult.covariance is not finite"),
+        ({"covariance_robust": np.array([[-1.0]])}, "a variance of m is negative"),
+        ({"initial_states": {"log": np.array([1e300])}}, "FitResult.initial_states is beyond 1e+100"),
+    ],
+    ids=str,
+)
+def test_a_fit_of_impossible_numbers(change: dict[str, Any], what: str) -> None:
+    estimate = Estimate("motor.inertia.J", 0.1, "kg m2", 0.01, 0.01, 0.0, np.inf)
+    alone, start = np.ones((1, 1)), {"log": np.ones(1)}
+    structure, percent = Structure(("motor.inertia",)), {"log": 90.0}
+    fit = FitResult(
+        "m",
+        ("log",),
+        "speed",
+        structure,
+        (estimate,),
+        alone,
+        alone,
+        start,
+        percent,
+        percent,
+        np.ones(3),
+        2,
+        End.STALLED,
+        1.0,
+    )
+    assert list(mismatches(fit)) == []
+    assert list(mismatches(replace(fit, **change))) == [what]
+
+
+def test_estimates_that_are_none() -> None:
+    fixed = Estimate("motor.inertia.J", 0.1, "kg m2", np.nan, np.nan, -np.inf, np.inf)
+    assert list(mismatches(fixed)) == []
+    assert list(mismatches(replace(fixed, value=np.nan))) == ["Estimate.value is not finite"]
+    assert list(mismatches(replace(fixed, std_robust=-1.0))) == ["Estimate.std_robust is below 0"]
+
+
+def test_a_response_of_nothing() -> None:
+    found = Frf("log", np.ones(2), np.array([0.0, 1j]), np.zeros(2))
+    assert list(mismatches(found)) == []
+    for response in (np.zeros(2, complex), np.array([1.0, 1e-310 + 0j])):
+        assert list(mismatches(replace(found, response=response))) == ["the response of log is none"]
+
+
+def test_times_that_do_not_rise() -> None:
+    trace = Trace(np.arange(3.0), np.zeros(3), np.zeros(3), "rad")
+    assert list(mismatches(trace)) == list(mismatches(swing("log"))) == []
+    assert list(mismatches(replace(trace, t=trace.t[::-1]))) == ["the samples of a trace are not one after the other"]
+    late = list(mismatches(replace(swing("log"), begin=1e20)))
+    assert late == ["the samples of log are not one after the other in time"]
+
+
 def swing(name: str) -> Record:
     return Record.from_arrays(-np.sin(np.arange(60.0)), np.sin(np.arange(60.0)), 0.1, name=name)
 
@@ -114,6 +205,7 @@ def swing(name: str) -> Record:
     ("change", "what"),
     [
         ({"tau_m": np.full(60, np.nan)}, "tau_m is not finite"),
+        ({"dphi_m": np.full(60, -1e200)}, "dphi_m is beyond 1e+12"),
         ({"begin": np.inf}, "begin is not finite"),
         ({"sampling_time": 0.0}, "sampling_time is not positive"),
         ({"period": -1.0}, "period is not positive"),

@@ -23,6 +23,7 @@ MADE = Provenance("fit", "robotid fit a.yaml", {}, {}, "robot: {}\n")
 class Part:
     name: str
     torque: Array = field(metadata={"unit": "Nm"})
+    units: tuple[str, ...] = ("Nm",)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +62,18 @@ def test_names_that_are_none(name: str, tmp_path: Path) -> None:
     for change in (rename, rename_key):
         with pytest.raises(InputError, match="is no name") as caught:
             load(forged(tmp_path / "a.h5", change), Result)
+        assert str(caught.value).isprintable()
+
+
+def test_units_that_are_none(tmp_path: Path) -> None:
+    for unit in ("Nm\x1b[31m", "<b>Nm</b>", "N" * 5000):
+
+        def write(content: h5py.Group, unit: str = unit) -> None:
+            del content["parts/0/units"]
+            content["parts/0"].create_dataset("units", data=["Nm", unit], dtype=h5py.string_dtype())
+
+        with pytest.raises(InputError, match="is no name") as caught:
+            load(forged(tmp_path / "a.h5", write), Result)
         assert str(caught.value).isprintable()
 
 

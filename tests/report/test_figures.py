@@ -199,6 +199,15 @@ def test_nothing_is_to_be_added_to_ticks() -> None:
     assert {"1000.0010", "1000.0020"} <= set(ticks)
 
 
+def test_nothing_is_a_multiple_of_a_value_that_all_but_vanishes() -> None:
+    found = fits()
+    best = found.models[found.best]
+    first, *others = best.parameters
+    small = replace(best, parameters=(replace(first, value=1e-310), *others))
+    labels = draw(replace(found, models={**found.models, found.best: small})).get_axes()[0].get_xticklabels()
+    assert [label.get_text() for label in labels] == [p.name.replace(".", "\n") for p in others if not p.fixed]
+
+
 def test_a_cost_that_hardly_moves_is_drawn_as_one() -> None:
     made, figure = fits(), new_figure(4.0, 3.0)
     hardly = {name: replace(fit, cost=np.array([1.00002, 1.00001, 1.0])) for name, fit in made.models.items()}

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
+from robotid.errors import InputError
 from robotid.signals.differentiate import central_difference
 from robotid.signals.record import Record, usable_horizon
 
@@ -25,6 +27,13 @@ def test_the_derived_speed_of_a_piece_is_derived_from_the_piece() -> None:
     measured = Record.from_arrays(angle, angle, 0.1, speed=whole.dphi_m)
     assert measured.speed_origin == "sensor"
     np.testing.assert_array_equal(measured.piece(20, 60).dphi_m, whole.dphi_m[20:60])
+
+
+def test_a_signal_that_no_sensor_shows_is_refused() -> None:
+    angle = np.sin(0.3 * np.arange(100))
+    wild = np.where(np.arange(100) == 50, -1e200, angle)
+    with pytest.raises(InputError, match=r"speed reaches 1e\+200, which no sensor of a machine does; check its unit"):
+        Record.from_arrays(angle, angle, 0.1, speed=wild)
 
 
 def test_pieces_that_were_chosen_on_some_records_can_be_cut_of_others() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.judged_records import model
@@ -25,6 +27,14 @@ def test_distance_is_in_decibels():
     found = bode(m.joint, m.theta, (measured("equal", 1.0), measured("double", 2.0)), SAMPLING_TIME)
     assert found is not None
     assert found.distance["equal"] == pytest.approx(0.0, abs=1e-9)
+    assert found.distance["double"] == pytest.approx(20 * np.log10(2))
+
+
+def test_a_line_without_response_counts_for_nothing():
+    m, whole = model({}), measured("double", 2.0)
+    silent = replace(whole, response=np.where(np.arange(60) == 30, 0.0, whole.response))
+    found = bode(m.joint, m.theta, (silent,), SAMPLING_TIME)
+    assert found is not None
     assert found.distance["double"] == pytest.approx(20 * np.log10(2))
 
 

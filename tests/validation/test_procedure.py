@@ -9,6 +9,7 @@ import pytest
 from support.judged_records import CONTROLLER, clean_records, model
 from support.paper_joint import STRUCTURE, TRUTH
 
+from robotid.artifacts.consistency import mismatches
 from robotid.catalogue import assemble
 from robotid.estimate.fitted_model import FittedModel
 from robotid.model.structure import Structure
@@ -83,3 +84,12 @@ def test_traces_of_long_records_are_thinned():
     trace = validate_model(model({}), (long,), (), ValidationOptions()).records["small"].trace
     assert len(trace.t) == len(trace.measured) == len(trace.simulated) <= MAX_SAMPLES < len(long)
     assert trace.t[-1] == pytest.approx(long.t[-1], abs=0.01)
+
+
+def test_a_model_of_another_joint_than_its_parameters():
+    whole = validate_model(model({}), clean_records()[:1], (), replace(OPTIONS, perturbation=None))
+    assert list(mismatches(whole)) == []
+    others = replace(whole, structure=Structure(("motor.inertia",)))
+    assert [text for text in mismatches(others) if text.endswith("not those of its joint")]
+    unknown = replace(whole, structure=Structure(("motor.nothing",)))
+    assert [text for text in mismatches(unknown) if "no effect" in text]

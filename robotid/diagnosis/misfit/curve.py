@@ -25,9 +25,9 @@ class Curve:
 
     along: str
     unit: str
-    x: Array = field(metadata={"unit_in": "unit", "shape": ("bins",)})
+    x: Array = field(metadata={"unit_in": "unit", "shape": ("bins",), "finite": True})
     missing_torque: Array = field(metadata={"unit": "Nm", "shape": ("bins",)})
-    spread: Array = field(metadata={"unit": "Nm", "shape": ("bins",)})
-    count: Array = field(metadata={"shape": ("bins",)})
-    order: float
-    at: float = 1.0
+    spread: Array = field(metadata={"unit": "Nm", "shape": ("bins",), "least": 0.0})
+    count: Array = field(metadata={"shape": ("bins",), "least": 0.0})
+    order: float = field(metadata={"finite": True})
+    at: float = field(default=1.0, metadata={"finite": True})

@@ -32,13 +32,14 @@ MARK: Final[dict[str, Any]] = {"markersize": 4.5, "capsize": 3, "linewidth": 1.4
 NARROWEST = 1e-5  # range of a strip, of its largest value
 LEAST_FALL = 0.02  # range of costs, of the largest: two per cent of a sum of squares is one of the error
 MIN_COST = 1e-18  # of the largest: what rounding leaves of a fit without noise
+SMALLEST = 1e-100  # value of a parameter, in SI units, that another may be a multiple of
 WIDE_RANGE = 5.0  # of costs, from which a logarithmic scale serves better
 
 
 def draw_parameters(axes: Axes, fits: Fits) -> None:
     """Every estimated parameter over that of the best model, with two robust standard deviations."""
     best = fits.models[fits.best]
-    shown = [p for p in best.parameters if not p.fixed and p.value]
+    shown = [p for p in best.parameters if not p.fixed and abs(p.value) > SMALLEST]
     for k, (name, fit) in enumerate(fits.models.items()):
         ratio = np.array([fit[p.name].value / p.value for p in shown])
         spread = np.array([2 * fit[p.name].std_robust / abs(p.value) for p in shown])
