@@ -34,15 +34,22 @@ from robotid.errors import NumericsError
 from robotid.model.structure import rests_on
 
 
-def does_not_carry_over(step: Step, criteria: Criteria) -> str | None:
-    """A cause must help on segments that it was not fitted to; where only a moment or two of them show it, these must
-    ask for it by themselves."""
+def does_harm(step: Step, criteria: Criteria) -> str | None:
+    """A cause must help on segments that it was not fitted to."""
     if not step.data.validation:
-        return None if step.left_out is None or proven(step.left_out) else LEFT_OUT.format(step.left_out.p_value)
+        return None
     if step.energy_a_sample <= 0:
         return "does not carry over: the held-out records are simulated worse with it"
     if step.gain <= 0.0:
         return "does not carry over: the fit of the held-out records falls with it"
+    return None
+
+
+def gains_by_chance(step: Step, criteria: Criteria) -> str | None:
+    """What a cause gains where it was not fitted must be beyond its scatter; where only a moment or two of the segments
+    show it, these must ask for it by themselves."""
+    if not step.data.validation:
+        return None if step.left_out is None or proven(step.left_out) else LEFT_OUT.format(step.left_out.p_value)
     gain = held_out_gain(step.before.validation, step.after.validation)
     if proven(gain):
         return None
@@ -82,7 +89,8 @@ def is_noise(step: Step, criteria: Criteria) -> str | None:
 Objection = Callable[[Step, Criteria], str | None]
 
 OBJECTIONS: tuple[Objection, ...] = (
-    does_not_carry_over,
+    does_harm,
+    gains_by_chance,
     explains_too_little,
     improves_too_little,
     is_not_physical,
@@ -92,6 +100,8 @@ OBJECTIONS: tuple[Objection, ...] = (
     is_smoothing,
 )
 """The tests of a cause, in the order in which they are asked. Each says in words why a cause is none, or None."""
+BY_CHANCE: tuple[Objection, ...] = (gains_by_chance, is_noise)
+"""Those that one of two causes that do much the same passes and the other does not."""
 
 
 def objection(step: Step, criteria: Criteria) -> str | None:
@@ -119,19 +129,27 @@ class Steps:
 def accept_best(state: SearchState, refits: Sequence[CandidateRefit], steps: Steps, criteria: Criteria) -> SearchState:
     """The state with the best cause of a round that stands all tests, and with those before it rejected.
 
-    One that is rejected only because it may be noise is a twin of what explains no more and is accepted: by chance
-    alone the one passes and the other does not. steps : from this state, or from one with the same model and round.
+    One that is rejected only because it may be noise, or because its gain may be chance, is a twin of what explains no
+    more and is accepted: by chance alone the one passes and the other does not. steps : from this state, or from one
+    with the same model and round.
     """
-    doubted = list[CandidateRefit]()
     for k, one in enumerate(refits):
         step = steps.to(one)
         why = objection(step, criteria)
         if why is None:
+            doubted = [before for before in refits[:k] if _is_doubted(steps.to(before), step, criteria)]
             return state.with_cause(as_cause(state, [one, *doubted, *refits[k + 1 :]], step))
-        if why == is_noise(step, criteria):
-            doubted.append(one)
         state = state.with_rejected(RejectedCause(one.effect, step.share, step.gain, why))
     return state
+
+
+def _is_doubted(rejected: Step, accepted: Step, criteria: Criteria) -> bool:
+    """Whether a cause is rejected by chance alone: it fails only the tests of its scatter, and that of its gain only
+    where it simulates the held-out records no worse than one that is accepted."""
+    if any(test not in BY_CHANCE and test(rejected, criteria) is not None for test in OBJECTIONS):
+        return False
+    worse = rejected.after.validation_energy > accepted.after.validation_energy
+    return not worse or gains_by_chance(rejected, criteria) is None
 
 
 def is_news(state: SearchState, one: CandidateRefit, steps: Steps, criteria: Criteria) -> bool:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
 import pytest
 from support.small_bench import AXIS, QUICK, STRIBECK, TRUTH, begun, idle_then_stribeck, records
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.refit import RefitOptions, refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
+from robotid.diagnosis.scoring.blocked_regression import Gain
 from robotid.diagnosis.search import acceptance
 from robotid.diagnosis.search.acceptance import (
     Step,
@@ -83,15 +85,23 @@ def test_what_may_be_noise_by_chance_alone_is_not_distinguished(monkeypatch: pyt
     structure, start = extended(state.first, "motor.stribeck", STRIBECK)
     model = refit(structure, [start], state.data, state.first.trajectories)
     refits = [CandidateRefit(other, model), CandidateRefit(score, replace(model))]
-    monkeypatch.setattr(acceptance, "is_noise", lambda step, _: "may be" if step.after is model else None)
-    for doubted, twins in (
-        ("may be", ("motor.stribeck", "motor.quadratic_friction")),
-        ("does harm", ("motor.stribeck",)),
-    ):
-        test = partial(_rejected_alone, model, doubted)
-        monkeypatch.setattr(acceptance, "OBJECTIONS", (test,))
+    test = partial(_rejected_alone, model, "may be")
+    monkeypatch.setattr(acceptance, "OBJECTIONS", (test,))
+    for by_chance, twins in (((test,), ("motor.stribeck", "motor.quadratic_friction")), ((), ("motor.stribeck",))):
+        monkeypatch.setattr(acceptance, "BY_CHANCE", by_chance)
         (cause,) = accept_best(state, refits, Steps(state), QUICK).causes
         assert cause.twins == twins
+
+
+def test_a_gain_that_may_be_chance_is_doubted_unless_the_records_held_out_are_simulated_worse() -> None:
+    state, idle, both = idle_then_stribeck()
+    accepted = Step(state.first, idle, both, state.data)
+    unproven = Gain(np.array([1.0, -0.5, 2.0]), 0.2)
+    for energy, doubted in ((0.9, True), (1.1, False)):
+        after = replace(both, validation=tuple(replace(one, energy=energy * one.energy) for one in both.validation))
+        one = Step(state.first, idle, after, replace(state.data, validation=()), unproven)
+        assert acceptance.gains_by_chance(one, QUICK) is not None
+        assert acceptance._is_doubted(one, accepted, QUICK) == doubted
 
 
 def _rejected_alone(model: RefittedModel, why: str, step: Step, _: Criteria) -> str | None:

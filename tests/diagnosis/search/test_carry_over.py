@@ -10,7 +10,7 @@ from support.plain_models import SAMPLES, plain_data, plain_model, plain_segment
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.refitted_model import SegmentFit
 from robotid.diagnosis.scoring.blocked_regression import gain_of
-from robotid.diagnosis.search.acceptance import does_not_carry_over
+from robotid.diagnosis.search.acceptance import gains_by_chance
 from robotid.diagnosis.search.carry_over import held_out_gain, proven
 from robotid.diagnosis.search.step import Step
 from robotid.model.array import Array
@@ -52,11 +52,11 @@ def test_the_objection_names_the_records_or_what_was_left_out() -> None:
     after = replace(after, validation=(replace(after.validation[0], fit_percent=99.0),))
     step = Step(before, before, after, plain_data())
     assert step.energy_a_sample > 0.0
-    assert "within its scatter" in str(does_not_carry_over(step, Criteria()))
+    assert "within its scatter" in str(gains_by_chance(step, Criteria()))
     alone = Step(*(plain_model(e) for e in (1000.0, 1000.0, 900.0)), plain_data(validation=False))
-    assert does_not_carry_over(alone, Criteria()) is None
+    assert gains_by_chance(alone, Criteria()) is None
     unproven = replace(alone, left_out=gain_of(np.array([1.0, -1.0, 2.0, -2.0, 0.5])))
-    assert "left out of its fit" in str(does_not_carry_over(unproven, Criteria()))
+    assert "left out of its fit" in str(gains_by_chance(unproven, Criteria()))
 
 
 def test_where_only_a_moment_shows_a_cause_the_records_must_ask_for_it_by_themselves() -> None:
@@ -68,4 +68,4 @@ def test_where_only_a_moment_shows_a_cause_the_records_must_ask_for_it_by_themse
     )
     for p, stands in ((1e-5, True), (0.05, False)):
         step.__dict__["confirmation"] = p
-        assert (does_not_carry_over(step, Criteria()) is None) == stands
+        assert (gains_by_chance(step, Criteria()) is None) == stands
