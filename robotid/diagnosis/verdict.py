@@ -25,7 +25,8 @@ from robotid.estimate.residual import measured_output
 from robotid.estimate.result import Estimate
 from robotid.model.array import Array
 from robotid.model.structure import changed
-from robotid.numerals import listed, portion
+from robotid.model.units import on_axis
+from robotid.numerals import listed, plain, portion
 from robotid.parallel import each
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
@@ -36,8 +37,8 @@ SAME = 1e-9  # relative: levels that are closer are one
 UNEXPLAINED = "the model does not simulate the records that it was fitted to: `robotid check` examines them"
 NOT_EXAMINED = "not examined: the time was up"
 SWAMPED = (
-    "what the model leaves may be noise of the torque, but so much that whatever is missing would not show: record a"
-    " clearer torque, or a motion that is simulated better"
+    "what the model leaves may be errors of the torque, but of {}, {} % of what was recorded: whatever is missing would"
+    " not show; record a clearer torque, or a motion that is simulated better"
 )
 SHAPELESS = "the misfit is far above the noise, yet no curve along one variable explains much of it"
 
@@ -99,7 +100,7 @@ def verdict(
         residuals={name: trace(runs[name], model) for name in runs},
         shape=None if found.curve is None else replace(found.curve.curve, order=found.curve_share),
         refitted=dict(zip(found.last.parameters.names, found.last.parameters.values.tolist(), strict=True)),
-        remarks=(SWAMPED,) if swamped else _remarks(word, found),
+        remarks=(_swamped(found),) if swamped else _remarks(word, found),
         remaining_share=share,
         events=found.events,
         limits=limits,
@@ -172,7 +173,9 @@ def without_cause(misfit: float, floor: float, *, shape: bool, events: bool) -> 
 
 def is_swamped(found: SearchResult) -> bool:
     """Whether what the last model leaves on the records of its fit, and the noise of their output does not cause, is so
-    much that errors of the torque hide whatever is missing."""
+    much that errors of the torque hide whatever is missing: of the motion, or of the torque itself."""
+    if torque_errors(found)[1] > VERDICT.swamped_torque:
+        return True
     caused = whole = 0.0
     for segment, one in zip((found.coloured or found.data).fitted, found.last.fitted, strict=True):
         noise = segment.whitening.output_variance * len(one.residual)
@@ -181,11 +184,29 @@ def is_swamped(found: SearchResult) -> bool:
     return caused > VERDICT.swamped_share * whole
 
 
+def torque_errors(found: SearchResult) -> tuple[float, float]:
+    """Standard deviation of the errors of the torque for which what the last model leaves on the records of its fit
+    passes [Nm], and that of the recorded torque's which it is."""
+    errors = torque = 0.0
+    for segment in (found.coloured or found.data).fitted:
+        levels, recorded = segment.whitening.levels, segment.record.tau_m
+        errors += (levels.torque + levels.red) * len(recorded)
+        torque += float(np.sum(np.square(recorded - recorded.mean())))
+    samples = sum(len(segment.record) for segment in found.data.fitted)
+    return float(np.sqrt(errors / samples)), float(np.sqrt(errors / torque)) if torque > 0.0 else 0.0
+
+
 def is_partial(share: float, misfit: float, remaining: float, floor: float) -> bool:
     """Whether causes leave more than half of the misfit's energy: by the noise of every frequency (share), or plainly
     in the unit of the output, where what remains is beyond the noise."""
     plain = remaining > floor and remaining**2 > VERDICT.partial_share * misfit**2
     return share > VERDICT.partial_share or plain
+
+
+def _swamped(found: SearchResult) -> str:
+    size, share = torque_errors(found)
+    unit = on_axis(linear=found.last.structure.linear)("Nm")
+    return SWAMPED.format(f"{plain(size, 2)} {unit}", plain(100.0 * share, 2))
 
 
 def _remarks(word: Verdict, found: SearchResult) -> tuple[str, ...]:

@@ -5,16 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from support.small_bench import QUICK, STRIBECK, begun, fitted, records, simulated
 
 from robotid.diagnosis import verdict as verdicts
+from robotid.diagnosis.noise.whitening import Segment
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.results import Diagnosis
 from robotid.diagnosis.search.agreement import Agreement
 from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.search.search import as_result
-from robotid.diagnosis.verdict import SWAMPED, verdict
+from robotid.diagnosis.verdict import torque_errors, verdict
 from robotid.estimate.fitted_model import fitted_model
+from robotid.numerals import plain
 
 CHANGE = "record_change.check.motor.coulomb.Fc"
 
@@ -52,7 +56,29 @@ def test_a_motion_that_torque_errors_throw_off_is_not_known_to_be_clean(monkeypa
     for swamped, word in ((False, "clean"), (True, "unknown")):
         monkeypatch.setattr(verdicts, "is_swamped", lambda _, swamped=swamped: swamped)
         d = verdict(fitted_model(fitted(made)), simulated(made), found, QUICK)
-        assert (d.verdict, SWAMPED in d.remarks) == (word, swamped)
+        assert (d.verdict, any("would not show" in one for one in d.remarks)) == (word, swamped)
+
+
+def test_errors_of_a_fifth_of_the_torque_hide_what_is_missing() -> None:
+    made = records({})
+    found = as_result(begun(made, QUICK).scored(QUICK))
+    torque = np.concatenate([one.record.tau_m for one in found.data.fitted])
+    for share, word in ((0.15, "clean"), (0.3, "unknown")):
+        seen = replace(found, coloured=with_red_noise(found.data, (share * torque.std()) ** 2))
+        size, of_it = torque_errors(seen)
+        assert (size, of_it) == pytest.approx((share * torque.std(), share), rel=0.02)
+        d = verdict(fitted_model(fitted(made)), simulated(made), seen, QUICK)
+        assert d.verdict == word
+        assert (f"errors of the torque, but of {plain(size, 2)} Nm, 30 % of" in "".join(d.remarks)) == (
+            word == "unknown"
+        )
+
+
+def with_red_noise(data: EvaluationData, variance: float) -> EvaluationData:
+    """The same data, of whose noise so much is red noise of the torque [Nm2]."""
+    levels = (replace(one.whitening.levels, torque=0.0, red=variance) for one in data.fitted)
+    filters = (replace(one.whitening, levels=level) for one, level in zip(data.fitted, levels, strict=True))
+    return replace(data, fitted=tuple(Segment(one.record, f) for one, f in zip(data.fitted, filters, strict=True)))
 
 
 def test_levels_that_differ_by_rounding_have_nothing_beyond_each_other() -> None:

@@ -67,6 +67,18 @@ def check_torque_errors_that_cause_a_tenth_of_the_motion_hide_what_is_missing() 
         assert is_swamped(replace(found, last=last)) is swamped
 
 
+@sees(VERDICT, "swamped_torque")
+def check_torque_errors_of_a_fifth_of_the_torque_hide_what_is_missing() -> None:
+    found = result(1000.0, friction(1.0))
+    (one,), (segment,) = found.last.fitted, found.data.fitted
+    still = replace(found.last, fitted=(replace(one, residual=0.0 * one.residual),))
+    for share, swamped in ((0.19, False), (0.21, True)):
+        levels = replace(segment.whitening.levels, torque=0.0, red=share**2 * float(np.var(segment.record.tau_m)))
+        noisy = replace(segment, whitening=replace(segment.whitening, levels=levels))
+        data = replace(found.data, fitted=(noisy,))
+        assert is_swamped(replace(found, last=still, data=data, coloured=None)) is swamped
+
+
 @sees(VERDICT, "negligible")
 def check_a_millionth_of_the_output_is_rounding() -> None:
     y = plain_record().t
