@@ -186,12 +186,12 @@ def is_swamped(found: SearchResult) -> bool:
 
 def torque_errors(found: SearchResult) -> tuple[float, float]:
     """Standard deviation of the errors of the torque for which what the last model leaves on the records of its fit
-    passes [Nm], and that of the recorded torque's which it is."""
+    passes [Nm], and which share of the recorded torque's root mean square it is."""
     errors = torque = 0.0
     for segment in (found.coloured or found.data).fitted:
         levels, recorded = segment.whitening.levels, segment.record.tau_m
         errors += (levels.torque + levels.red) * len(recorded)
-        torque += float(np.sum(np.square(recorded - recorded.mean())))
+        torque += float(recorded @ recorded)
     samples = sum(len(segment.record) for segment in found.data.fitted)
     return float(np.sqrt(errors / samples)), float(np.sqrt(errors / torque)) if torque > 0.0 else 0.0
 

@@ -160,8 +160,8 @@ def test_a_delay_that_causes_undo_was_none(monkeypatch: pytest.MonkeyPatch) -> N
     moved = InTime(late, seen.on(late.corrected), begun(made, QUICK))
     monkeypatch.setattr(procedure, "in_time", lambda *_: moved)
     monkeypatch.setattr(procedure, "search", searching)
-    monkeypatch.setattr(procedure, "without_contradicted", lambda found: found)
-    clock, found = procedure._sought(seen, QUICK, None, lambda _: None)
+    monkeypatch.setattr(procedure, "without_contradicted", lambda found, _: found)
+    clock, found = procedure._sought(seen, None, QUICK, None, lambda _: None)
     assert asked[0] > 0.0
     assert asked[1:] == [0.0]
     assert clock.late == 0.0

@@ -73,7 +73,7 @@ def check_torque_errors_of_a_fifth_of_the_torque_hide_what_is_missing() -> None:
     (one,), (segment,) = found.last.fitted, found.data.fitted
     still = replace(found.last, fitted=(replace(one, residual=0.0 * one.residual),))
     for share, swamped in ((0.19, False), (0.21, True)):
-        levels = replace(segment.whitening.levels, torque=0.0, red=share**2 * float(np.var(segment.record.tau_m)))
+        levels = replace(segment.whitening.levels, torque=0.0, red=share**2 * float(np.mean(segment.record.tau_m**2)))
         noisy = replace(segment, whitening=replace(segment.whitening, levels=levels))
         data = replace(found.data, fitted=(noisy,))
         assert is_swamped(replace(found, last=still, data=data, coloured=None)) is swamped
