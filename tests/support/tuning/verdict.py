@@ -72,9 +72,10 @@ def check_torque_errors_of_a_fifth_of_the_torque_hide_what_is_missing() -> None:
     found = result(1000.0, friction(1.0))
     (one,), (segment,) = found.last.fitted, found.data.fitted
     still = replace(found.last, fitted=(replace(one, residual=0.0 * one.residual),))
+    driven = replace(segment.record, tau_m=np.full(len(segment.record), 0.5))
     for share, swamped in ((0.19, False), (0.21, True)):
-        levels = replace(segment.whitening.levels, torque=0.0, red=share**2 * float(np.mean(segment.record.tau_m**2)))
-        noisy = replace(segment, whitening=replace(segment.whitening, levels=levels))
+        levels = replace(segment.whitening.levels, torque=0.0, red=(0.5 * share) ** 2)
+        noisy = replace(segment, record=driven, whitening=replace(segment.whitening, levels=levels))
         data = replace(found.data, fitted=(noisy,))
         assert is_swamped(replace(found, last=still, data=data, coloured=None)) is swamped
 
