@@ -9,7 +9,7 @@ import numpy as np
 
 from robotid.diagnosis.noise.noise_floor import Noise, noise_levels
 from robotid.diagnosis.noise.settings import NOISE
-from robotid.diagnosis.noise.spectrum import residual_spectrum, whittle
+from robotid.diagnosis.noise.spectrum import likeliest_levels, residual_spectrum
 from robotid.diagnosis.noise.whitening import Segment, whitening
 from robotid.estimate.covariance import ABSORBED
 from robotid.estimate.fitted_model import SimulatedSegment
@@ -85,7 +85,7 @@ def _as_left(left: Sequence[SimulatedSegment], output: Quantity, sensors: Varian
     for one in left:
         derivation = Derivation.of(one.record) if output == "speed" else None
         seen = residual_spectrum(one.trajectory, one.residual, output, derivation)
-        found.append(whittle(seen.power[ABSORBED:], seen.shapes[:, ABSORBED:])[0])
+        found.append(likeliest_levels(seen.power[ABSORBED:], seen.shapes[:, ABSORBED:]))
     typical = float(np.median([f[0] for f in found]))
     least = NOISE.rest_share**2 * typical
     raised = tuple(max(level, float(f[0]), least) for level, f in zip(sensors.output, found, strict=True))
