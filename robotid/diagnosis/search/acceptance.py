@@ -18,7 +18,13 @@ from robotid.diagnosis.search.carry_over import held_out_gain, proven
 from robotid.diagnosis.search.coloured import Tried, are_too_few
 from robotid.diagnosis.search.constancy import is_not_constant
 from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
-from robotid.diagnosis.search.refits import CandidateRefit, from_the_start, indistinguishable_energy, refit_hopeful
+from robotid.diagnosis.search.refits import (
+    CandidateRefit,
+    carries_over,
+    from_the_start,
+    indistinguishable_energy,
+    refit_hopeful,
+)
 from robotid.diagnosis.search.regression import asked_for
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.smoothing import is_smoothing
@@ -208,8 +214,11 @@ def accept_pair(
     """The state with two causes that carry over only beside each other: without the second, the fit turns the first
     into an imitation of it.
 
-    Where nothing known reaches the noise, a first cause that makes no sense imitates something that is not known.
+    The first is the best that leaves less on records that were held out, where one does: what harms there leads to
+    nothing. Where nothing known reaches the noise, a first cause that makes no sense imitates something that is not
+    known.
     """
+    refits = sorted(refits, key=lambda one: not carries_over(state.model, one.model))
     if not refits or not is_news(state, refits[0], steps, criteria):
         return state
     step = steps.to(refits[0])
