@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from typing import Any, TypeVar
 
@@ -27,6 +28,16 @@ def assemble(structure: Structure, *, angle: bool = False) -> Joint:
     terms = [(Port(port), _find(TERMS, name)) for port, name in map(_split, structure.terms)]
     channels = [(Signal(signal), _find(CHANNELS, name)) for signal, name in map(_split, structure.channels)]
     return Joint(structure, terms, channels, angle=angle)
+
+
+def with_effect(structure: Structure, effect: str) -> Structure:
+    """The same joint with one effect more, by its dotted name; beside records, at the recorded angle where the torque
+    of the effect depends on the motor's angle."""
+    extended = structure.extended(effect)
+    if extended.recorded_angle or len(extended.terms) == len(structure.terms):
+        return extended
+    joint = assemble(replace(extended, changes=()))
+    return replace(extended, recorded_angle=joint.turns(joint.placed[-1]))
 
 
 def is_late(effect: str) -> bool:

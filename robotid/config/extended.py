@@ -41,7 +41,7 @@ def _robot_text(loaded: Loaded, extensions: Mapping[str, Extension], folder: Pat
         if (plant or own) and "model" not in plant | own:  # the virtual robot stays what it is
             joint["plant"] = own | {"model": joint["model"]}
         joint |= {"model": _as_lists(effects_of(structure)), "changes": _as_lists(changes_of(structure))}
-        joint |= {"parameters": known}
+        joint |= {"parameters": known, "recorded_angle": structure.recorded_angle}
     body = whole["robot"].get(BODY) or {}
     if (urdf := body.get("urdf", "<")).lstrip()[:1] != "<":
         body["urdf"] = _relative((urdf,), loaded.directory, folder)
@@ -74,7 +74,12 @@ def extended_text(
     for name, guess in guesses.items():
         known[name] = known.get(name, ParameterSettings()).model_copy(update={"guess": guess})
     robot = config.robot.model_copy(
-        update={"model": effects_of(structure), "changes": changes_of(structure), "parameters": known}
+        update={
+            "model": effects_of(structure),
+            "changes": changes_of(structure),
+            "parameters": known,
+            "recorded_angle": structure.recorded_angle,
+        }
     )
     return resolved(config.model_copy(update={"robot": robot, "records": _moved(loaded, folder, late)}))
 

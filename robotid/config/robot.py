@@ -38,13 +38,16 @@ class ParameterSettings(Section):
 class RobotSettings(Section):
     """One joint. gear_ratio : phi_a / phi_m, absent for a rigid axis. linear : the axis slides (m, N, kg).
 
-    changes : by record, the parameters that differ there: a payload, a warm gearbox. body : of all links of the robot;
+    recorded_angle : torques that depend on the motor's angle, such as a cogging, act at the recorded angle, for that of
+    an open-loop simulation drifts. changes : by record, the parameters that differ there: a payload, a warm gearbox.
+    body : of all links of the robot;
     it adds the signals body_inertia and body_torque to the records.
     """
 
     name: Name
     gear_ratio: Finite | None = None
     linear: bool = False
+    recorded_angle: bool = False
     model: Effects
     changes: dict[Name, tuple[str, ...]] = {}
     parameters: dict[str, ParameterSettings] = {}
@@ -65,6 +68,7 @@ class RobotSettings(Section):
     def structure(self, model: Effects | None = None) -> Structure:
         """The joint of `model`, by default the robot's own."""
         joint = structure_of(self.model if model is None else model, self.gear_ratio, self.linear)
+        joint = replace(joint, recorded_angle=self.recorded_angle)
         changes = (change(record, name) for record, names in self.changes.items() for name in names)
         return joint if model is not None else replace(joint, changes=tuple(changes))
 

@@ -25,6 +25,10 @@ from robotid.signals.record import Record
 from robotid.signals.stretches import stretches
 
 Log = Callable[[str], None]
+AT_RECORDED_ANGLE = (
+    "torques that depend on the motor's angle act at the recorded angle (robot.recorded_angle), for that of an"
+    " open-loop simulation drifts with every error of the torque"
+)
 REFITS = 4  # that a diagnosis makes at least, to tell whether processes are worth their start
 
 
@@ -90,7 +94,8 @@ def diagnose(
         simulated = [simulate_record(model, without_events(part, found.events), options.horizon) for part in parts]
     log("measuring where the misfit sits")
     diagnosis = verdict(model, simulated, found, criteria)
-    further = (*remarks, *_repeated(records, model), *_unexamined(found, options.budget))
+    following = (AT_RECORDED_ANGLE,) if found.last.joint.follows_angle else ()
+    further = (*following, *remarks, *_repeated(records, model), *_unexamined(found, options.budget))
     diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *further), late=clock.late)
     return (
         diagnosis
@@ -118,7 +123,7 @@ def _sought(
 
 def _all_simulated(model: FittedModel, parts: Sequence[Record], horizon: float | None) -> list[Simulated]:
     """All records, together where they share what they are simulated with, else each by itself."""
-    if model.joint.reads_companions or model.joint.changes:
+    if model.joint.depends_on_record:
         return each(_simulated, (model, horizon), parts, samples=sum(map(len, parts)) // len(parts))
     return simulate_records(model, parts, horizon)
 

@@ -9,7 +9,7 @@ from functools import reduce
 
 import numpy as np
 
-from robotid.catalogue import assemble
+from robotid.catalogue import assemble, with_effect
 from robotid.diagnosis.clock import RecordedLate
 from robotid.diagnosis.events.applied import without_events
 from robotid.diagnosis.refit.refitted_model import carried
@@ -20,7 +20,7 @@ from robotid.estimate.fitted_model import FittedModel, fitted_model, simulate_re
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.result import FitResult
 from robotid.extension.results import Score
-from robotid.model.structure import Structure, changed, is_change, rests_on
+from robotid.model.structure import changed, is_change, rests_on
 from robotid.parallel import ahead, each
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
@@ -58,7 +58,7 @@ class ExtensionTask:
         """The model with further effects, fitted on the records of its fit. Raises NumericsError where it does not
         converge."""
         old = fitted_model(self.before, estimate_states=self.options.estimate_states)
-        structure = reduce(Structure.extended, effects, self.before.structure)
+        structure = reduce(with_effect, effects, self.before.structure)
         joint = assemble(structure, angle=self.before.keeps_angle)
         used = [r for r in self.records if r.name in self.before.records]
         first, *others = (carried(old.parameters, structure, values) for values in self.starts)

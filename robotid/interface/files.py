@@ -268,7 +268,13 @@ def _configured(
 def _model_of_structure(structure: Structure) -> Model:
     effects: dict[str, Any] = dict(effects_of(structure))
     changes = changes_of(structure)
-    return Model(gear_ratio=structure.gear_ratio, linear=structure.linear, changes=changes, **effects)
+    return Model(
+        gear_ratio=structure.gear_ratio,
+        linear=structure.linear,
+        recorded_angle=structure.recorded_angle,
+        changes=changes,
+        **effects,
+    )
 
 
 def _artifact(path: Path, axis: str) -> Any:

@@ -34,7 +34,8 @@ class Model(Displayed):
     one that reads a companion of the records names it, such as "pose_inertia[q2]";
     torque, angle, speed : names of effects on these signals, such as "torque_delay". `rid.explain()` lists them all.
     gear_ratio : phi_a / phi_m, arm angle over motor angle, at most 1; None for a rigid axis that is its motor alone.
-    linear : the axis slides (m, N, kg) rather than turns. name : of the robot.
+    linear : the axis slides (m, N, kg) rather than turns. recorded_angle : torques that depend on the motor's angle act
+    at the recorded angle of a record, for that of an open-loop simulation drifts. name : of the robot.
     changes : by record, parameters that differ there.
     known : by dotted name what is known beforehand, in SI; a plain number is a guess.
 
@@ -61,6 +62,7 @@ class Model(Displayed):
     speed: Sequence[str] = ()
     gear_ratio: float | None = None
     linear: bool = False
+    recorded_angle: bool = False
     name: str = "robot"
     changes: Mapping[str, Sequence[str]] = field(default_factory=dict)
     known: Mapping[str, KnownParameter | float] = field(default_factory=dict)
@@ -143,6 +145,8 @@ class Model(Displayed):
         """The complete configuration of this model, with these records and further sections. Raises ConfigError."""
         effects = {place: list(getattr(self, place)) for place in PLACES if getattr(self, place)}
         robot: dict[str, Any] = {"name": self.name, "model": effects, "linear": self.linear}
+        if self.recorded_angle:
+            robot["recorded_angle"] = True
         if self.gear_ratio is not None:
             robot["gear_ratio"] = self.gear_ratio
         if self.changes:
@@ -163,6 +167,7 @@ def model_of(config: Config) -> Model:
     return Model(
         gear_ratio=robot.gear_ratio,
         linear=robot.linear,
+        recorded_angle=robot.recorded_angle,
         name=robot.name,
         changes=robot.changes,
         known=robot.known(),

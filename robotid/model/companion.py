@@ -63,14 +63,36 @@ class Course:
         return Course(np.array([[self.mean], [0.0], [0.0]]), self.sampling_time, self.begin)
 
 
+MOTOR_ANGLE = "phi_m"
+"""The recorded angle of the motor among the companions of a joint that follows it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SmoothCourse(Course):
+    """A companion whose value goes from sample to sample as its rate asks: Hermite's cubic."""
+
+    def at(self, t: Array) -> Array:
+        found = Course.at(self, t)
+        last, h = self.samples.shape[1] - 1, self.sampling_time
+        position = np.fmax(np.fmin((t - self.begin) / h, float(last)), 0.0)
+        k = np.minimum(position.astype(np.intp), max(last - 1, 0))
+        share, after = position - k, np.minimum(k + 1, last)
+        (y0, d0, _), (y1, d1, _) = self.samples[:, k], self.samples[:, after]
+        found[0] += share * (1.0 - share) * ((1.0 - share) * (h * d0 - y1 + y0) + share * (y1 - y0 - h * d1))
+        return found
+
+
 class Accompanied(Protocol):
-    """A recording with companions, by name."""
+    """A recording of a joint, with its companions by name. motor_course : of the motor's angle."""
 
     @property
     def name(self) -> str: ...
 
     @property
     def courses(self) -> Mapping[str, Course]: ...
+
+    @property
+    def motor_course(self) -> Course: ...
 
 
 def companion_of(effect: str) -> tuple[str, str]:

@@ -11,6 +11,7 @@ from robotid.errors import NumericsError
 from robotid.model import signal_matrix
 from robotid.model.array import Array, Mask
 from robotid.model.channel import Channel
+from robotid.model.companion import MOTOR_ANGLE
 from robotid.model.derivatives import (
     DerivativeColumns,
     Derivatives,
@@ -252,12 +253,17 @@ class Joint(Layout):
         ]
 
     def _raw(self, place: Placed, x: Array, s: Array, t: Array) -> PortMotion:
-        """The motion of a port itself."""
+        """The motion of a port itself; the motor's angle in it is the recorded one where the joint follows that."""
         v, zero = _sum(place.v, x), np.zeros(1)
         direction = s[place.q[0][0]] * np.sign(place.q[0][1]) if len(place.q) == 1 else np.sign(v)
-        m = Motion(_sum(place.x, x) if place.x else zero, v, zero, direction, t, x[:0])
+        own = dict(place.x)
+        turned = own.pop(self.motor_angle, 0.0) if own and MOTOR_ANGLE in self.companions else 0.0
+        position: Array = _sum(tuple(own.items()), x) if own else zero
+        if turned:
+            position = position + turned * self.companions[MOTOR_ANGLE].at(t)[0]
+        m = Motion(position, v, zero, direction, t, x[:0])
         levers = tuple(Lever(j, c) for j, c in place.q)
-        return PortMotion(m, Tangent(dict(place.x)), Tangent(dict(place.v)), Tangent(), Tangent(), levers)
+        return PortMotion(m, Tangent({**own}), Tangent(dict(place.v)), Tangent(), Tangent(), levers)
 
     def _with_memory(self, place: Placed, motion: PortMotion, x: Array, s: Array, theta: Array) -> PortMotion:
         """The same motion with the term's own memory and sides; sides not given are those of the distances."""

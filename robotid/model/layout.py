@@ -17,7 +17,7 @@ import numpy as np
 from robotid.errors import ConfigError, InputError
 from robotid.model.array import Array
 from robotid.model.channel import Channel
-from robotid.model.companion import Accompanied, Course
+from robotid.model.companion import MOTOR_ANGLE, Accompanied, Course
 from robotid.model.geometry import coordinates, position, rigid_speed, rotates
 from robotid.model.parameters import Parameter, Parameters
 from robotid.model.port import Port, Signal
@@ -87,20 +87,37 @@ class Layout:
         return any(effect.companion_name for effect in self._effects)
 
     @property
+    def follows_angle(self) -> bool:
+        """Whether, beside a record, a torque of it acts at the motor's angle as recorded."""
+        return self.structure.recorded_angle and self.keeps_angle and any(map(self.turns, self.placed))
+
+    @property
+    def depends_on_record(self) -> bool:
+        """Whether its equations are not the same beside every record."""
+        return bool(self.changes) or self.reads_companions or self.follows_angle
+
+    def turns(self, place: Placed) -> bool:
+        """Whether the torque at a place depends on an absolute angle, and so on the motor's."""
+        ports = {place.port, getattr(place.term, "watches", None)}
+        return bool(ports & rotates(self.masses)) and (reads_of(place.term).x or place.transform is not None)
+
+    @property
     def _effects(self) -> list[Term | Channel]:
         return [*(place.term for place in self.placed), *(channel for _, channel in self.channels)]
 
     def along(self, recording: Accompanied) -> Self:
-        """The joint beside the companions of a recording.
+        """The joint beside the companions of a recording, and its motor's angle where a torque acts at that.
 
         Raises InputError where the recording lacks one that an effect reads.
         """
-        courses = recording.courses
+        courses = dict(recording.courses)
         for effect in self._effects:
             if effect.companion_name and effect.companion_name not in courses:
                 what = f"{effect.name} reads {effect.companion_name}, which was not recorded"
                 hint = f"add it under signals of the record, or leave out {effect.name}"
                 raise InputError(what, where=recording.name, hint=hint)
+        if self.follows_angle:
+            courses[MOTOR_ANGLE] = recording.motor_course
         if not courses:
             return self
         joint = copy(self)

@@ -12,7 +12,9 @@ class Structure:
     """A joint's make-up. terms such as "gear.spring", channels such as "torque.torque_delay", in order.
 
     gear_ratio is phi_a / phi_m, None for a rigid axis. linear : the axis slides (m, N, kg) rather than turns. changes :
-    parameters that differ in one record, such as "record_change.day2.arm.inertia.J".
+    parameters that differ in one record, such as "record_change.day2.arm.inertia.J". recorded_angle : beside a record,
+    torques that depend on the motor's angle act at the recorded one; a simulated angle drifts with every error of the
+    torque, and loses the phase of what repeats itself with it.
     """
 
     terms: tuple[str, ...]
@@ -20,6 +22,7 @@ class Structure:
     gear_ratio: float | None = field(default=None, metadata={"finite": True})
     linear: bool = False
     changes: tuple[str, ...] = ()
+    recorded_angle: bool = False
 
     @property
     def effects(self) -> tuple[str, ...]:

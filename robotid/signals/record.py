@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from robotid.display import Displayed
 from robotid.errors import ConfigError, InputError
 from robotid.model.array import Array
-from robotid.model.companion import CompanionKind, Course
+from robotid.model.companion import CompanionKind, Course, SmoothCourse
 from robotid.signals.companion import Companion
 from robotid.signals.differentiate import backward_difference, central_difference
 from robotid.signals.torque_steps import TorqueSteps
@@ -135,6 +135,11 @@ class Record(Displayed):
     def courses(self) -> dict[str, Course]:
         """Its companions in time, by name."""
         return {name: one.course(self.sampling_time, self.begin) for name, one in self.companions.items()}
+
+    @property
+    def motor_course(self) -> Course:
+        """The motor's angle in time."""
+        return SmoothCourse(np.stack([self.phi_m, self.dphi_m, 0.0 * self.phi_m]), self.sampling_time, self.begin)
 
     @property
     def disturbance(self) -> Array | None:

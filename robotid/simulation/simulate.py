@@ -67,7 +67,7 @@ def simulate_together(
         _simulating(joint, theta, record, start, max_failed_windows)
         for record, start in zip(records, starts, strict=True)
     )
-    if len(records) < 2 or joint.changes or joint.reads_companions or sum(map(len, records)) > TOGETHER:
+    if len(records) < 2 or joint.depends_on_record or sum(map(len, records)) > TOGETHER:
         return map(followed, courses)
     return iter(followed_together(list(courses)))
 

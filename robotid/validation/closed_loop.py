@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from robotid.catalogue import assemble
 from robotid.model.array import Array
 from robotid.model.structure import Structure
@@ -23,7 +25,7 @@ def loop_errors(structure: Structure, theta: Array, controller: Controller, reco
     """
     if record.ref is None or record.ref_kind != controller.kind:
         return None
-    joint = assemble(structure, angle=True).along(record)
+    joint = assemble(replace(structure, recorded_angle=False), angle=True).along(record)
     reference = Reference(record.name, record.sampling_time, record.ref, record.ref_kind)
     # Not the first state that suits open loop best: the controller would fight for it what it is not in truth.
     controlled, start = ControlledJoint(joint, theta, controller), initial_state(joint, theta, record)

@@ -9,7 +9,7 @@ import pytest
 
 from robotid.catalogue import assemble
 from robotid.errors import ConfigError, InputError, NumericsError
-from robotid.model.companion import Course, companion_of, with_companion
+from robotid.model.companion import Course, SmoothCourse, companion_of, with_companion
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.structure import Structure
 
@@ -21,6 +21,7 @@ RAMP = Course(np.array([[1.0, 2.0, 4.0], [0.1, 0.2, 0.4], [0.0, 0.0, 6.0]]), sam
 class Log:
     name: str = "log"
     courses: dict[str, Course] = field(default_factory=dict)
+    motor_course: Course = RAMP
 
 
 def test_a_course_is_linear_between_its_samples_and_constant_beyond() -> None:
@@ -35,6 +36,16 @@ def test_an_instant_that_is_no_number_does_no_harm() -> None:
 
 def test_a_course_of_one_sample_rests() -> None:
     np.testing.assert_array_equal(RAMP.resting.at(np.array([0.0, 50.0])), [[7 / 3] * 2, [0.0] * 2, [0.0] * 2])
+
+
+def test_a_smooth_course_goes_as_its_rate_asks() -> None:
+    """A cubic is met wherever it is asked for, and the last value stays."""
+    t = np.array([2.0, 2.5, 3.0])
+    course = SmoothCourse(np.stack([t**3 - t, 3.0 * t**2 - 1.0, 6.0 * t]), sampling_time=0.5, begin=2.0)
+    at = np.linspace(2.0, 3.0, 11)
+    np.testing.assert_allclose(course.at(at)[0], at**3 - at, rtol=1e-13)
+    np.testing.assert_allclose(course.at(np.array([1.0, 4.0]))[0], [6.0, 24.0], rtol=1e-13)
+    assert not np.allclose(Course(course.samples, 0.5, 2.0).at(at)[0], at**3 - at, rtol=1e-3)
 
 
 def test_names_carry_the_companion() -> None:

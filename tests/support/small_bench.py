@@ -66,10 +66,14 @@ def records(
 
 
 def records_of(
-    joint: Joint, truth: Mapping[str, float], seed: int = 1, wanted: Mapping[str, Array] | None = None
+    joint: Joint,
+    truth: Mapping[str, float],
+    seed: int = 1,
+    wanted: Mapping[str, Array] | None = None,
+    torque_noise: float = TORQUE_NOISE,
 ) -> list[Record]:
     """The same experiments on another joint, or three others. wanted : reference speeds [rad/s], by name."""
-    made = _made(joint, truth, references() if wanted is None else wanted, seed)
+    made = _made(joint, truth, references() if wanted is None else wanted, seed, torque_noise)
     return [*made[:2], replace(made[2], role="validate")]
 
 
@@ -78,9 +82,15 @@ def made_along(wanted: Mapping[str, Array], truth: Mapping[str, float] = TRUTH, 
     return _made(assemble(AXIS, angle=True), truth, wanted, seed)
 
 
-def _made(joint: Joint, truth: Mapping[str, float], wanted: Mapping[str, Array], seed: int) -> list[Record]:
+def _made(
+    joint: Joint,
+    truth: Mapping[str, float],
+    wanted: Mapping[str, Array],
+    seed: int,
+    torque_noise: float = TORQUE_NOISE,
+) -> list[Record]:
     plant = VirtualRobot(
-        joint, joint.parameters().with_values(truth).values, CONTROLLER, 0.0, TORQUE_NOISE, SPEED_NOISE, seed
+        joint, joint.parameters().with_values(truth).values, CONTROLLER, 0.0, torque_noise, SPEED_NOISE, seed
     )
     return [
         plant.record(Reference(name, SAMPLING_TIME, ref, "speed"), number)

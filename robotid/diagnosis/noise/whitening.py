@@ -40,10 +40,10 @@ def whitening(
 ) -> InnovationsFilter:
     """The filter for white noises of a record's output and torque of these variances. That of a derived speed is blue.
 
-    theta : (p,) of the joint, linearised as it slips with its spring at rest. Without a torque noise, or where the
-    Riccati equation has no solution, the filter only scales by the output noise.
+    theta : (p,) of the joint, linearised beside the record as it slips with its spring at rest. Without a torque noise,
+    or where the Riccati equation has no solution, the filter only scales by the output noise.
     """
-    response = torque_response(joint, theta, record.sampling_time, output, Derivation.of(record))
+    response = torque_response(joint.along(record), theta, record.sampling_time, output, Derivation.of(record))
     variance, torque = levels
     sensed = variance if response.derivation is None else variance / response.derivation.gain
     return innovations_filter(response, NoiseLevels(sensed, torque))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotid.catalogue import assemble
+from robotid.catalogue import assemble, with_effect
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.settings import REFIT
 from robotid.estimate.fitted_model import SimulatedSegment
@@ -175,7 +175,7 @@ def _fit_of(pieces: Sequence[SegmentFit], output: Quantity) -> float:
 
 def extended(model: RefittedModel, effect: str, values: Mapping[str, float]) -> tuple[Structure, Parameters]:
     """The structure with one effect more, and where its refit starts: the model's values, the effect's as given."""
-    structure = model.structure.extended(effect)
+    structure = with_effect(model.structure, effect)
     return structure, carried(model.parameters, structure, values)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robotid.catalogue import EFFECTS
+from robotid.catalogue import EFFECTS, with_effect
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.multiple_shooting import refit_from_pieces
@@ -175,7 +175,7 @@ def _at_extremes(refits: Sequence[CandidateRefit], state: SearchState, log: Log)
             log(_announced(state, score, f"what {one.effect} becomes"))
             own = {to: one.model.parameters[f"{one.effect}.{symbol}"] for to, symbol in extreme.values.items()}
             structure, parameters = reduced(one.model, one.effect)
-            structure = structure.extended(score.candidate.name)
+            structure = with_effect(structure, score.candidate.name)
             start = carried(parameters, structure, {f"{score.candidate.name}.{to}": v for to, v in own.items()})
             try:
                 after = refit(structure, [start], state.data, one.model.trajectories, _options(state.model))

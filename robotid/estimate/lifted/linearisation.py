@@ -69,7 +69,7 @@ def linearise_records(problem: OutputError, unknowns: Array, nodes: Sequence[Arr
     the less each costs. Where parameters or companions differ between the records, it is one record after the other.
     """
     every = range(len(problem.records))
-    groups = [[k] for k in every] if problem.joint.changes or problem.joint.reads_companions else [list(every)]
+    groups = [[k] for k in every] if problem.joint.depends_on_record else [list(every)]
     segments = [_Segment.of(problem, k, unknowns, x) for k, x in enumerate(nodes)]
     found = [part for group in groups for part in _changes(problem, [segments[k] for k in group])]
     return [

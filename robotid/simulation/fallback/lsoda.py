@@ -18,6 +18,7 @@ from robotid import __version__
 from robotid.errors import NumericsError
 from robotid.interrupt import check
 from robotid.model.array import Array
+from robotid.model.companion import MOTOR_ANGLE
 from robotid.model.joint import Joint
 from robotid.model.term import Term
 from robotid.simulation.fallback.cache import cached
@@ -109,7 +110,7 @@ def _key(problem: Problem, first: int, stop: int, start: Array) -> str:
     if problem.torque_steps is not None:
         within = problem.torque_steps.take(slice(first, stop))
         digest.update(np.stack([within.share, within.step]).tobytes())
-    for name in sorted({term.companion_name for _, term in joint.terms} & set(joint.companions)):
+    for name in sorted({MOTOR_ANGLE, *(term.companion_name for _, term in joint.terms)} & set(joint.companions)):
         digest.update(np.ascontiguousarray(joint.companions[name].samples).tobytes())
     return digest.hexdigest()
 

@@ -19,12 +19,16 @@ def test_strong_cogging_is_found_where_a_fit_of_whole_records_slips_into_another
     state = begun(records(truth))
     data, first = state.data, state.model
     structure, start = extended(first, "motor.cogging", truth | {"motor.cogging.A": 0.135, "motor.cogging.n": 12.005})
+    structure = replace(structure, recorded_angle=False)
     astray = refit(structure, [start], data, first.trajectories)
     # What a start must leave of whole records is no measure of what it leaves of pieces, each from a first guess.
     found = refit_from_pieces(structure, [start], data, RefitOptions(start_below=1e-3 * first.energy))
     assert found.energy < 0.1 * astray.energy
     assert found.validation_energy < 0.2 * astray.validation_energy
     assert found.parameters["motor.cogging.n"] == pytest.approx(truth["motor.cogging.n"], abs=0.005)
+    followed = refit(replace(structure, recorded_angle=True), [start], data, first.trajectories)
+    assert followed.energy < 1.01 * found.energy
+    assert followed.validation_energy < 0.05 * found.validation_energy
 
 
 def test_pieces_of_a_short_record_are_as_long_as_pieces_must_be() -> None:

@@ -237,3 +237,17 @@ def test_an_event_beside_a_cause_is_told() -> None:
     assert [(event.record, event.kind) for event in result.events] == [("slow", "bump")]
     assert result.events[0].torque == pytest.approx(0.2, rel=0.05)
     assert [cause.effect for cause in result.causes] == ["motor.stribeck"]
+
+
+def test_a_cogging_keeps_its_phase_where_errors_of_the_torque_make_a_simulated_angle_drift() -> None:
+    made = records_of(
+        assemble(AXIS.extended("motor.cogging"), angle=True),
+        TRUTH | {"motor.cogging.A": 0.15, "motor.cogging.B": 0.1, "motor.cogging.n": 9.0},
+        seed=2,
+        torque_noise=0.02,
+    )
+    growth = searched(made, QUICK)
+    assert [cause.effect for cause in growth.causes] == ["motor.cogging"]
+    assert growth.causes[0].explained > 0.99
+    assert values(growth)["motor.cogging.n"] == pytest.approx(9.0, rel=0.002)
+    assert growth.last.energy < 1.1 * growth.last.samples
