@@ -235,6 +235,18 @@ def test_on_paper_a_note_stays_with_the_figures_below_its_heading(tab: Page, fil
     assert (on_screen, on_paper) == ("auto", "avoid")
 
 
+def test_on_paper_a_row_of_figures_takes_a_third_of_a_page_at_most(tab: Page, file: Path) -> None:
+    """What does not fit goes to the next page and leaves as much empty. A Letter page holds 740 x 980 px."""
+    tab.size(740, 980)
+    tab.open(file)
+    tab.ask("Emulation.setEmulatedMedia", media="print")
+    shown = "[...document.querySelectorAll('.figures:not(details *) > figure:not(.folded)')]"
+    heights = tab.evaluate(f"{shown}.map((f) => f.getBoundingClientRect().height).filter((h) => h > 0)")
+    tab.ask("Emulation.setEmulatedMedia", media="")
+    assert len(heights) > 10
+    assert max(heights) < 980 / 3
+
+
 def test_it_prints_and_works_without_scripts(tab: Page, file: Path, tmp_path: Path) -> None:
     tab.size(1200, 900, dark=True)
     tab.open(file)
