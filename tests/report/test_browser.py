@@ -223,10 +223,13 @@ def test_a_phone_needs_no_scrolling_sideways(dark: bool, tab: Page, file: Path) 
     assert (background == "rgb(255, 255, 255)") is not dark
 
 
-def test_on_paper_a_note_stays_with_the_figures_below_its_heading(tab: Page, file: Path) -> None:
+@pytest.mark.parametrize(
+    "heading", ["<h3>a</h3><p class=note id=one>b</p>", "<details class=all-rows id=one></details>"]
+)
+def test_on_paper_what_stands_above_figures_and_tables_stays_with_them(tab: Page, file: Path, heading: str) -> None:
     tab.size(1200, 800)
     tab.open(file)
-    tab.evaluate("document.body.insertAdjacentHTML('beforeend', '<h3>a</h3><p class=note id=one>b</p>')")
+    tab.evaluate(f"document.body.insertAdjacentHTML('beforeend', '{heading}')")
     after = "getComputedStyle(document.querySelector('#one')).breakAfter"
     on_screen = tab.evaluate(after)
     tab.ask("Emulation.setEmulatedMedia", media="print")
