@@ -267,7 +267,12 @@ def explain(
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Of the robot; NAME.yaml is written.")],
     from_data: Annotated[
-        Path | None, typer.Option("--from-data", metavar="FILE", help="Guess columns and sampling time from FILE.")
+        list[Path] | None,
+        typer.Option(
+            "--from-data",
+            metavar="FILE",
+            help="Guess columns and sampling time from FILE; given more than once, the files are joined by time.",
+        ),
     ] = None,
     column: Annotated[
         list[str] | None, typer.Option("--column", metavar="SIGNAL=NAME", help="A column that the guess misses.")
@@ -284,7 +289,7 @@ def new(
     """A commented configuration to start from."""
     from robotid.cli.new import write_configuration
 
-    write_configuration(name, from_data, column or (), scale or (), sampling_time, force=force)
+    write_configuration(name, from_data or (), column or (), scale or (), sampling_time, force=force)
 
 
 @app.command()

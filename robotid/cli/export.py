@@ -11,6 +11,7 @@ from robotid.export.handover.target import Target, described
 from robotid.export.targets import TARGETS
 from robotid.export.write import check_format, write_columns, write_tree
 from robotid.files import atomic_write
+from robotid.model.units import typeset
 from robotid.pipeline.exports import Export, Wanted, export_of
 
 
@@ -69,7 +70,7 @@ def _hand_over(found: Export, target: Target, file: Path, to: Path) -> None:
     atomic_write(to, handed.text)
     print_message(f"{to} written: {found.summary}, {target.summary}")
     for line in (*handed.remarks, *described(handed.omitted, handed.costs)):
-        print_message(line)
+        print_message(typeset(line))
 
 
 def _patched(into: Path | None, target: Target | None) -> str:

@@ -21,6 +21,7 @@ from robotid.numerals import number
 from robotid.report.tables.table import Table
 from robotid.signals.columns import ALIASES, NEEDED, Column
 from robotid.signals.correction import corrected
+from robotid.signals.joining import joined
 from robotid.signals.plausibility import Axis, check_records
 from robotid.signals.proposal import Proposal, propose
 from robotid.signals.quality import Recordings
@@ -35,15 +36,16 @@ SLIDING = ("length", "speed", "force")
 
 def write_configuration(
     name: str,
-    data: Path | None,
+    data: Sequence[Path],
     chosen: Sequence[str] = (),
     scales: Sequence[str] = (),
     sampling_time: float | None = None,
     *,
     force: bool,
 ) -> None:
-    """Write NAME.yaml. chosen : columns as SIGNAL=NAME; scales : SI units for one of a column, as SIGNAL=NUMBER;
-    sampling_time [s] : of a file without a time column. A configuration that cannot run is not written.
+    """Write NAME.yaml. data : files of one recording, joined by time, or none; chosen : columns as SIGNAL=NAME;
+    scales : SI units for one of a column, as SIGNAL=NUMBER; sampling_time [s] : of a file without a time column. A
+    configuration that cannot run is not written.
 
     Raises ConfigError where it exists, InputError where data cannot be read, and what reading them by it raises.
     """
@@ -52,20 +54,21 @@ def write_configuration(
         raise ConfigError(f'"{path.stem}" is no name', where="new", hint="use letters, digits, _ and - only")
     if path.exists() and not force:
         raise ConfigError("this file exists", where=str(path), hint="choose another NAME, or --force to overwrite it")
-    if data is None:
+    if not data:
         atomic_write(path, virtual(path.stem, str(path)))
         print_message(f"{path} written: it runs as it is, on a virtual robot; replace its records by your own")
         return
-    if not data.exists():
-        raise InputError("there is no such file", where=str(data), hint="give --from-data a recording")
-    if not _is_text(data):
-        raise InputError(
-            "no configuration can name this file, its name is not UTF-8", where=str(data), hint="rename it"
-        )
+    for file in data:
+        if not file.exists():
+            raise InputError("there is no such file", where=str(file), hint="give --from-data a recording")
+        if not _is_text(file):
+            raise InputError(
+                "no configuration can name this file, its name is not UTF-8", where=str(file), hint="rename it"
+            )
     found = _scaled(_asked(data, dict(map(_pair, chosen))), scales)
     if found.sampling_time is None and sampling_time is None:
         hint = "say how many seconds are between two samples, such as --sampling-time 0.001"
-        raise ConfigError("no time column was found", where=str(data), hint=hint)
+        raise ConfigError("no time column was found", where=_named(data), hint=hint)
     found = _plausible(path, found, sampling_time)
     atomic_write(path, _configuration(path, found, sampling_time))
     print_tables([_guessed(found)])
@@ -93,19 +96,23 @@ def _pair(text: str) -> tuple[str, str]:
     return signal, column
 
 
-def _asked(data: Path, chosen: dict[str, str]) -> Proposal:
+def _named(files: Sequence[Path]) -> str:
+    return " + ".join(map(str, files))
+
+
+def _asked(data: Sequence[Path], chosen: dict[str, str]) -> Proposal:
     """What is proposed for a file; a person at a terminal is asked for the columns that nothing tells. Raises
     ConfigError where nobody can be asked."""
-    found = propose(data, chosen)
+    found = propose(*data, chosen=chosen)
     for signal in (signal for signal in NEEDED if signal not in found.columns):
         if not sys.stdin.isatty():
             remark = next(remark for remark in found.remarks if f"looks like {signal}" in remark)
             what, _, holds = remark.partition("; ")
             hint = f"say which by --column {signal}=NAME; {holds}"
-            raise ConfigError(what, where=str(data), hint=hint)
+            raise ConfigError(what, where=_named(data), hint=hint)
         print_message(next(remark for remark in found.remarks if f"looks like {signal}" in remark))
         chosen = chosen | {signal: input(f"column of {signal}: ").strip()}
-        found = propose(data, chosen)
+        found = propose(*data, chosen=chosen)
     return found
 
 
@@ -133,7 +140,7 @@ def _plausible(path: Path, found: Proposal, sampling_time: float | None) -> Prop
 
     Raises what reading it raises, and NumericsError for a finding that only a person can put right.
     """
-    table = read(found.path)
+    table = joined([read(path) for path in found.paths])
     for _ in range(MAX_CORRECTIONS):
         settings = parse(_configuration(path, found, sampling_time), name=str(path))
         made = measured_records(settings.records[0], table, linear=settings.robot.linear)
@@ -149,13 +156,14 @@ def _plausible(path: Path, found: Proposal, sampling_time: float | None) -> Prop
         first = checked.fatal[0]
         signal = "phi_m" if first.name.startswith("angle") else "tau_m"
         hint = f"say how many SI units one is, --scale {signal}=NUMBER" if first.name == "angle_counts" else SAY
-        raise NumericsError(f"{first.what}, so that {first.consequence}", where=str(found.path), hint=hint)
+        raise NumericsError(f"{first.what}, so that {first.consequence}", where=_named(found.paths), hint=hint)
     return found
 
 
 def _configuration(path: Path, found: Proposal, sampling_time: float | None) -> str:
-    file = Path(os.path.relpath(found.path, path.parent)).as_posix()
-    record = re.sub(r"[^A-Za-z0-9_-]+", "_", found.path.stem)
+    files = [Path(os.path.relpath(one, path.parent)).as_posix() for one in found.paths]
+    file: str | list[str] = files if files[1:] else files[0]
+    record = re.sub(r"[^A-Za-z0-9_-]+", "_", found.paths[0].stem)
     sliding = any(_quantity(column) in SLIDING for column in found.columns.values())
     text = measured(path.stem, str(path), _flow(file), record, _columns(found, sampling_time), linear=sliding)
     axes = [_flow({signal: _shortest(column) for signal, column in one.items()}) for one in found.axes]
@@ -216,4 +224,4 @@ def _guessed(found: Proposal) -> Table:
     )
     step = f"the time column steps by {number(found.sampling_time, 6)} s"
     note = "\n".join((*([step] if found.sampling_time is not None else []), *found.remarks))
-    return Table(f"Guessed of {found.path}", ("signal", "column", "of a matrix", "unit"), rows, note)
+    return Table(f"Guessed of {_named(found.paths)}", ("signal", "column", "of a matrix", "unit"), rows, note)

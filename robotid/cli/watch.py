@@ -21,7 +21,7 @@ from robotid.monitoring import WatchOptions, watch
 from robotid.parallel import working
 from robotid.pipeline.run import Run, Runs
 from robotid.pipeline.table import COLLECT, EXTEND, FIT
-from robotid.progress import Progress
+from robotid.progress import Begun, Progress
 from robotid.report.tables import watch as view
 from robotid.report.tables.sliding import in_units_of_axis
 from robotid.signals.quality import Recordings
@@ -62,6 +62,8 @@ def watch_logs(run: Runs, logs: Sequence[Path], request: WatchRequest) -> None:
     horizon = run.loaded.config.fit.fixed_horizon or usable_horizon(fit.horizon, [*used, *new])
     options = WatchOptions(request.level, horizon, run.loaded.config.diagnose.samples)
     with watching(quiet=request.quiet) as log, working(request.jobs):
+        if log is not None:
+            log(Begun("watch"))
         say = (lambda text: log(Progress(text))) if log is not None else (lambda text: None)
         found = watch(model, used, new, options, say)
     if request.as_json:

@@ -28,7 +28,7 @@ from robotid.report.origin import Origin
 from robotid.report.sections import SECTIONS, FigureSpec, Section
 from robotid.report.style.axes import envelope
 from robotid.report.style.svg import COLOURS, identifier, inline
-from robotid.report.summary import robot_summary, summary
+from robotid.report.summary import remarks, robot_summary, summary
 from robotid.report.tables.overview import overview
 from robotid.report.tables.table import Table, for_people
 
@@ -64,12 +64,13 @@ class Mark:
 @dataclass(frozen=True, slots=True)
 class Head:
     """What a page begins with. summary : the answer, under the title; marks : the verdicts, of each axis that has been
-    diagnosed; facts : what stands beside them."""
+    diagnosed; facts : what stands beside them; remarks : below the answer, what to know beside it."""
 
     title: str
     summary: str
     marks: tuple[Mark, ...] = ()
     facts: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +93,8 @@ class AxisPage:
 
 def page(findings: Findings, stages: Sequence[StageTables], origin: Origin, title: str | None = None) -> str:
     """The HTML. stages : tables of each stage that has run, in order. title : the heading, absent: the robot's name."""
-    head = Head(title or findings.robot, summary(findings), _marks({"": findings}), _facts(findings, origin))
+    marks, facts = _marks({"": findings}), _facts(findings, origin)
+    head = Head(title or findings.robot, summary(findings), marks, facts, remarks(findings))
     return rendered(head, _sections(findings), stages, origin)
 
 
@@ -100,12 +102,21 @@ def robot_page(axes: Mapping[str, AxisPage], origin: Origin, title: str, common:
     """The HTML for a robot of several axes: an overview, and the sections of each axis, of which the first figures are
     shown where there are several axes. axes : by name; common : tables of the whole robot."""
     findings = {axis: one.findings for axis, one in axes.items()}
-    most = AXIS_FIGURES if len(axes) > 1 else None
+    several = len(axes) > 1
+    most = AXIS_FIGURES if several else None
     parts = [
-        _Part(axis, summary(one.findings) if len(axes) > 1 else "", _sections(one.findings, axis, most), one.stages)
+        _Part(
+            axis,
+            summary(one.findings) if several else "",
+            _sections(one.findings, axis, most),
+            one.stages,
+            remarks(one.findings) if several else (),
+        )
         for axis, one in axes.items()
     ]
-    head = Head(title, robot_summary(findings), _marks(findings), _facts(next(iter(findings.values())), origin))
+    first = next(iter(findings.values()))
+    beside = () if several else remarks(first)
+    head = Head(title, robot_summary(findings), _marks(findings), _facts(first, origin), beside)
     return _rendered(head, parts, origin, (overview(findings), *common))
 
 
@@ -149,12 +160,13 @@ class _ShownSection:
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """What is shown of one axis, its name empty where it is the whole page. summary : under its name."""
+    """What is shown of one axis, its name empty where it is the whole page. summary, remarks : under its name."""
 
     name: str
     summary: str
     sections: Sequence[PageSection]
     stages: Sequence[StageTables]
+    remarks: tuple[str, ...] = ()
 
     @property
     def anchor(self) -> str:
@@ -191,6 +203,7 @@ def _rendered(head: Head, parts: Sequence[_Part], origin: Origin, of_robot: Sequ
     return _template().render(
         title=head.title,
         summary=head.summary,
+        remarks=head.remarks,
         marks=head.marks,
         facts=head.facts,
         of_robot=[_grid(table) for table in of_robot],
@@ -198,6 +211,7 @@ def _rendered(head: Head, parts: Sequence[_Part], origin: Origin, of_robot: Sequ
             {
                 "name": part.name,
                 "summary": part.summary,
+                "remarks": part.remarks,
                 "anchor": part.anchor,
                 "level": part.level,
                 "sections": part.shown(most),

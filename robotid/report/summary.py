@@ -18,6 +18,7 @@ from robotid.report.drawing.location import best_of_each, variable
 from robotid.report.events import described, not_accounted_for
 from robotid.report.findings import Findings
 from robotid.report.style.axes import axis_label
+from robotid.validation.identifiability import UNSEEN_SHARE, hidden_by_errors
 from robotid.validation.results import RecordValidation
 
 MAX_NAMED = 3  # records that are named one by one
@@ -28,6 +29,12 @@ MIN_ORDER = 0.2  # share of the variance from which a variable is named
 def summary(findings: Findings) -> str:
     """The paragraph."""
     return " ".join(capitalised(sentence) for sentence in _sentences(findings))
+
+
+def remarks(findings: Findings) -> tuple[str, ...]:
+    """What to know of the fit beside the answer, a sentence each."""
+    fits = findings.fits
+    return () if fits is None else tuple(f"{capitalised(one)}." for one in fits.models[fits.best].remarks)
 
 
 def robot_summary(axes: Mapping[str, Findings]) -> str:
@@ -58,11 +65,7 @@ def robot_summary(axes: Mapping[str, Findings]) -> str:
 
 def _sentences(f: Findings) -> Iterator[str]:
     yield from _simulates(f)
-    if f.fits is not None:
-        yield from _ended(f.fits.models[f.fits.best], f.fits.best)
-        yield from (f"{remark}." for remark in f.fits.models[f.fits.best].remarks)
-    if (extension := f.extension_that_adds) is not None:
-        yield from _ended(extension.fit, f"the extended {extension.model}")
+    yield from _ended(f)
     if f.diagnosis is not None:
         if f.diagnosis.late:
             yield f"{RecordedLate(f.diagnosis.late).remark}."
@@ -71,10 +74,17 @@ def _sentences(f: Findings) -> Iterator[str]:
         yield from _gained(f, f.extension)
 
 
-def _ended(fit: FitResult, name: str) -> Iterator[str]:
-    """How a fit ended that did not converge."""
-    if not fit.converged:
-        yield f"the fit of {name} {'was ' if fit.end is End.INTERRUPTED else ''}{fit.end.value}."
+def _ended(f: Findings) -> Iterator[str]:
+    """How the fits ended that did not converge, those that ended alike in one sentence."""
+    fits = dict[str, FitResult]()
+    if f.fits is not None:
+        fits[f.fits.best] = f.fits.models[f.fits.best]
+    if (extension := f.extension_that_adds) is not None:
+        fits[f"the extended {extension.model}"] = extension.fit
+    for end in dict.fromkeys(fit.end for fit in fits.values() if not fit.converged):
+        names = [name for name, fit in fits.items() if fit.end is end]
+        verb = "" if end is not End.INTERRUPTED else "was " if len(names) == 1 else "were "
+        yield f"the {'fit' if len(names) == 1 else 'fits'} of {listed(names)} {verb}{end.value}."
 
 
 def _simulates(f: Findings) -> Iterator[str]:
@@ -111,9 +121,13 @@ def _validated(f: Findings) -> Iterator[str]:
     if f.horizon is not None and f.diagnosis is not None:
         pieces = f"pieces of {significant(f.horizon)} s, each from a first state of its own"
         yield f"The fit and the diagnosis simulate {pieces}; the fits in their tables are of these."
-    unseen = [i.name for i in best.identifiability if i.verdict == "unseen"]
-    if unseen:
-        yield f"These records do not determine {listed(unseen, 'or')}."
+    unseen = [i for i in best.identifiability if i.verdict == "unseen"]
+    hidden = [i.name for i in unseen if hidden_by_errors(i)]
+    if len(hidden) < len(unseen):
+        yield f"These records do not determine {listed([i.name for i in unseen if i.name not in hidden], 'or')}."
+    if hidden:
+        right = f"the other {axis_label('torques', f.units)} are right to {portion(UNSEEN_SHARE, 0)}"
+        yield f"These records determine {listed(hidden)} only if {right}."
     yield from (f"that is not enough: {failure}." for failure in f.validation.failed)
 
 

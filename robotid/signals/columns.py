@@ -16,8 +16,8 @@ from robotid.signals.readers.table import CONTAINERS, Table
 from robotid.signals.units import SI, UNITS, Unit, parse, unit
 
 _ALIASES = {
-    "t": """t time timestamp timestamps tout datetime date_time elapsed_time zeit zeitstempel uhrzeit temps horodatage
-        tiempo tempo 时间 時間""",
+    "t": """t time timestamp timestamps tout datetime date_time elapsed_time datum zeit zeitstempel uhrzeit temps
+        horodatage tiempo tempo 时间 時間""",
     "tau_m": """tau_m tau torque motor_torque tau_motor moment force effort u vir drehmoment motormoment motordrehmoment
         kraft couple couple_moteur par par_motor coppia fuerza forza current motor_current strom motorstrom courant
         courant_moteur corriente corrente 力矩 扭矩 转矩 トルク""",

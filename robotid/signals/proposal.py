@@ -13,6 +13,7 @@ import numpy as np
 from robotid.errors import RobotidError
 from robotid.model.array import Array
 from robotid.signals.columns import ALIASES, NEEDED, Column, ending
+from robotid.signals.joining import joined
 from robotid.signals.readers import read
 from robotid.signals.readers.table import Table
 from robotid.signals.sampling import usual_step
@@ -55,10 +56,11 @@ SIGNAL = {
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """Columns by signal and the sampling time [s], as guessed. remarks : what a person should check; left_out : signals
-    that are not to be found by name either; axes : columns by signal of each axis, none where the file holds one."""
+    """Columns by signal and the sampling time [s] of files that are joined by time, as guessed. remarks : what a
+    person should check; left_out : signals that are not to be found by name either; axes : columns by signal of each
+    axis, none where the file holds one."""
 
-    path: Path
+    paths: tuple[Path, ...]
     columns: dict[str, Column]
     sampling_time: float | None
     remarks: tuple[str, ...]
@@ -76,12 +78,13 @@ class _Guess:
     column: Column
 
 
-def propose(path: Path, chosen: Mapping[str, str] | None = None) -> Proposal:
-    """Columns and sampling time of a file. chosen : columns by signal that a person has named.
+def propose(*paths: Path, chosen: Mapping[str, str] | None = None) -> Proposal:
+    """Columns and sampling time of a file, or of several that are joined by time. chosen : columns by signal that a
+    person has named.
 
-    Raises InputError where the file cannot be read, ConfigError where a chosen column is not there.
+    Raises InputError where a file cannot be read, ConfigError where a chosen column is not there.
     """
-    table = read(path)
+    table = joined([read(path) for path in paths])
     named = {signal: _chosen(table, name) for signal, name in (chosen or {}).items()}
     remarks: list[str] = []
     unnamed = bool(table.columns) and all(name.isdecimal() for name in table.columns)
@@ -111,7 +114,7 @@ def propose(path: Path, chosen: Mapping[str, str] | None = None) -> Proposal:
     h = _sampling_time(table, columns.get("t"), remarks)
     if "ref" in columns and columns["ref"].unit is None:
         columns["ref"] = replace(columns["ref"], unit=_followed(table, columns, remarks))
-    return Proposal(path, columns, h, tuple(remarks), axes=_axes(table, columns))
+    return Proposal(paths, columns, h, tuple(remarks), axes=_axes(table, columns))
 
 
 def _axes(table: Table, columns: Mapping[str, Column]) -> tuple[dict[str, Column], ...]:

@@ -60,7 +60,7 @@ UNITS = {
 _SPELLINGS = {
     "deg": "° º degree degrees grad winkelgrad gradi grado grados degre degres degré degrés",
     "deg/s": "dps degs",
-    "rev": "turn turns revolution revolutions umdrehung umdrehungen",
+    "rev": "turn turns tr tour tours giro giri revolution revolutions umdrehung umdrehungen",
     "rpm": "rev/min r/min u/min 1/min /min upm tr/min giri/min umdrehungen/min umdrehung/min",
     "rad/s": "rads",
     "s": "sec secs second seconds sekunde sekunden seconde secondes segundo segundos secondo secondi",

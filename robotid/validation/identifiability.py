@@ -31,6 +31,14 @@ def identify(fit: FitResult, shares: Mapping[str, TorqueShare]) -> tuple[Identif
     )
 
 
+def hidden_by_errors(one: Identifiability) -> bool:
+    """Whether a parameter that stands out of the noise is called unseen for its small torque, which errors of the rest
+    would hide."""
+    if one.verdict != "unseen" or one.relative_std is None or one.torque_share is None:
+        return False
+    return one.relative_std <= UNSEEN_STD and one.torque_share < UNSEEN_SHARE
+
+
 def correlations(covariance: Array) -> Array:
     """Correlation matrix (p, p) of estimates; zero where a parameter was not estimated."""
     std = np.sqrt(np.diag(covariance))

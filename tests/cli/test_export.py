@@ -17,6 +17,7 @@ from robotid.estimate.flexible import FlexResult
 from robotid.estimate.result import Fits
 from robotid.export.handover.target import Target
 from robotid.export.targets import TARGETS
+from robotid.model.units import typeset
 from robotid.signals.metrics import fit_percent
 from robotid.signals.quality import Recordings
 from robotid.signals.readers import read
@@ -141,7 +142,8 @@ def test_a_model_for_another_program(
     assert talk[0] == f"{to} written: model m, {target.summary}"
     text = to.read_text()
     for line in talk[1:]:
-        assert line in text
+        assert line in typeset(text)
+    assert ("kg m² at the joint" in " ".join(talk)) == (target.suffix == ".urdf") == ("kg m2 at the joint" in text)
     lacks = any(line.startswith("It lacks ") for line in talk)
     assert lacks == any(line.startswith("On wide the whole model fits ") for line in talk)
     assert lacks == (target.suffix == ".urdf")

@@ -291,3 +291,38 @@ def test_a_file_whose_name_is_no_text(capsys: pytest.CaptureFixture[str]) -> Non
         "l\\xf6g.csv: no configuration can name this file, its name is not UTF-8; rename it\n"
     )
     assert not Path("axis.yaml").exists()
+
+
+def test_two_files_of_one_recording_are_joined_by_time(capsys: pytest.CaptureFixture[str]) -> None:
+    log = right_log("rigid")
+    t = np.arange(0.0, log["t"][-1], 0.001)
+    angle = np.interp(t, log["t"], log["phi_m"])
+    np.savetxt("encoder.csv", np.column_stack([t, angle]), delimiter=",", header="time,pos_rad", comments="")
+    drive = np.column_stack([log["t"], log["tau_m"]])
+    np.savetxt("drive.csv", drive, delimiter=",", header="time,torque_Nm", comments="")
+    assert main(["new", "two", "--from-data", "encoder.csv", "--from-data", "drive.csv"]) == 0
+    assert "encoder.csv + drive.csv" in capsys.readouterr().out
+    assert load(Path("two.yaml")).config.records[0].files == ("encoder.csv", "drive.csv")
+    for stage in ("collect", "init-rigid"):
+        assert main([stage, "two.yaml", "--quiet"]) == 0
+    capsys.readouterr()
+    assert main(["init-rigid", "two.yaml", "--json"]) == 0
+    inertia = json.loads(capsys.readouterr().out)["parameters"]["motor.inertia.J"]["value"]
+    assert inertia == pytest.approx(0.012, rel=0.05)
+
+
+def test_the_second_of_two_files_must_exist(capsys: pytest.CaptureFixture[str]) -> None:
+    write_log(Path("log.csv"))
+    assert main(["new", "two", "--from-data", "log.csv", "--from-data", "drive.csv"]) == 3
+    assert capsys.readouterr().err == "drive.csv: there is no such file; give --from-data a recording\n"
+
+
+def test_turns_in_french() -> None:
+    log = right_log("rigid")
+    rows = np.column_stack([log["t"], log["tau_m"], log["phi_m"] / (2 * pi)])
+    head = "temps (s);couple moteur (Nm);position moteur (tr)"
+    np.savetxt("essai.csv", rows, delimiter=";", header=head, comments="")
+    assert main(["new", "axe", "--from-data", "essai.csv"]) == 0
+    column = load(Path("axe.yaml")).config.records[0].columns.phi_m
+    assert isinstance(column, ColumnSettings)
+    assert column.unit == "rev"

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from support.watched_axis import write_accepted_run
 
+from robotid.cli import progress
 from robotid.cli.app import main
 
 
@@ -37,6 +38,14 @@ def test_an_unchanged_log_is_exit_code_0_and_a_changed_one_5(
     assert found["logs"]["friday"]["change"]["parameter"] == "motor.coulomb.Fc"
     assert found["logs"]["monday"]["change"] is None
     assert "friday: motor.coulomb.Fc has changed by 0.0" in shown.err
+
+
+def test_progress_says_what_is_at_work(
+    accepted: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(progress, "LINE_INTERVAL", -1.0)
+    assert watch(accepted, str(accepted / "monday.csv")) == 0
+    assert "\nwatch: comparing monday, " in f"\n{capsys.readouterr().err}"
 
 
 @pytest.mark.parametrize(

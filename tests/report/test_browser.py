@@ -223,16 +223,44 @@ def test_a_phone_needs_no_scrolling_sideways(dark: bool, tab: Page, file: Path) 
     assert (background == "rgb(255, 255, 255)") is not dark
 
 
-def test_on_paper_a_note_stays_with_the_figures_below_its_heading(tab: Page, file: Path) -> None:
+@pytest.mark.parametrize(
+    "heading", ["<h3>a</h3><p class=note id=one>b</p>", "<details class=all-rows id=one></details>"]
+)
+def test_on_paper_what_stands_above_figures_and_tables_stays_with_them(tab: Page, file: Path, heading: str) -> None:
     tab.size(1200, 800)
     tab.open(file)
-    tab.evaluate("document.body.insertAdjacentHTML('beforeend', '<h3>a</h3><p class=note id=one>b</p>')")
+    tab.evaluate(f"document.body.insertAdjacentHTML('beforeend', '{heading}')")
     after = "getComputedStyle(document.querySelector('#one')).breakAfter"
     on_screen = tab.evaluate(after)
     tab.ask("Emulation.setEmulatedMedia", media="print")
     on_paper = tab.evaluate(after)
     tab.ask("Emulation.setEmulatedMedia", media="")
     assert (on_screen, on_paper) == ("auto", "avoid")
+
+
+def test_on_paper_letters_are_of_one_size_and_low_figures_take_a_third_of_a_page(tab: Page, file: Path) -> None:
+    """What does not fit goes to the next page and leaves as much empty. A Letter page holds 740 x 980 px."""
+    tab.size(740, 980)
+    tab.open(file)
+    tab.ask("Emulation.setEmulatedMedia", media="print")
+    shown = "[...document.querySelectorAll('.figures:not(details *) > figure')]"
+    found = tab.evaluate(
+        f"""{shown}.map((figure) => {{
+            const svg = figure.querySelector("svg:not(.still svg)") ?? figure.querySelector(".still svg");
+            const [box, own] = [svg.getBoundingClientRect(), svg.viewBox.baseVal];
+            const still = svg.closest(".still") !== null;
+            const high = figure.getBoundingClientRect().height;
+            return {{still, high, scale: box.width / own.width, own: own.height}};
+        }}).filter((one) => one.high > 0)"""
+    )
+    tab.ask("Emulation.setEmulatedMedia", media="")
+    scales = [one["scale"] for one in found if one["still"]]
+    assert len(scales) > 10
+    assert max(scales) < 0.86
+    assert sorted(scales)[len(scales) // 4] == pytest.approx(max(scales), abs=0.01), "but where a column is too narrow"
+    low = [one["high"] for one in found if not one["still"] or one["own"] < 250]
+    assert len(low) > 10
+    assert max(low) < 980 / 3
 
 
 def test_it_prints_and_works_without_scripts(tab: Page, file: Path, tmp_path: Path) -> None:

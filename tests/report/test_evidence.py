@@ -27,6 +27,7 @@ from robotid.model.array import Array
 from robotid.model.structure import Structure
 from robotid.numerals import listed
 from robotid.report.evidence import gather
+from robotid.report.evidence.beyond import Binned, beyond
 from robotid.report.evidence.companions import companion_curves
 from robotid.report.evidence.gather import with_evidence
 from robotid.report.evidence.profile import NO_END, Profiles, doubtful, profile_intervals
@@ -464,3 +465,21 @@ def test_a_cause_that_reads_a_companion_is_drawn_along_it() -> None:
     before, after = drawn_curves["asked for, before"], drawn_curves["still asked for, after"]
     assert np.abs(after).max() < 0.2 * np.abs(before).max()
     assert sum(spec.folded for spec in specs) >= 5
+
+
+def test_what_a_variable_tells_beyond_another() -> None:
+    """Friction at small speed on a motor that reverses at two places: the angle orders the torque, too, and tells
+    nothing that the speed does not; a ripple along the angle it tells alone."""
+    phase = np.linspace(0.0, 40 * np.pi, 40_000)
+    speed, angle = np.cos(phase), np.sin(phase)
+    friction = np.sign(speed) * np.exp(-((speed / 0.1) ** 2))
+    block = (np.arange(len(phase)) * 20) // len(phase)
+    along = {
+        name: Binned(np.minimum(((values + 1) * 30).astype(np.intp), 59), np.ones(len(phase)), 60)
+        for name, values in (("speed", speed), ("angle", angle), ("nothing", np.zeros(len(phase))))
+    }
+    assert beyond(friction**2, along["nothing"], along["angle"], block) > 0.25
+    assert beyond(friction**2, along["speed"], along["angle"], block) < 0.02
+    rippled = friction**2 + 0.5 * np.sin(8 * angle)
+    assert beyond(rippled, along["speed"], along["angle"], block) > 0.3
+    assert beyond(np.zeros(len(phase)), along["speed"], along["angle"], block) == 0.0

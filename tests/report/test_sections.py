@@ -29,8 +29,8 @@ from robotid.validation.results import Perturbation
 NAMES = [
     "time-small", "time-large", "bode-speed", "bode-acceleration", "parameters", "correlation-of-m",
     "correlation-of-m-extended", "iterations", "spectrum-small", "correlations-small", "spectrum-large",
-    "correlations-large", "misfit-dphi_m-by-direction", "misfit-reversal", "misfit-twist", "misfit-tau_m",
-    "misfit-ddphi_m", "misfit-frequency", "misfit-phi_a-by-speed", "misfit-record", "misfit-phi_m-mod-2-pi", "misfit-t",
+    "correlations-large", "misfit-dphi_m-by-direction", "misfit-reversal", "misfit-frequency", "misfit-twist",
+    "misfit-tau_m", "misfit-ddphi_m", "misfit-phi_a-by-speed", "misfit-record", "misfit-phi_m-mod-2-pi", "misfit-t",
     "missing-small", "missing-large", "causes", "gain", "perturbation", "record-small", "record-large",
 ]  # fmt: skip
 
@@ -179,6 +179,7 @@ def test_causes_are_ranked_with_their_twins() -> None:
         "97.0 %, held out +4.20",
         "record_change.large.arm.inertia.J",
     ]
+    assert "a cause gains on held-out records [% points]" in by_name()["causes"].alt
     widths = [patch.get_width() for patch in drawn("causes").axes[0].patches]
     assert widths[:2] == [97.0, 2.0]
     assert widths[2:] == sorted(widths[2:], reverse=True)

@@ -11,7 +11,8 @@ from support.report_findings import findings, with_events
 from robotid.diagnosis.results import Misfit
 from robotid.estimate.result import End
 from robotid.report.findings import Findings
-from robotid.report.summary import summary
+from robotid.report.summary import remarks, summary
+from robotid.validation.results import Identifiability
 
 
 def told(**changes: object) -> str:
@@ -154,12 +155,14 @@ def test_a_sliding_axis_has_its_own_units() -> None:
     assert summary(Findings("irb")) == ""
 
 
-def test_doubts_of_the_fit_stand_in_the_headline() -> None:
+def test_doubts_of_the_fit_stand_beside_the_answer() -> None:
     fits = findings().fits
     assert fits is not None
     doubtful = replace(fits.models[fits.best], remarks=("motor.coulomb.Fc ended at its lower bound, 0",))
-    text = told(fits=replace(fits, models=fits.models | {fits.best: doubtful}))
-    assert " motor.coulomb.Fc ended at its lower bound, 0." in text
+    f = replace(findings(), fits=replace(fits, models=fits.models | {fits.best: doubtful}))
+    assert remarks(f) == ("motor.coulomb.Fc ended at its lower bound, 0.",)
+    assert summary(f) == told()
+    assert remarks(findings()) == remarks(Findings("irb")) == ()
 
 
 def test_a_fit_that_did_not_converge_is_told() -> None:
@@ -167,6 +170,26 @@ def test_a_fit_that_did_not_converge_is_told() -> None:
     stalled = {"m": replace(f.fits.models["m"], end=End.STALLED)}
     assert "The fit of m stalled: no step lowers the cost any further" in told(fits=replace(f.fits, models=stalled))
     assert "stalled" not in told()
+    both = replace(f.extension, fit=replace(f.extension.fit, end=End.STALLED))
+    text = told(fits=replace(f.fits, models=stalled), extension=both)
+    assert "The fits of m and the extended m stalled: no step" in text
+    assert text.count("stalled") == 1
+
+
+def test_what_errors_of_the_other_torques_would_hide_is_not_called_undetermined() -> None:
+    f = findings()
+    best = f.validation.models["m"]
+    small = Identifiability("gear.cubic_spring.k3", "unseen", "", relative_std=0.009, torque_share=0.011)
+    noisy = Identifiability("gear.damper.d", "unseen", "", relative_std=2.0, torque_share=0.011)
+
+    def about(*found: Identifiability) -> str:
+        models = {"m": replace(best, identifiability=found)}
+        return told(validation=replace(f.validation, models=models))
+
+    text = about(small, noisy)
+    assert "These records do not determine gear.damper.d." in text
+    assert "These records determine gear.cubic_spring.k3 only if the other torques are right to 2 %." in text
+    assert "do not determine" not in about(small)
 
 
 def test_a_torque_that_was_moved_in_time_is_told_before_its_diagnosis() -> None:

@@ -257,6 +257,41 @@ def test_what_is_no_date(tmp_path: Path, bad: str) -> None:
     assert error.value.where.endswith("a.csv:7")
 
 
+@pytest.mark.parametrize(
+    ("stamp", "origin"),
+    [
+        ("01.05.2024 12:00:0{k},500", 1714564800.0),
+        ("2024/05/01 12:00:0{k}.500", 1714564800.0),
+        ("12:00:0{k}.500", 43200.0),
+    ],
+)
+def test_dates_as_people_write_them(stamp: str, origin: float, tmp_path: Path) -> None:
+    rows = [f'"{stamp.format(k=k)}";{k},5;{k}' for k in range(9)]
+    (tmp_path / "a.csv").write_text("\n".join(["Datum;Moment;Winkel", *rows]))
+    found = read(tmp_path / "a.csv")
+    np.testing.assert_allclose(found.columns["Datum"], np.arange(9.0) + 0.5)
+    assert found.origins == {"Datum": origin}
+    assert find(found, "t") is not None
+
+
+def test_a_date_that_has_two_meanings_is_none(tmp_path: Path) -> None:
+    rows = [f"01/05/2024 12:00:0{k},{k},{k}" for k in range(9)]
+    (tmp_path / "a.csv").write_text("\n".join(["date,torque,angle", *rows]))
+    assert set(read(tmp_path / "a.csv").columns) == {"torque", "angle"}
+
+
+def test_decimal_commas_between_blanks(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("Zeit[s]   Moment[Nm]\n0,00   1,5\n0,01  -2,5\n0,02  1,5e-1\n")
+    found = read(tmp_path / "a.txt")
+    np.testing.assert_allclose(found.columns["Zeit"], [0.0, 0.01, 0.02])
+    np.testing.assert_allclose(found.columns["Moment"], [1.5, -2.5, 0.15])
+
+
+def test_rows_of_empty_cells_are_none(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t;torque\n0,00;1,5\n0,01;2,5\n\n;\n;\n")
+    np.testing.assert_allclose(read(tmp_path / "a.csv").columns["t"], [0.0, 0.01])
+
+
 def test_columns_without_names_go_by_their_positions(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("0,1.5,2\n0.1,1.6,2\n0.2,1.7,3\n")
     found = read(tmp_path / "a.csv")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
+from math import isfinite
 
 from robotid.diagnosis.results import Cause
 from robotid.numerals import fixed, listed, portion
@@ -30,6 +31,8 @@ def _causes(f: Findings) -> Iterator[FigureSpec]:
     if f.diagnosis is not None and rows_of(f.diagnosis):
         causes = listed([_explains(cause) for cause in f.diagnosis.causes])
         alt = f"Effects ranked by the share of the misfit that they explain: {causes or 'none is a cause'}."
+        if any(isfinite(cause.heldout_gain) for cause in f.diagnosis.causes):
+            alt += " Beside its share stands what a cause gains on held-out records [% points]."
         alt += " Grey ones were rejected, for the reasons in the table of the diagnosis." * bool(f.diagnosis.rejected)
         draw = partial(causes_figure, f.diagnosis)
         yield FigureSpec("causes", "Causes, ranked", alt, draw, folded=not f.diagnosis.causes)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -23,6 +23,7 @@ from robotid.report.drawing.location import (
     variable,
 )
 from robotid.report.drawing.time import TimePlot, missing_plot
+from robotid.report.evidence.beyond import share_beyond
 from robotid.report.evidence.companions import companion_curves
 from robotid.report.evidence.samples import samples, stretches
 from robotid.report.findings import Findings
@@ -45,8 +46,8 @@ class Location(Section):
         return "The verdict is clean: what these figures show lies within the noise, so they are folded." * clean
 
     def figures(self, f: Findings) -> Iterator[FigureSpec]:
-        """Along every variable, those that a cause reads first, and over time. Variables that tell next to nothing are
-        folded away."""
+        """Along every variable, those that a cause reads first, and over time. Variables that tell next to nothing,
+        or nothing beyond the one that orders best, are folded away."""
         if f.diagnosis is None:
             return
         clean = f.diagnosis.verdict == "clean"
@@ -58,7 +59,7 @@ class Location(Section):
             located = Located(curve, f.units, names, reach_of([curve]), samples(f, curve))
             is_read = variable(curve) in read
             yield _along(f, located, folded=clean or (curve.order < MIN_SHARE and not is_read))
-        shown = {curve.along for curve in telling(chosen)}
+        shown = {curve.along for curve in _worth_seeing(f, chosen)}
         for curve in sorted(chosen, key=lambda c: c.along not in shown):
             located = Located(curve, f.units, names, reach, samples(f, curve))
             yield _along(f, located, folded=clean or curve.along not in shown)
@@ -78,6 +79,16 @@ class Location(Section):
             alt = f"{alt}{_nothing_left(trace) if f.diagnosis.causes else ''}{_beyond(plot, f)}"
             spec = over_time(f"missing-{name}", plot, alt, name, f.samples_of(name))
             yield replace(spec, folded=clean)
+
+
+def _worth_seeing(f: Findings, curves: Sequence[Curve]) -> Iterator[Curve]:
+    """The curve that orders best, and those that tell something beyond it. curves : the best first."""
+    first: Curve | None = None
+    for curve in telling(curves):
+        if curve.along == "frequency" or first is None or share_beyond(f, first, curve) >= MIN_SHARE:
+            yield curve
+        if curve.along != "frequency":
+            first = first or curve
 
 
 def _nothing_left(missing: Trace) -> str:

@@ -58,8 +58,9 @@ def inline(figure: Figure, name: str) -> str:
 
 
 def _natural_width(size: re.Match[str]) -> str:
-    """As wide as the page likes, but never so wide that letters are larger than its text."""
-    return f'{size[1]} style="max-width: {ENLARGED * float(size[2]):.0f}px"'
+    """As wide as the page likes, but never so wide that letters are larger than its text. Its own width stands beside
+    that, so that on paper all letters are of one size."""
+    return f'{size[1]} style="max-width: {ENLARGED * float(size[2]):.0f}px; --points: {float(size[2]):.0f}"'
 
 
 def _own_identifiers(text: str, name: str) -> str:

@@ -81,11 +81,11 @@ class Evidence:
         return regress_torque(replace(self.record, companions={}), self._turns)[0]
 
     @cached_property
-    def regression_exchanged(self) -> TorqueRegression:
-        """The same with the columns of torque and angle exchanged."""
+    def exchanged(self) -> tuple[TorqueRegression, float]:
+        """The regression with the columns of torque and angle exchanged, and the share of the one that it explains."""
         record = self.record
-        other = replace(record, tau_m=record.phi_m, phi_m=record.tau_m)
-        return regress_torque(other, self._turns)[0]
+        regression, tried = regress_torque(replace(record, tau_m=record.phi_m, phi_m=record.tau_m), self._turns)
+        return regression, clearest(tried).share
 
     @cached_property
     def angle_as_speed(self) -> Rival | None:

@@ -20,14 +20,13 @@ import numpy as np
 import scipy
 
 from robotid.model.array import Array
-from robotid.signals.differentiate import ParallelFilter, bandwidth, kept
+from robotid.signals.differentiate import SAMPLES_A_CUTOFF, ParallelFilter, bandwidth, kept
 from robotid.signals.plausibility.companion_torques import companion_torques
+from robotid.signals.plausibility.relation import DRY, MASS, SPRING_COLUMNS, TINY, Relation, orthonormal, relate
 from robotid.signals.plausibility.settings import CHECK, REGRESSION
 from robotid.signals.record import Record
 
-MASS, VISCOUS, DRY, POSITION = 0, 1, 2, 4
-TINY = float(np.finfo(float).tiny)
-ROUNDING = 1e-8  # singular value, relative to the largest, of a column that repeats others
+VISCOUS, POSITION = 1, 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,50 +49,39 @@ class TorqueRegression:
     """The torque of one record on its motion.
 
     inertia [kg m2], friction_power [W]. left : share of the torque's variance that companions leave, 1 without any;
-    explained : share of that which the regression explains, or that is coherent with the speed, whichever stands out
-    more; by_chance : the same of a torque shifted in time, the largest of several. white : whether successive samples
-    of the torque have nothing to do with each other. cutoff [Hz].
+    relation : whether what they leave belongs to the motion. white : whether successive samples of the torque have
+    nothing to do with each other. cutoff [Hz].
     delay [s] : by which the angle is late against the torque as the inertia shows it.
     """
 
     inertia: Determined
     friction_power: Determined
     left: float
-    explained: float
-    by_chance: float
+    relation: Relation
     white: bool
     cutoff: float
     delay: Determined
 
     @property
-    def above_chance(self) -> float:
-        """How many times more the motion explains than of a shifted torque, as odds."""
-        return above(self.explained, self.by_chance)
-
-
-def above(share: float, other: float) -> float:
-    """How many times larger one share is than another, as odds."""
-    return odds(share) / max(odds(other), TINY)
-
-
-def odds(share: float) -> float:
-    """A share over what it leaves: 99 % are eleven times more than 90 %."""
-    return share / max(1.0 - share, np.finfo(float).eps)
+    def stands_out(self) -> bool:
+        """Whether the motion shows a joint, by an inertia or a friction, or explains more than chance does."""
+        joint = max(self.inertia.ratio, self.friction_power.ratio) > CHECK.sure
+        return joint or self.relation.above_chance > CHECK.lone_chance
 
 
 def regress_torque(record: Record, turns: float | None) -> tuple[TorqueRegression, list[FilteredMotion]]:
     """Regression of a record's torque, and the record at several cut-offs as the regression takes it. Companions are
-    asked where the motion alone leaves most of the torque or hardly stands out, and count where it then stands out
-    more and leave enough samples. turns : as of `FilteredMotion.of`."""
+    asked where the motion alone leaves most of the torque, or shows no joint and hardly stands out. They count where it
+    then stands out more and leave enough samples. turns : as of `FilteredMotion.of`."""
     alone = FilteredMotion.of(replace(record, companions={}), turns)
-    found = _regression(record, alone), alone
-    if not record.companions or (found[0].explained > CHECK.weak and found[0].above_chance > CHECK.lone_chance):
+    found = _regression(record, alone, turns), alone
+    if not record.companions or (clearest(alone).share > CHECK.weak and found[0].stands_out):
         return found
     first = max(0, len(record) - REGRESSION.beside_companions) // 2
     beside = FilteredMotion.of(record.piece(first, first + REGRESSION.beside_companions), turns)
     if not clearest(beside).is_determined:  # so many columns explain any torque of so few samples
         return found
-    return max(found, (_regression(record, beside), beside), key=lambda one: one[0].above_chance)
+    return max(found, (_regression(record, beside, turns), beside), key=lambda one: one[0].relation.above_chance)
 
 
 def clearest(tried: Sequence[FilteredMotion]) -> FilteredMotion:
@@ -101,10 +89,20 @@ def clearest(tried: Sequence[FilteredMotion]) -> FilteredMotion:
     return max(tried, key=lambda one: one.adjusted)
 
 
-def _regression(record: Record, tried: Sequence[FilteredMotion]) -> TorqueRegression:
+def _relation(tried: Sequence[FilteredMotion], turns: float | None) -> Relation:
+    """Whether a torque belongs to a motion. Where its bandwidth leaves too few samples to tell, a higher cut-off does:
+    what it lacks there is evidence as well."""
+    found, record = relate(tried), tried[0].record
+    if found.is_determined:
+        return found
+    wanted = 2 * REGRESSION.samples_a_column * (len(tried[0].columns) + SPRING_COLUMNS)
+    highest = min(wanted / (SAMPLES_A_CUTOFF * record.duration), 0.25 / record.sampling_time)
+    return relate([FilteredMotion.at(record, highest, turns)])
+
+
+def _regression(record: Record, tried: Sequence[FilteredMotion], turns: float | None) -> TorqueRegression:
     best = clearest(tried)
     solution = LeastSquares.of(best.columns, best.torque)
-    explained, by_chance = _explained(record, best)
     v = best.speed
     power = np.zeros(len(best.columns))
     power[VISCOUS], power[DRY] = np.mean(v**2), np.mean(np.abs(v))
@@ -114,8 +112,7 @@ def _regression(record: Record, tried: Sequence[FilteredMotion]) -> TorqueRegres
         inertia=solution.combination(mass),
         friction_power=solution.combination(power),
         left=best.left,
-        explained=explained,
-        by_chance=by_chance,
+        relation=_relation(tried, turns),
         white=_white(record.tau_m),
         cutoff=best.cutoff,
         delay=_delay(best, solution),
@@ -171,7 +168,9 @@ class FilteredMotion:
         # one after the other, so that a long record's signals are not all in memory
         signals = np.array([_thinned(parallel.apply(row(), h)) for row in rows])
         arm = (turns or 1.0) * motion.position
-        others = _basis([_thinned(parallel.apply(one, h)) for one in companion_torques(record, arm)], signals.shape[1])
+        torques = [_thinned(parallel.apply(one, h)) for one in companion_torques(record, arm)]
+        beside = [np.ones(signals.shape[1]), *torques] if torques else []
+        others = orthonormal(np.reshape(beside, (-1, signals.shape[1])))
         *columns, torque, jerk = _without(others, signals)
         left = float(np.var(torque)) / max(float(np.var(signals[-2])), TINY)
         samples = range(*kept(len(record), h, cutoff).indices(len(record)))
@@ -205,16 +204,6 @@ def _thinned(signal: Array) -> Array:
 def _thinning(samples: int) -> int:
     """The least k of which every k-th leaves REGRESSION.max_samples at most."""
     return -(-samples // REGRESSION.max_samples)
-
-
-def _basis(others: Sequence[Array], n: int) -> Array:
-    """Orthonormal basis (n, k) of what companions do, (n,) each, and of a constant; (n, 0) without any."""
-    if not others:
-        return np.zeros((n, 0))
-    columns = np.array([np.ones(n), *others])
-    columns /= np.maximum(np.linalg.norm(columns, axis=1, keepdims=True), TINY)
-    left, values, _ = scipy.linalg.svd(columns.T, full_matrices=False)
-    return np.asarray(left[:, values > ROUNDING * values[0]])
 
 
 def _without(basis: Array, signals: Array) -> Array:
@@ -286,33 +275,6 @@ def _delay(filtered: FilteredMotion, solution: LeastSquares) -> Determined:
     if inertia == 0.0:
         return Determined(0.0, np.inf)
     return Determined(found.value / inertia, found.std / abs(inertia))
-
-
-def _explained(record: Record, filtered: FilteredMotion) -> tuple[float, float]:
-    """Share of the torque that the motion explains, and the largest share for the same torque shifted in time."""
-    columns, torque = filtered.columns, filtered.torque
-    speed = columns[VISCOUS]
-    shares = [explained_share(columns, torque), coherent_share(torque, speed)]
-    chance = [0.0, 0.0]
-    for k in range(1, REGRESSION.shifts + 1):
-        # unequal steps, lest a periodic excitation comes back to where it was
-        shift = int(len(torque) * (k + 0.37 * np.sin(2.4 * k)) / (REGRESSION.shifts + 1))
-        moved = _without(filtered.others, np.roll(torque, shift))
-        found = [explained_share(columns, moved), coherent_share(moved, speed)]
-        chance = [max(a, b) for a, b in zip(chance, found, strict=True)]
-    return max(zip(shares, chance, strict=True), key=lambda pair: above(*pair))
-
-
-def coherent_share(torque: Array, speed: Array) -> float:
-    """Share of a torque's variance (n,) that is coherent with a speed (n,), over all frequencies."""
-    length = max(8, 2 * len(torque) // REGRESSION.segments)
-    if len(torque) < 4 * length or not np.ptp(torque) or not np.ptp(speed):
-        return 0.0
-    _, cross = scipy.signal.csd(torque, speed, nperseg=length)
-    _, own = scipy.signal.welch(torque, nperseg=length)
-    _, other = scipy.signal.welch(speed, nperseg=length)
-    floor = np.finfo(float).eps * float(other.max())
-    return float(np.sum(np.abs(cross) ** 2 / np.maximum(other, floor)) / np.sum(own))
 
 
 def _white(signal: Array) -> bool:

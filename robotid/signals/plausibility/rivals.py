@@ -16,12 +16,12 @@ import numpy as np
 
 from robotid.model.array import Array
 from robotid.signals.plausibility.regression import (
-    MASS,
     Determined,
     FilteredMotion,
     LeastSquares,
     explained_share,
 )
+from robotid.signals.plausibility.relation import MASS
 from robotid.signals.plausibility.settings import REGRESSION
 
 FINE = 16  # shifts within a sample: a low-pass filter leaves few samples

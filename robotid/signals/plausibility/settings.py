@@ -18,7 +18,6 @@ class RegressionSettings:
     min_direction: float = 0.03  # singular value, relative to the largest, below which columns are indistinguishable
     max_share: float = 0.1  # of a sought combination along such a direction: more, and it is not determined
     shifts: int = 19  # of the torque against the motion, which show what an unrelated torque would explain
-    segments: int = 16  # of a record, over which the coherence is averaged
 
 
 @dataclass(frozen=True, slots=True)

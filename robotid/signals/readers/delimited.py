@@ -28,9 +28,12 @@ UNIT = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|/\s+(\S+))$")
 MISSING = {"", "nan", "na", "n/a", "null", "none", "-", "--"}
 IN_MEMORY = 8  # times a text's own size that its lines and numbers take
 DATE = re.compile(
-    r"(?P<day>\d{4}-\d\d-\d\d)[T ](?P<clock>\d\d:\d\d(?::\d\d)?)(?:[.,](?P<part>\d{1,9}))?"
-    r"\s?(?P<zone>Z|[+-]\d\d:?\d\d)?$"
+    r"(?:(?P<day>\d{4}-\d\d-\d\d|\d{4}/\d\d/\d\d|\d\d\.\d\d\.\d{4})[T ]|(?=\d\d:\d\d:))"
+    r"(?P<clock>\d\d:\d\d(?::\d\d)?)(?:[.,](?P<part>\d{1,9}))?\s?(?P<zone>Z|[+-]\d\d:?\d\d)?$"
 )
+"""A day and a time, or a time with its seconds alone. 01/05/2024 is none: it has two meanings."""
+BLANKS = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?(?:\s+[+-]?\d+(?:,\d+)?(?:[eE][+-]?\d+)?)+\s*$")
+"""Numbers with decimal commas and blanks between them."""
 HEAD_LINES = 60  # lines from which the layout is guessed
 CHUNK = 16_000_000  # characters of a text that are in memory as lines at once
 
@@ -70,6 +73,8 @@ def read(path: Path) -> Table:
     lines = content.split("\n")
     rows = [k for k in range(layout.first, len(lines)) if _content(lines[k])]
     cells = _cells(path, lines, rows, layout)
+    rows = [k for k, row in zip(rows, cells, strict=True) if any(row)]
+    cells = [row for row in cells if any(row)]
     text = {
         j: cells[0][j] for j in range(len(layout.names)) if _is_text([row[j] for row in cells[:HEAD_LINES]], layout)
     }
@@ -128,6 +133,8 @@ def _layout(path: Path, lines: Sequence[str]) -> Layout:
 
 
 def _delimiter(lines: Sequence[str]) -> str | None:
+    if 2 * sum(BLANKS.match(line) is not None for line in lines) >= len(lines):
+        return "\t" if all("\t" in line for line in lines) else None
     return next((d for d in (";", "\t", "|", ",") if 2 * sum(d in line for line in lines) >= len(lines)), None)
 
 
@@ -243,12 +250,13 @@ def _seconds(path: Path, cells: Sequence[str], rows: Sequence[int]) -> tuple[flo
     """The second since 1970 of the first date, and seconds from it (n,), nan where a cell is empty. A date without a
     zone is taken for one in UTC. Raises InputError for a cell that is no date."""
     ticks = np.full(len(cells), np.iinfo(np.int64).min, dtype=np.int64)
+    with_day = any((first := DATE.match(cell)) and first["day"] for cell in cells[:HEAD_LINES])
     for k, cell in enumerate(cells):
         if cell.lower() in MISSING or cell == "NaT":
             continue
         found = DATE.match(cell)
         try:
-            ticks[k] = _nanoseconds(found) if found else _fail(cell)
+            ticks[k] = _nanoseconds(found) if found and bool(found["day"]) is with_day else _fail(cell)
         except ValueError:
             hint = "write all dates alike, such as 2024-05-01 12:00:00.125"
             raise InputError(f'"{cell}" is not a date', where=f"{path}:{rows[k] + 1}", hint=hint) from None
@@ -266,9 +274,11 @@ def _fail(cell: str) -> int:
 
 
 def _nanoseconds(found: re.Match[str]) -> int:
-    """A date in nanoseconds since 1970. Raises ValueError where there is no such date."""
+    """A date in nanoseconds since 1970, a time alone since midnight. Raises ValueError where there is no such date."""
+    day = (found["day"] or "1970-01-01").replace("/", "-")
+    day = day if "." not in day else "-".join(reversed(day.split(".")))
     clock = found["clock"] if found["clock"].count(":") == 2 else found["clock"] + ":00"
-    whole = datetime.fromisoformat(f"{found['day']}T{clock}").replace(tzinfo=UTC)
+    whole = datetime.fromisoformat(f"{day}T{clock}").replace(tzinfo=UTC)
     seconds = int(whole.timestamp())
     if found["zone"] not in (None, "Z"):
         zone = found["zone"].replace(":", "")

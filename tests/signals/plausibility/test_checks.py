@@ -77,6 +77,25 @@ def near_resonance() -> Array:
     return np.asarray(2.0 * np.sin(2 * pi * np.outer(t / (N * H), lines) + phases).sum(axis=1))
 
 
+def ringing(length: int) -> tuple[dict[str, float], Array]:
+    """Parameters and speed, 2.5 s of all frequencies to 12 Hz, of a joint whose load swings at 3.5 Hz for long."""
+    inertia, ratio, load, frequency, damping = 2e-3, 0.01, 4.7, 3.5356, 0.0016
+    arm = load * inertia / ratio**2
+    stiffness = arm * (2 * pi * frequency) ** 2
+    truth = {
+        "motor.inertia.J": inertia,
+        "motor.viscous.Fv": 2e-4,
+        "motor.coulomb.Fc": 0.02,
+        "gear.spring.k1": stiffness,
+        "gear.damper.d": 2 * damping * np.sqrt(stiffness * arm),
+        "arm.inertia.J": arm,
+    }
+    lines = np.arange(1, 32)
+    phases = np.random.default_rng(126).uniform(0, 2 * pi, len(lines))
+    wave = np.sin(2 * pi * np.outer(np.arange(length) / length, lines) + phases).sum(axis=1)
+    return truth, np.asarray(12.0 * wave / np.abs(wave).max())
+
+
 PENDULUM = RIGID | {"motor.gravity.G": 1.5, "motor.gravity.H": 0.4}
 LIGHT = RIGID | {"motor.viscous.Fv": 0.0, "motor.coulomb.Fc": 0.001}
 OTHERS = {
@@ -94,6 +113,25 @@ def test_motions_that_are_hard_to_read_have_no_fatal_finding(name: str, seed: in
     truth, reference, ratio = OTHERS[name]
     log = log_of(truth, reference * (1 + 0.1 * seed), ratio=ratio)
     assert findings(record(log), axis=Axis(ratio)).fatal == ()
+
+
+def test_a_joint_that_rings_is_related_to_its_torque_and_not_to_another() -> None:
+    truth, reference = ringing(1250)
+    log = log_of(truth, reference, ratio=0.01, noise=0.001)
+    axis = Axis(0.01)
+    belongs = Evidence(record(log), inspect(record(log), "log"), axis).regression.relation
+    assert belongs.explained > 0.98
+    assert belongs.above_chance > 50.0
+    assert findings(record(log), axis=axis).fatal == ()
+    other = log_of(truth, reference[::-1].copy(), ratio=0.01, noise=0.001)
+    found = findings(record(log | {"tau_m": other["tau_m"]}), axis=axis)
+    assert [f.name for f in found.fatal] == ["torque_unrelated"]
+
+
+def test_a_record_that_is_too_short_to_tell_is_not_refused_but_remarked() -> None:
+    log = {name: values[:60] for name, values in right_log("rigid").items()}
+    found = findings(record(log | {"tau_m": np.roll(log["tau_m"], 27)}))
+    assert [f.severity for f in found.findings if f.name == "torque_unrelated"] == ["warning"]
 
 
 @pytest.mark.parametrize("name", [name for name in OTHERS if name != "near resonance"])

@@ -13,7 +13,7 @@ from robotid.model.companion import CompanionKind
 from robotid.signals.companion import Companion
 from robotid.signals.plausibility import Axis, check_records
 from robotid.signals.plausibility.evidence import Evidence
-from robotid.signals.plausibility.regression import above
+from robotid.signals.plausibility.relation import Relation
 from robotid.signals.plausibility.settings import CHECK
 from robotid.signals.quality import Recordings, inspect
 from robotid.signals.record import Record
@@ -58,7 +58,7 @@ def test_a_torque_that_another_axis_makes_most_of_is_related_to_the_motion() -> 
     assert fatal(record) == []
     found = Evidence(record, inspect(record, "log"), Axis()).regression
     assert found.left < 3.0 / SIZE**2
-    assert found.explained > 0.9
+    assert found.relation.explained > 0.9
     assert found.inertia.value == pytest.approx(0.012, rel=0.05)
 
 
@@ -89,13 +89,13 @@ def test_an_axis_that_moves_alike_is_left_out() -> None:
     alike = replace(record, companions={"q2": Companion.of(CompanionKind.ANGLE, 0.01 * log["phi_m"], H)})
     found, plain = (Evidence(one, inspect(one, "log"), Axis()).regression for one in (alike, record))
     assert found.left == plain.left == 1.0
-    assert (found.explained, found.inertia) == (plain.explained, plain.inertia)
+    assert (found.relation.explained, found.inertia) == (plain.relation.explained, plain.inertia)
 
 
 def test_shares_are_compared_by_what_they_leave() -> None:
-    assert above(0.99, 0.9) == pytest.approx(11.0)
-    assert above(0.02, 0.01) == pytest.approx(2.0, rel=0.02)
-    assert above(0.99, 0.9) > above(0.5, 0.37)
+    assert Relation(0.99, 0.9, True).above_chance == pytest.approx(11.0)
+    assert Relation(0.02, 0.01, True).above_chance == pytest.approx(2.0, rel=0.02)
+    assert Relation(0.99, 0.9, True).above_chance > Relation(0.5, 0.37, True).above_chance
 
 
 def test_the_rest_that_companions_leave_does_not_turn_the_sign_of_a_torque(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -112,15 +112,15 @@ def test_companions_that_have_more_columns_than_a_slow_torque_has_samples_are_no
     t = np.arange(2500) * 0.004
     phi = 60.0 * np.sin(0.7 * t) + 20.0 * np.sin(1.9 * t + 1.0)
     v, a = np.gradient(phi, t), np.gradient(np.gradient(phi, t), t)
-    torque = 0.02 * a + 0.01 * v + 0.3 * np.sign(v) + 2.0 * np.sin(1.3 * t)
-    record = Record.from_arrays(torque, phi, 0.004, name="log")
     rng = np.random.default_rng(2)
+    unrelated = 6.0 * np.sin(np.outer([0.9, 1.3, 2.3, 2.9], t)).sum(axis=0)  # one would be taken for a resonance
+    record = Record.from_arrays(0.02 * a + 0.01 * v + 0.3 * np.sign(v) + unrelated, phi, 0.004, name="log")
     slow = [0.3 * np.sin(rng.uniform(0.5, 3.0) * t + rng.uniform(0.0, 6.0)) for _ in range(5)]
     crowded = replace(
         record, companions={f"q{k}": Companion.of(CompanionKind.ANGLE, w, 0.004) for k, w in enumerate(slow)}
     )
     alone = Evidence(record, inspect(record, "log"), Axis(0.01)).regression
     found = Evidence(crowded, inspect(crowded, "log"), Axis(0.01)).regression
-    assert alone.above_chance < CHECK.lone_chance, "so that companions are asked"
+    assert alone.relation.above_chance < CHECK.lone_chance, "so that companions are asked"
     assert found.left == 1.0
-    assert found.explained == alone.explained
+    assert found.relation.explained == alone.relation.explained

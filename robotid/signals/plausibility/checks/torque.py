@@ -12,10 +12,12 @@ from robotid.numerals import plain
 from robotid.signals.plausibility.check import Remark, check
 from robotid.signals.plausibility.evidence import Evidence
 from robotid.signals.plausibility.regression import POSITION, VISCOUS, TorqueRegression, explained_share
+from robotid.signals.plausibility.relation import odds
 from robotid.signals.plausibility.settings import CHECK, DELAY
 
 RECORDED = {"phi_m": "the motor angle", "dphi_m": "the motor speed", "phi_a": "the arm angle", "ref": "the reference"}
 CURE = "name the column of the torque under columns: tau_m"
+BY_CHANCE = "inertia and friction are what chance makes of them"
 NOTHING = "the record holds no torque, and whatever is fitted follows from a column that was named twice"
 
 
@@ -110,38 +112,48 @@ def torque_follows(evidence: Evidence) -> Iterator[Remark]:
 
 @check(unless=("torque_copy", "torque_spikes", "torque_follows", "torque_elsewhere", "speed_exchanged"))
 def torque_unrelated(evidence: Evidence) -> Iterator[Remark]:
-    """The motion explains the torque no better than one that was shifted in time."""
-    found = evidence.regression
-    share = found.explained
+    """The motion explains the torque no better than one that was shifted in time.
+
+    That of a rigid axis or of a joint with a spring: no torque of a joint that rings is unrelated to its motion.
+    """
+    found, belongs = evidence.regression, evidence.regression.relation
+    share = belongs.explained
     whose = "the torque" if found.left == 1.0 else "what companions leave of the torque"
     explained = f"{plain(100 * share, 2)} % of {whose}"
+    if (exchanged := _exchanged_share(evidence)) is not None:
+        yield Remark(
+            "fatal",
+            f"the motion explains {plain(100 * evidence.clearest.share, 2)} % of {whose}, and"
+            f" {plain(100 * exchanged)} % where the columns of torque and angle are exchanged",
+            BY_CHANCE,
+            "exchange the columns of tau_m and phi_m",
+        )
+        return
+    if not belongs.is_determined:
+        yield Remark(
+            "warning",
+            "the record is too short, or its torque too slow, to tell whether torque and motion belong together",
+            "the torque of another recording would not be noticed",
+            "record a longer motion, or one of more frequencies",
+        )
+        return
     signs, chance = _signs(found), _hardly_above_chance(found)
     # one sine wave explains most of every shift of another of its period
-    periodic = np.abs(signs).max() < CHECK.sure and CHECK.lone_chance * found.by_chance >= 1.0
+    periodic = np.abs(signs).max() < CHECK.sure and CHECK.lone_chance * belongs.by_chance >= 1.0
     if periodic and not chance and share > CHECK.follows:
         yield Remark(
             "warning",
-            f"the motion explains {explained}, and {plain(100 * found.by_chance, 2)} % of a torque that is shifted in"
+            f"the motion explains {explained}, and {plain(100 * belongs.by_chance, 2)} % of a torque that is shifted in"
             " time: it hardly has more than one frequency",
             "neither inertia and friction nor whether torque and motion belong together can be found from it",
             "record a motion of many frequencies, such as robotid excite makes",
         )
     elif _is_chance(found):
-        exchanged = evidence.regression_exchanged
-        if exchanged.explained > CHECK.follows and exchanged.inertia.ratio > CHECK.sure:
-            yield Remark(
-                "fatal",
-                f"the motion explains {explained}, and {plain(100 * exchanged.explained)} % where the columns of torque"
-                " and angle are exchanged",
-                "inertia and friction are what chance makes of them",
-                "exchange the columns of tau_m and phi_m",
-            )
-            return
         yield Remark(
             "fatal",
-            f"the motion explains {explained}, and {plain(100 * found.by_chance, 2)} % of a torque that is shifted in"
+            f"the motion explains {explained}, and {plain(100 * belongs.by_chance, 2)} % of a torque that is shifted in"
             f" time{'; the torque is white noise' if found.white else ''}",
-            "inertia and friction are what chance makes of them",
+            BY_CHANCE,
             "name the columns of one recording under columns: tau_m and phi_m",
         )
     elif found.left * (1.0 - share) > 1.0 - CHECK.weak:
@@ -153,6 +165,15 @@ def torque_unrelated(evidence: Evidence) -> Iterator[Remark]:
         )
 
 
+def _exchanged_share(evidence: Evidence) -> float | None:
+    """Share of the torque that a rigid axis explains where torque and angle are exchanged; None where they are not."""
+    if evidence.regression.inertia.ratio > CHECK.sure:
+        return None
+    regression, share = evidence.exchanged
+    better = share > CHECK.follows and odds(share) > CHECK.lone_chance * odds(evidence.clearest.share)
+    return share if better and regression.inertia.ratio > CHECK.sure else None
+
+
 def _signs(found: TorqueRegression) -> Array:
     """Inertia and friction's power in standard deviations, (2,)."""
     return np.array([found.inertia.ratio, found.friction_power.ratio])
@@ -160,13 +181,17 @@ def _signs(found: TorqueRegression) -> Array:
 
 def _hardly_above_chance(found: TorqueRegression) -> bool:
     """Whether the motion explains little, and of a shifted torque nearly as much."""
-    return found.explained < CHECK.weak and (found.explained < CHECK.unexplained or found.above_chance < CHECK.chance)
+    belongs = found.relation
+    return belongs.explained < CHECK.weak and (
+        belongs.explained < CHECK.unexplained or belongs.above_chance < CHECK.chance
+    )
 
 
 def _is_chance(found: TorqueRegression) -> bool:
     """Whether what the motion explains of the torque may be chance: it is little, or shows no joint."""
-    lone = _signs(found).max() < CHECK.sure and found.above_chance < CHECK.lone_chance
-    return bool(lone) or _hardly_above_chance(found)
+    if not found.relation.is_determined:
+        return False
+    return not found.stands_out or _hardly_above_chance(found)
 
 
 @check(unless=("torque_copy", "speed_exchanged"))
