@@ -36,8 +36,7 @@ def with_effect(structure: Structure, effect: str) -> Structure:
     extended = structure.extended(effect)
     if extended.recorded_angle or len(extended.terms) == len(structure.terms):
         return extended
-    joint = assemble(replace(extended, changes=()))
-    return replace(extended, recorded_angle=joint.turns(joint.placed[-1]))
+    return replace(extended, recorded_angle=assemble(replace(extended, changes=())).turning[-1])
 
 
 def is_late(effect: str) -> bool:

@@ -32,8 +32,10 @@ class Layout:
     """States and parameters of one joint.
 
     terms : (port, term) pairs; channels : (signal, channel) pairs; ratio : phi_a / phi_m.
-    angle : keep phi_m as a state even where no effect depends on it. before_edges : the places whose motion tells the
-    distances of all edges. positions (positions, nv) : d(position states)/dq.
+    angle : keep phi_m as a state even where no effect depends on it. turning : of each term, whether it depends on an
+    absolute angle, and so on phi_m; follows_angle : whether, beside a record, these act at the recorded phi_m.
+    before_edges : the places whose motion tells the distances of all edges. positions (positions, nv) :
+    d(position states)/dq.
     """
 
     def __init__(
@@ -53,14 +55,13 @@ class Layout:
             raise ConfigError("effects beyond the motor need robot.gear_ratio", where="robot.model")
         self.ratio = structure.gear_ratio or 1.0
         probes = [reads_of(term) for _, term in terms]
-        self.keeps_angle = (
-            angle
-            or any(signal is Signal.ANGLE for signal, _ in channels)
-            or any(
-                (probe.x and port in rotates(self.masses)) or getattr(term, "watches", None) in rotates(self.masses)
-                for (port, term), probe in zip(terms, probes, strict=True)
-            )
+        turning = rotates(self.masses)
+        self.turning = tuple(
+            (probe.x and port in turning) or getattr(term, "watches", None) in turning
+            for (port, term), probe in zip(terms, probes, strict=True)
         )
+        self.keeps_angle = angle or any(signal is Signal.ANGLE for signal, _ in channels) or any(self.turning)
+        self.follows_angle = structure.recorded_angle and any(self.turning)
         self._lay_out(terms, probes)
         names = [(f"{port}.{term.name}", term.parameters) for port, term in terms]
         names += [(f"{signal}.{channel.name}", channel.parameters) for signal, channel in self.channels]
@@ -87,19 +88,9 @@ class Layout:
         return any(effect.companion_name for effect in self._effects)
 
     @property
-    def follows_angle(self) -> bool:
-        """Whether, beside a record, a torque of it acts at the motor's angle as recorded."""
-        return self.structure.recorded_angle and self.keeps_angle and any(map(self.turns, self.placed))
-
-    @property
     def depends_on_record(self) -> bool:
         """Whether its equations are not the same beside every record."""
         return bool(self.changes) or self.reads_companions or self.follows_angle
-
-    def turns(self, place: Placed) -> bool:
-        """Whether the torque at a place depends on an absolute angle, and so on the motor's."""
-        ports = {place.port, getattr(place.term, "watches", None)}
-        return bool(ports & rotates(self.masses)) and (reads_of(place.term).x or place.transform is not None)
 
     @property
     def _effects(self) -> list[Term | Channel]:
