@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import floor, isfinite, log10
 
+LONG = 1e7  # from which decimals are not worth their place
 NONE = "-"
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 ROUNDING = 1e-12  # [rad/s, rad, m/s, m] an error below it comes of rounding, and of nothing measured
@@ -35,9 +36,12 @@ def resolved(value: float, std: float) -> str:
 
 
 def fixed(value: float | None, decimals: int = 2) -> str:
-    """A number with so many decimals, zero without a sign. A dash where there is none."""
+    """A number with so many decimals, zero without a sign; a power of ten from ten millions on. A dash where there is
+    none."""
     if value is None or not isfinite(value):
         return NONE
+    if abs(value) >= LONG:
+        return number(value)
     return f"{round(value, decimals) + 0.0:.{decimals}f}"  # + 0.0 takes the sign from zero
 
 

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 import pytest
 
-from robotid.numerals import capitalised, number, percent, plain, portion, probability, resolved, rms, significant
+from robotid.numerals import (
+    capitalised,
+    fixed,
+    number,
+    percent,
+    plain,
+    portion,
+    probability,
+    resolved,
+    rms,
+    significant,
+)
 
 
 @pytest.mark.parametrize(("value", "text"), [(4.03e-17, "0"), (0.0123, "0.0123"), (None, "-"), (1.5e-9, "1.5e-09")])
@@ -85,3 +96,8 @@ def test_a_share_that_is_not_zero_is_never_called_zero(share: float, decimals: i
 )
 def test_the_name_of_a_parameter_has_no_capital(sentence: str, text: str) -> None:
     assert capitalised(sentence) == text
+
+
+def test_a_number_with_decimals_is_not_written_to_a_hundred_digits() -> None:
+    assert [fixed(value) for value in (96.914, -385.0, -1234567.891)] == ["96.91", "-385.00", "-1234567.89"]
+    assert [fixed(value) for value in (-1e99, 2.5e7)] == ["-1e+99", "2.5e+07"]

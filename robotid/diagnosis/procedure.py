@@ -16,9 +16,11 @@ from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.search import search
 from robotid.diagnosis.search.state import SearchResult
 from robotid.diagnosis.verdict import all_explained, explains_all, explains_nothing, not_explained, verdict
+from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, Simulated, fitted_model, simulate_record, simulate_records
 from robotid.estimate.result import FitResult
 from robotid.interrupt import deadline
+from robotid.numerals import listed
 from robotid.parallel import each, expect
 from robotid.signals.plausibility.checks.recording import repeats
 from robotid.signals.record import Record
@@ -29,6 +31,7 @@ AT_RECORDED_ANGLE = (
     "torques that depend on the motor's angle act at the recorded angle (robot.recorded_angle), for that of an"
     " open-loop simulation drifts with every error of the torque"
 )
+OUT_OF_REACH = "{} cannot be simulated on {}, held out of its fit: no cause is tested there"
 REFITS = 4  # that a diagnosis makes at least, to tell whether processes are worth their start
 
 
@@ -62,7 +65,8 @@ def diagnose(
     called with what is being done. The gains of the causes are those of the search, which weighs a residual by its
     noise; `extension.with_gains` has those of fits as the pipeline makes them.
 
-    Raises NumericsError where the model cannot be simulated.
+    Raises NumericsError where the model cannot be simulated on a record of its fit; a held-out one on which it
+    cannot be is left out, with a remark.
     """
     begin = time.monotonic()
     model = fit if isinstance(fit, FittedModel) else fitted_model(fit)
@@ -72,7 +76,13 @@ def diagnose(
         log(remark)
     parts = [part for r in records for part in stretches(r, options.max_samples)]
     expect(REFITS * sum(map(len, parts)))
-    simulated = _all_simulated(model, parts, options.horizon)
+    runs = _all_simulated(model, parts, options.horizon)
+    lost = list(dict.fromkeys(part.name for part, run in zip(parts, runs, strict=True) if run is None))
+    if lost:
+        remarks = (*remarks, OUT_OF_REACH.format(model.name, listed(lost, "or")))
+        log(remarks[-1])
+    parts = [part for part in parts if part.name not in lost]
+    simulated = [run for run in runs if run is not None and run.record.name not in lost]
     fitted = [run for run in simulated if run.record.name in model.records]
     if explains_nothing(model, simulated):
         diagnosis = not_explained(model, simulated)
@@ -121,16 +131,25 @@ def _sought(
         return RecordedLate(), without_contradicted(search(evidence, criteria, log), measured)
 
 
-def _all_simulated(model: FittedModel, parts: Sequence[Record], horizon: float | None) -> list[Simulated]:
-    """All records, together where they share what they are simulated with, else each by itself."""
-    if model.joint.depends_on_record:
-        return each(_simulated, (model, horizon), parts, samples=sum(map(len, parts)) // len(parts))
-    return simulate_records(model, parts, horizon)
+def _all_simulated(model: FittedModel, parts: Sequence[Record], horizon: float | None) -> list[Simulated | None]:
+    """All records, together where they share what they are simulated with, else each by itself; None for a held-out
+    one that the model cannot be simulated on. Raises NumericsError for a record of the fit."""
+    if not model.joint.depends_on_record:
+        try:
+            return [*simulate_records(model, parts, horizon)]
+        except NumericsError:  # of which record it does not tell
+            pass
+    return each(_simulated, (model, horizon), parts, samples=sum(map(len, parts)) // len(parts))
 
 
-def _simulated(shared: tuple[FittedModel, float | None], part: Record) -> Simulated:
+def _simulated(shared: tuple[FittedModel, float | None], part: Record) -> Simulated | None:
     model, horizon = shared
-    return simulate_record(model, part, horizon)
+    try:
+        return simulate_record(model, part, horizon)
+    except NumericsError:
+        if part.name in model.records:
+            raise
+        return None
 
 
 def _repeated(records: Sequence[Record], model: FittedModel) -> Iterator[str]:

@@ -32,9 +32,9 @@ class ResidualTest:
     spectrum; coloured_part : of what the residual holds beyond it.
     """
 
-    autocorrelation: Array = field(metadata={"shape": ("lags",)})
+    autocorrelation: Array = field(metadata={"shape": ("lags",), "may_be_empty": True, "finite": True})
     band: float = field(metadata={"least": 0.0})
-    crosscorrelation: Array = field(metadata={"shape": ("both ways",)})
+    crosscorrelation: Array = field(metadata={"shape": ("both ways",), "may_be_empty": True, "finite": True})
     cross_band: float = field(metadata={"least": 0.0})
     whiteness_p: float
     independence_p: float

@@ -21,6 +21,7 @@ from robotid.signals.quality import Recordings, inspect
 from robotid.signals.record import Record
 from robotid.signals.reference import Reference
 from robotid.signals.trace import Trace
+from robotid.validation.residual_tests import residual_test
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,6 +181,17 @@ def test_estimates_that_are_none() -> None:
     assert list(mismatches(fixed)) == []
     assert list(mismatches(replace(fixed, value=np.nan))) == ["Estimate.value is not finite"]
     assert list(mismatches(replace(fixed, std_robust=-1.0))) == ["Estimate.std_robust is below 0"]
+
+
+@pytest.mark.parametrize("name", ["autocorrelation", "crosscorrelation"])
+def test_correlations_that_are_none(name: str) -> None:
+    rng = np.random.default_rng(1)
+    found = residual_test(rng.standard_normal(400), rng.standard_normal(400))
+    assert list(mismatches(found)) == []
+    spoilt = getattr(found, name).copy()
+    spoilt[3] = np.nan
+    assert list(mismatches(replace(found, **{name: spoilt}))) == [f"ResidualTest.{name} is not finite"]
+    assert list(mismatches(residual_test(np.zeros(3), np.zeros(3)))) == []
 
 
 def test_a_response_of_nothing() -> None:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
 import pytest
 from support.small_bench import STRIBECK, fitted, records
 
-from robotid.diagnosis import Criteria, Diagnosis, DiagnosisOptions, diagnose
+from robotid.diagnosis import Criteria, Diagnosis, DiagnosisOptions, diagnose, procedure
+from robotid.errors import NumericsError
+from robotid.estimate.fitted_model import FittedModel, Simulated
 from robotid.estimate.grey_box import FitOptions
 from robotid.extension import effects_to_add, extend, extension_task, with_gains
 from robotid.signals.record import Record
@@ -69,3 +72,32 @@ def test_a_held_out_record_that_repeats_a_fitted_motion_proves_little() -> None:
     remarks = diagnose(fitted(list(made())), [*made()[:2], again], CRITERIA).remarks
     assert "again repeats the motion of slow, which is fitted: a gain on it proves little" in remarks
     assert not any("repeats the motion" in remark for remark in found().remarks)
+
+
+def lost(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """One record cannot be simulated: in a pose that no other record has a mass may be negative."""
+    simulate_record = procedure.simulate_record
+
+    def of_one(model: FittedModel, record: Record, horizon: float | None) -> Simulated:
+        if record.name == name:
+            raise NumericsError("a mass is not positive in every pose")
+        return simulate_record(model, record, horizon)
+
+    def of_all(model: FittedModel, records: Sequence[Record], horizon: float | None) -> list[Simulated]:
+        return [of_one(model, record, horizon) for record in records]
+
+    monkeypatch.setattr(procedure, "simulate_record", of_one)
+    monkeypatch.setattr(procedure, "simulate_records", of_all)
+
+
+def test_a_held_out_record_that_cannot_be_simulated_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    lost(monkeypatch, "check")
+    d = diagnose(fitted(list(made())), made(), CRITERIA)
+    assert f"{d.model} cannot be simulated on check, held out of its fit: no cause is tested there" in d.remarks
+    assert ([cause.effect for cause in d.causes], set(d.records)) == (["motor.stribeck"], {"slow", "wide"})
+
+
+def test_a_record_of_the_fit_that_cannot_be_simulated_ends_a_diagnosis(monkeypatch: pytest.MonkeyPatch) -> None:
+    lost(monkeypatch, "slow")
+    with pytest.raises(NumericsError, match="a mass is not positive"):
+        diagnose(fitted(list(made())), made(), CRITERIA)
