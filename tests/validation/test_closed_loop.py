@@ -48,6 +48,18 @@ def test_rmse_and_percent_agree():
     assert errors.torque_rmse == pytest.approx(errors.torque_percent / 100 * rms)
 
 
+def test_a_closed_loop_turns_by_its_own_angle():
+    """Beside a record a cogging may act at the recorded angle; here the controller keeps the simulated one near it."""
+    structure = STRUCTURE.extended("motor.cogging")
+    values = TRUTH | {"motor.cogging.A": 0.1, "motor.cogging.n": 6.0}
+    theta = assemble(structure, angle=True).parameters().with_values(values).values
+    own, recorded = (
+        loop_errors(replace(structure, recorded_angle=given), theta, CONTROLLER, RECORD) for given in (False, True)
+    )
+    assert own == recorded
+    assert own.torque_percent > 1.0
+
+
 def test_a_disturbance_acts_beside_the_command():
     """Pulses of torque that the controller did not command: with them the truth repeats the record, without it not."""
     joint = assemble(STRUCTURE, angle=True)
