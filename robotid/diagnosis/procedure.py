@@ -27,10 +27,6 @@ from robotid.signals.record import Record
 from robotid.signals.stretches import stretches
 
 Log = Callable[[str], None]
-AT_RECORDED_ANGLE = (
-    "torques that depend on the motor's angle act at the recorded angle (robot.recorded_angle), for that of an"
-    " open-loop simulation drifts with every error of the torque"
-)
 OUT_OF_REACH = "{} cannot be simulated on {}, held out of its fit: no cause is tested there"
 REFITS = 4  # that a diagnosis makes at least, to tell whether processes are worth their start
 
@@ -104,8 +100,7 @@ def diagnose(
         simulated = [simulate_record(model, without_events(part, found.events), options.horizon) for part in parts]
     log("measuring where the misfit sits")
     diagnosis = verdict(model, simulated, found, criteria)
-    following = (AT_RECORDED_ANGLE,) if found.last.joint.follows_angle else ()
-    further = (*following, *remarks, *_repeated(records, model), *_unexamined(found, options.budget))
+    further = (*remarks, *_repeated(records, model), *_unexamined(found, options.budget))
     diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *further), late=clock.late)
     return (
         diagnosis

@@ -17,6 +17,10 @@ from robotid.extension.task import ExtensionTask, effects_to_add, fits_with, gai
 from robotid.interrupt import OutOfTime
 from robotid.model.structure import belongs
 
+AT_RECORDED_ANGLE = (
+    "torques that depend on the motor's angle act at the recorded angle (robot.recorded_angle), for that of an"
+    " open-loop simulation drifts with every error of the torque"
+)
 GAINS_OF_SEARCH = "the gains and parameters of the causes are those of the search: no time was left to fit them"
 
 
@@ -42,7 +46,15 @@ def gains(task: ExtensionTask, effects: Sequence[str]) -> tuple[list[float], Fit
 def with_gains(diagnosis: Diagnosis, task: ExtensionTask) -> Diagnosis:
     """The diagnosis with the gains and parameters that its causes have in fits as the pipeline makes them, those that
     an extension will find, and without those that such a fit does not confirm. Where a deadline is past, those of the
-    search stay, and a remark tells so."""
+    search stay, and a remark tells so; another tells where causes act at the recorded angle."""
+    judged = _confirmed(diagnosis, task)
+    structure = task.structure_with(effects_to_add(judged, task.before))
+    if structure.recorded_angle == task.before.structure.recorded_angle:
+        return judged
+    return replace(judged, remarks=(*judged.remarks, AT_RECORDED_ANGLE))
+
+
+def _confirmed(diagnosis: Diagnosis, task: ExtensionTask) -> Diagnosis:
     effects = effects_to_add(diagnosis, task.before)
     try:
         found, last = gains(task, effects)
@@ -63,4 +75,4 @@ def with_gains(diagnosis: Diagnosis, task: ExtensionTask) -> Diagnosis:
     )
     judged = replace(diagnosis, causes=causes, refitted={p.name: p.value for p in last.parameters})
     none = unconfirmed(judged)
-    return with_gains(without_causes(judged, none), task) if none else judged
+    return _confirmed(without_causes(judged, none), task) if none else judged

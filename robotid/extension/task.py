@@ -20,7 +20,7 @@ from robotid.estimate.fitted_model import FittedModel, fitted_model, simulate_re
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.result import FitResult
 from robotid.extension.results import Score
-from robotid.model.structure import changed, is_change, rests_on
+from robotid.model.structure import Structure, changed, is_change, rests_on
 from robotid.parallel import ahead, each
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
@@ -54,11 +54,15 @@ class ExtensionTask:
         """Names of the records that the fit has not seen."""
         return [r.name for r in self.records if r.name not in self.before.records]
 
+    def structure_with(self, effects: Sequence[str]) -> Structure:
+        """The joint with further effects."""
+        return reduce(with_effect, effects, self.before.structure)
+
     def fit_with(self, effects: Sequence[str]) -> FitResult:
         """The model with further effects, fitted on the records of its fit. Raises NumericsError where it does not
         converge."""
         old = fitted_model(self.before, estimate_states=self.options.estimate_states)
-        structure = reduce(with_effect, effects, self.before.structure)
+        structure = self.structure_with(effects)
         joint = assemble(structure, angle=self.before.keeps_angle)
         used = [r for r in self.records if r.name in self.before.records]
         first, *others = (carried(old.parameters, structure, values) for values in self.starts)

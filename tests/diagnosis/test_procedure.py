@@ -67,6 +67,18 @@ def test_an_extension_shows_the_gains_that_the_diagnosis_reports() -> None:
     assert {p.name: p.value for p in cause.parameters}.keys() == STRIBECK.keys()
 
 
+def test_a_cause_that_turns_with_the_motor_says_at_which_angle_it_acts() -> None:
+    turning = tuple(records({"motor.cogging.A": 0.15, "motor.cogging.B": 0.1, "motor.cogging.n": 9.0}))
+    for these, diagnosis in ((made(), found()), (turning, diagnose(fitted(list(turning)), turning, CRITERIA))):
+        fit = fitted(list(these))
+        judged = with_gains(diagnosis, extension_task(diagnosis, fit, these, FitOptions()))
+        turns = judged.causes[0].effect == "motor.cogging"
+        assert len(judged.causes) == 1
+        assert turns is (these is turning)
+        assert any("act at the recorded angle" in remark for remark in judged.remarks) is turns
+        assert extension_task(judged, fit, these).structure_with(["motor.cogging"]).recorded_angle
+
+
 def test_a_held_out_record_that_repeats_a_fitted_motion_proves_little() -> None:
     again = replace(made()[0], name="again", role="validate")
     remarks = diagnose(fitted(list(made())), [*made()[:2], again], CRITERIA).remarks
