@@ -331,11 +331,18 @@ CASES = [
     ),
     Case(
         "column_of_text",
-        "t,tau_m,phi_m\n" + "08:15:01,1,2\n" * 60,
-        'FILE: column "t" holds text, such as "08:15:01"; '
+        "t,tau_m,phi_m\n" + "a quarter past eight,1,2\n" * 60,
+        'FILE: column "t" holds text, such as "a quarter past eight"; '
         "name a column of numbers; for the time, sampling_time does as well",
         record=", columns: {t: t}",
         exit_code=2,
+    ),
+    Case(
+        "time_of_day_that_stands_still",
+        "t,tau_m,phi_m\n" + "08:15:01,1,2\n" * 60,
+        "FILE: there is a single sample; record longer",
+        record=", columns: {t: t}",
+        exit_code=3,
     ),
     Case(
         "column_misspelt",
