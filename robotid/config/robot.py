@@ -40,8 +40,7 @@ class RobotSettings(Section):
 
     recorded_angle : torques that depend on the motor's angle, such as a cogging, act at the recorded angle, for that of
     an open-loop simulation drifts. changes : by record, the parameters that differ there: a payload, a warm gearbox.
-    body : of all links of the robot;
-    it adds the signals body_inertia and body_torque to the records.
+    body : of all links of the robot; it adds the signals body_inertia and body_torque to the records.
     """
 
     name: Name
@@ -68,9 +67,10 @@ class RobotSettings(Section):
     def structure(self, model: Effects | None = None) -> Structure:
         """The joint of `model`, by default the robot's own."""
         joint = structure_of(self.model if model is None else model, self.gear_ratio, self.linear)
-        joint = replace(joint, recorded_angle=self.recorded_angle)
-        changes = (change(record, name) for record, names in self.changes.items() for name in names)
-        return joint if model is not None else replace(joint, changes=tuple(changes))
+        if model is not None:
+            return joint
+        changes = tuple(change(record, name) for record, names in self.changes.items() for name in names)
+        return replace(joint, changes=changes, recorded_angle=self.recorded_angle)
 
 
 def structure_of(model: Effects, gear_ratio: float | None, linear: bool) -> Structure:

@@ -37,12 +37,16 @@ class Course:
 
     def at(self, t: Array) -> Array:
         """Value, rate and acceleration at times t (m,) [s], (3, m)."""
+        before, after, share = self._around(t)
+        return np.asarray(before + share * (after - before))
+
+    def _around(self, t: Array) -> tuple[Array, Array, Array]:
+        """Samples before and after times t (m,) [s], (3, m) each, and the share (m,) of the way between them."""
         last = self.samples.shape[1] - 1
         # fmin and fmax, for the instant of a crossing is nan where an iterate overflows
         position = np.fmax(np.fmin((t - self.begin) / self.sampling_time, float(last)), 0.0)
         k = np.minimum(position.astype(np.intp), max(last - 1, 0))
-        before = self.samples[:, k]
-        return np.asarray(before + (position - k) * (self.samples[:, np.minimum(k + 1, last)] - before))
+        return self.samples[:, k], self.samples[:, np.minimum(k + 1, last)], position - k
 
     def first(self, n: int) -> Array:
         """Value at its first n samples, (n,), the last one held."""
@@ -72,14 +76,11 @@ class SmoothCourse(Course):
     """A companion whose value goes from sample to sample as its rate asks: Hermite's cubic."""
 
     def at(self, t: Array) -> Array:
-        found = Course.at(self, t)
-        last, h = self.samples.shape[1] - 1, self.sampling_time
-        position = np.fmax(np.fmin((t - self.begin) / h, float(last)), 0.0)
-        k = np.minimum(position.astype(np.intp), max(last - 1, 0))
-        share, after = position - k, np.minimum(k + 1, last)
-        (y0, d0, _), (y1, d1, _) = self.samples[:, k], self.samples[:, after]
-        found[0] += share * (1.0 - share) * ((1.0 - share) * (h * d0 - y1 + y0) + share * (y1 - y0 - h * d1))
-        return found
+        before, after, share = self._around(t)
+        found, step = before + share * (after - before), after[0] - before[0]
+        start, end = self.sampling_time * before[1], self.sampling_time * after[1]
+        found[0] += share * (1.0 - share) * ((1.0 - share) * (start - step) + share * (step - end))
+        return np.asarray(found)
 
 
 class Accompanied(Protocol):

@@ -256,14 +256,14 @@ class Joint(Layout):
         """The motion of a port itself; the motor's angle in it is the recorded one where the joint follows that."""
         v, zero = _sum(place.v, x), np.zeros(1)
         direction = s[place.q[0][0]] * np.sign(place.q[0][1]) if len(place.q) == 1 else np.sign(v)
-        own = dict(place.x)
-        turned = own.pop(self.motor_angle, 0.0) if own and MOTOR_ANGLE in self.companions else 0.0
-        position: Array = _sum(tuple(own.items()), x) if own else zero
-        if turned:
-            position = position + turned * self.companions[MOTOR_ANGLE].at(t)[0]
+        recorded = self.companions.get(MOTOR_ANGLE) if place.x else None
+        own = place.x if recorded is None else tuple((j, c) for j, c in place.x if j != self.motor_angle)
+        position = _sum(own, x) if own else zero
+        if recorded is not None and own != place.x:
+            position = position + dict(place.x)[self.motor_angle] * recorded.at(t)[0]
         m = Motion(position, v, zero, direction, t, x[:0])
         levers = tuple(Lever(j, c) for j, c in place.q)
-        return PortMotion(m, Tangent({**own}), Tangent(dict(place.v)), Tangent(), Tangent(), levers)
+        return PortMotion(m, Tangent(dict(own)), Tangent(dict(place.v)), Tangent(), Tangent(), levers)
 
     def _with_memory(self, place: Placed, motion: PortMotion, x: Array, s: Array, theta: Array) -> PortMotion:
         """The same motion with the term's own memory and sides; sides not given are those of the distances."""
