@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 
+from robotid.diagnosis.noise.drawn import drawn_residuals
 from robotid.diagnosis.noise.settings import NOISE
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.estimate.fitted_model import SimulatedSegment
@@ -26,13 +28,26 @@ from robotid.signals.quality import quantum
 from robotid.signals.record import Quantity, Record
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class ColouredNoise:
-    """segments : the records with the filters that whiten their noise; explained : these noises are all that the
-    residuals show."""
+    """segments : the records with the filters that whiten their noise; simulated : what they were found in, and
+    residuals : as they were seen there, in the output that was compared."""
 
     segments: tuple[Segment, ...]
-    explained: bool
+    simulated: tuple[SimulatedSegment, ...]
+    residuals: tuple[Residual, ...]
+    output: Quantity
+
+    @cached_property
+    def explained(self) -> bool:
+        """Whether these noises are all that the residuals show, by the joint's linear response or, where that leaves
+        something, by simulations."""
+        return all(map(self._explains, self.segments, self.simulated, self.residuals))
+
+    def _explains(self, segment: Segment, simulated: SimulatedSegment, seen: Residual) -> bool:
+        levels = segment.whitening.levels
+        drawn = partial(drawn_residuals, simulated, levels, self.output)
+        return is_explained(seen, levels, tolerance=NOISE.tolerance, drawn=drawn)
 
 
 def coloured_noise(segments: Sequence[SimulatedSegment], columns: Sequence[Array], output: Quantity) -> ColouredNoise:
@@ -48,10 +63,7 @@ def coloured_noise(segments: Sequence[SimulatedSegment], columns: Sequence[Array
         Segment(one.record, innovations_filter(seen.response, level))
         for one, seen, level in zip(segments, residuals, levels, strict=True)
     ]
-    explained = all(
-        is_explained(seen, level, tolerance=NOISE.tolerance) for seen, level in zip(residuals, levels, strict=True)
-    )
-    return ColouredNoise(tuple(found), explained)
+    return ColouredNoise(tuple(found), tuple(segments), tuple(residuals), output)
 
 
 def _residual(one: SimulatedSegment, taken: Array, output: Quantity) -> Residual:

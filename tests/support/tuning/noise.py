@@ -7,6 +7,7 @@ import pytest
 import scipy
 
 from robotid.diagnosis.noise import colour
+from robotid.diagnosis.noise import drawn as drawn_noise
 from robotid.diagnosis.noise import spectrum as spectra
 from robotid.diagnosis.noise.noise_estimate import is_reached, output_variances, sufficient_variance
 from robotid.diagnosis.noise.noise_floor import (
@@ -179,9 +180,31 @@ def check_a_variance_is_sought_over_twelve_powers_of_ten() -> None:
 def check_an_octave_may_hold_two_and_a_half_times_the_noise() -> None:
     asked = list[float]()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(colour, "is_explained", lambda *_, tolerance: asked.append(tolerance) or True)
-        colour.coloured_noise([plain_segment(1.0)], [np.zeros((0, SAMPLES))], "speed")
+        patch.setattr(colour, "is_explained", lambda *_, tolerance, **__: asked.append(tolerance) or True)
+        assert colour.coloured_noise([plain_segment(1.0)], [np.zeros((0, SAMPLES))], "speed").explained
     assert asked == [pytest.approx(1.5)]
+
+
+@sees(NOISE, "draws")
+def check_noise_is_drawn_eight_times() -> None:
+    asked = list[int]()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(drawn_noise, "_moved", lambda *_: asked.append(1) or np.zeros(SAMPLES))
+        drawn_noise.drawn_residuals(plain_segment(1.0), NoiseLevels(1.0), "speed")
+    assert 6 <= len(asked) <= 12
+
+
+@sees(NOISE, "failed_windows")
+def check_a_drawn_simulation_may_fail_in_ten_windows() -> None:
+    asked, segment = list[int](), plain_segment(1.0)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            drawn_noise,
+            "simulate",
+            lambda *_, max_failed_windows: asked.append(max_failed_windows) or segment.trajectory,
+        )
+        drawn_noise.drawn_residuals(segment, NoiseLevels(1.0), "speed")
+    assert all(5 <= one <= 20 for one in asked)
 
 
 @sees(NOISE, "clip")
