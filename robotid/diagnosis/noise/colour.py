@@ -22,10 +22,9 @@ from robotid.estimate.noise.response import torque_response
 from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 from robotid.estimate.residual import measured_output
 from robotid.model.array import Array
-from robotid.model.joint import Joint
 from robotid.signals.derivation import Derivation
 from robotid.signals.quality import quantum
-from robotid.signals.record import Quantity, Record
+from robotid.signals.record import Quantity
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,20 +77,3 @@ def without_rest(levels: Sequence[NoiseLevels]) -> list[NoiseLevels]:
     """A segment that shows much less noise of the output than the others was at rest."""
     least = NOISE.rest_share**2 * float(np.median([one.output for one in levels]))
     return [replace(one, output=max(one.output, least)) for one in levels]
-
-
-def typical(
-    noise: ColouredNoise, records: Sequence[Record], joint: Joint, theta: Array, output: Quantity
-) -> tuple[Segment, ...]:
-    """Records that served for no fit, with the typical noise of those that did: their own residual may be a misfit.
-
-    theta : (p,) of the joint.
-    """
-    found = []
-    for record in records:
-        own = joint.in_record(theta, record.name)
-        response = torque_response(joint, own, record.sampling_time, output, Derivation.of(record))
-        usual = float(np.median([one.whitening.output_noise(response.derivation) for one in noise.segments]))
-        levels = replace(noise.segments[0].whitening.levels, output=usual)
-        found.append(Segment(record, innovations_filter(response, levels)))
-    return tuple(found)

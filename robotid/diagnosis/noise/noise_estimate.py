@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robotid.diagnosis.noise.colour import coloured_noise
 from robotid.diagnosis.noise.noise_floor import Noise, noise_levels
 from robotid.diagnosis.noise.settings import NOISE
-from robotid.diagnosis.noise.spectrum import likeliest_levels, residual_spectrum
-from robotid.diagnosis.noise.whitening import Segment, whitening
-from robotid.estimate.covariance import ABSORBED
+from robotid.diagnosis.noise.whitening import Segment, sensed_variance, whitening
 from robotid.estimate.fitted_model import SimulatedSegment
-from robotid.signals.derivation import Derivation
+from robotid.estimate.noise.whitening import NoiseLevels
+from robotid.model.array import Array
 from robotid.signals.record import Quantity
 
 
@@ -34,27 +34,36 @@ class Variances:
     torque: float
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Explained:
+    """What may explain the residuals of segments: columns (m, n) of each, and left : what these do not explain."""
+
+    columns: tuple[Array, ...]
+    left: tuple[SimulatedSegment, ...]
+
+
 def estimate_noise(
     segments: Sequence[SimulatedSegment],
-    left: Sequence[SimulatedSegment],
-    left_by_curves: Callable[[], Sequence[SimulatedSegment]],
+    known: Explained,
+    with_curves: Callable[[], Explained],
     output: Quantity,
     *,
     torque_errors: bool,
 ) -> NoiseEstimate:
     """The whitening of every segment, and whether the noise of the sensors can be reached.
 
-    left : the segments with what of their residuals no candidate explains; left_by_curves : gives what free curves do
-    not explain either, if need be. torque_errors : whether to assume errors of the torque. Where even all candidates
-    and free curves leave more than the sensors' noise, the model lacks what no catalogue has: that may count as a white
-    error of the torque, as large as it takes, lest its every detail be explained.
+    known : by all candidates; with_curves : gives the same by these and free curves, if need be. torque_errors :
+    whether to assume errors of the torque. Where even all candidates and free curves leave more than the sensors'
+    noise, the model lacks what no catalogue has: that may count as errors of the torque, white and red, as large as it
+    takes, lest its every detail be explained.
     """
     sensors = _of_sensors(segments, output)
-    if _excess(left, output, sensors) > NOISE.unexplained_energy:
-        left = left_by_curves()
-    reached = is_reached(_excess(left, output, sensors), _excess(segments, output, sensors))
-    variances = _as_left(left, output, sensors) if torque_errors and not reached else sensors
-    return NoiseEstimate(_whitened(segments, output, variances), reached)
+    if _excess(known.left, output, sensors) > NOISE.unexplained_energy:
+        known = with_curves()
+    reached = is_reached(_excess(known.left, output, sensors), _excess(segments, output, sensors))
+    if torque_errors and not reached:
+        return NoiseEstimate(_as_left(segments, known, output, sensors), reached)
+    return NoiseEstimate(_whitened(segments, output, sensors), reached)
 
 
 def sensor_noise(segments: Sequence[SimulatedSegment], output: Quantity) -> tuple[Segment, ...]:
@@ -79,45 +88,23 @@ def is_reached(left: float, before: float) -> bool:
     return left <= max(NOISE.unexplained_energy, min(NOISE.linear_share * before, NOISE.max_linear_energy))
 
 
-def _as_left(left: Sequence[SimulatedSegment], output: Quantity, sensors: Variances) -> Variances:
-    """Noises as large as what is left shows them, none smaller than the sensors' own (Whittle 1953)."""
-    found = []
-    for one in left:
-        derivation = Derivation.of(one.record) if output == "speed" else None
-        seen = residual_spectrum(one.trajectory, one.residual, output, derivation)
-        found.append(likeliest_levels(seen.power[ABSORBED:], seen.shapes[:, ABSORBED:]))
-    typical = float(np.median([f[0] for f in found]))
-    least = NOISE.rest_share**2 * typical
-    raised = tuple(max(level, float(f[0]), least) for level, f in zip(sensors.output, found, strict=True))
-    most = max(sensors.torque, float(np.median([f[1] for f in found])))
-    return Variances(raised, _sufficient_torque(left, output, Variances(raised, sensors.torque), most))
-
-
-def _sufficient_torque(left: Sequence[SimulatedSegment], output: Quantity, least: Variances, most: float) -> float:
-    """The variance of the torque error with which what is left has the energy of noise, and no more than most."""
-
-    def excess(torque: float) -> float:
-        return _excess(left, output, Variances(least.output, torque))
-
-    return sufficient_variance(excess, least.torque, most)
-
-
-def sufficient_variance(excess: Callable[[float], float], least: float, most: float) -> float:
-    """The variance at which an energy over that of the noise, which falls with it, is one; no more than `most`."""
-    if most <= 0.0 or excess(most) >= 1.0:
-        return most
-    low, high = np.log(max(least, NOISE.min_variance_ratio * most)), np.log(most)
-    while high - low > NOISE.variance_resolution:
-        middle = (low + high) / 2
-        low, high = (low, middle) if excess(float(np.exp(middle))) < 1.0 else (middle, high)
-    return float(np.exp(high))
+def _as_left(
+    segments: Sequence[SimulatedSegment], known: Explained, output: Quantity, sensors: Variances
+) -> tuple[Segment, ...]:
+    """Noises as large as what is left shows them, none smaller than the sensors' own."""
+    noise, found = coloured_noise(segments, known.columns, output), []
+    for one, seen, variance in zip(segments, noise.segments, sensors.output, strict=True):
+        t, levels, least = one.trajectory, seen.whitening.levels, sensed_variance(one.record, output, variance)
+        levels = replace(levels, output=max(levels.output, least), torque=max(levels.torque, sensors.torque))
+        found.append(Segment(one.record, whitening(t.joint, t.theta, output, one.record, levels)))
+    return tuple(found)
 
 
 def _whitened(segments: Sequence[SimulatedSegment], output: Quantity, variances: Variances) -> tuple[Segment, ...]:
     found = []
     for one, level in zip(segments, variances.output, strict=True):
         t = one.trajectory
-        levels = (level, variances.torque)
+        levels = NoiseLevels(sensed_variance(one.record, output, level), variances.torque)
         found.append(Segment(one.record, whitening(t.joint, t.theta, output, one.record, levels)))
     return tuple(found)
 

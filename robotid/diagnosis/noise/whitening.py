@@ -6,7 +6,8 @@ integrates.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,15 +36,36 @@ UNIT_WHITENING = InnovationsFilter(np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]]), N
 """The filter of an output noise of unit variance, which changes nothing: before the noise is known."""
 
 
-def whitening(
-    joint: Joint, theta: Array, output: Quantity, record: Record, levels: tuple[float, float]
-) -> InnovationsFilter:
-    """The filter for white noises of a record's output and torque of these variances. That of a derived speed is blue.
+def whitening(joint: Joint, theta: Array, output: Quantity, record: Record, levels: NoiseLevels) -> InnovationsFilter:
+    """The filter for noises of a record. That of a derived speed is blue.
 
-    theta : (p,) of the joint, linearised beside the record as it slips with its spring at rest. Without a torque noise,
-    or where the Riccati equation has no solution, the filter only scales by the output noise.
+    theta : (p,) of the joint in this record, linearised beside it as it slips with its spring at rest; levels.output is
+    that of the angle where the speed was derived from it. Without a torque noise, or where the Riccati equation has no
+    solution, the filter only scales by the output noise.
     """
     response = torque_response(joint.along(record), theta, record.sampling_time, output, Derivation.of(record))
-    variance, torque = levels
-    sensed = variance if response.derivation is None else variance / response.derivation.gain
-    return innovations_filter(response, NoiseLevels(sensed, torque))
+    return innovations_filter(response, levels)
+
+
+def sensed_variance(record: Record, output: Quantity, variance: float) -> float:
+    """Variance of the noise of what the sensor shows, where that of the output is known."""
+    derivation = Derivation.of(record) if output == "speed" else None
+    return variance if derivation is None else variance / derivation.gain
+
+
+def with_typical_noise(
+    segments: Sequence[Segment], records: Sequence[Record], joint: Joint, theta: Array, output: Quantity
+) -> tuple[Segment, ...]:
+    """Records that served for no fit, with the typical noise of the segments that did: their own residual may hold a
+    misfit. The torque's noise is the same in all.
+
+    theta : (p,) of the joint.
+    """
+    found, filters = [], [segment.whitening for segment in segments]
+    for record in records:
+        derivation = Derivation.of(record) if output == "speed" else None
+        usual = float(np.median([one.output_noise(derivation) for one in filters]))
+        levels = replace(filters[0].levels, output=usual)
+        own = joint.in_record(theta, record.name)
+        found.append(Segment(record, whitening(joint, own, output, record, levels)))
+    return tuple(found)

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import f as fisher
 
-from robotid.diagnosis.noise.colour import ColouredNoise, coloured_noise, typical
-from robotid.diagnosis.noise.whitening import Segment
+from robotid.diagnosis.noise.colour import ColouredNoise, coloured_noise
+from robotid.diagnosis.noise.whitening import Segment, with_typical_noise
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, Unknowns
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
@@ -151,7 +151,7 @@ def by_noise(blocks: BlockedRegression, at: Sequence[int], energy: float, sample
 def in_colour(model: RefittedModel, data: EvaluationData, noise: ColouredNoise) -> EvaluationData:
     """The data of a search by the coloured noise that its last model leaves."""
     records = [segment.record for segment in data.validation]
-    held_out = typical(noise, records, model.joint, model.parameters.values, model.output)
+    held_out = with_typical_noise(noise.segments, records, model.joint, model.parameters.values, model.output)
     return replace(data, fitted=noise.segments, validation=held_out, noise_reached=noise.explained)
 
 

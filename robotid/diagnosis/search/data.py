@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.noise.noise_estimate import NoiseEstimate, estimate_noise
-from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment, whitening
+from robotid.diagnosis.noise.noise_estimate import Explained, NoiseEstimate, estimate_noise
+from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment, with_typical_noise
 from robotid.diagnosis.nonparametric.curve_fit import free_forces
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import AS_IT_IS, CAREFUL, refit, unknowns_of
@@ -20,10 +20,8 @@ from robotid.diagnosis.scoring.scan import Scan, scan, scans
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import SearchState
 from robotid.errors import NumericsError
-from robotid.estimate.fitted_model import FittedModel, Simulated, SimulatedSegment, simulate_record
+from robotid.estimate.fitted_model import FittedModel, Simulated, simulate_record
 from robotid.estimate.residual import OutputError
-from robotid.model.array import Array
-from robotid.model.joint import Joint
 from robotid.signals.record import Quantity, Record
 
 
@@ -85,7 +83,7 @@ def first_state(evidence: Evidence, criteria: Criteria, *, torque_errors: bool =
     pieces = [piece for r in evidence.validation for piece in r.pieces(evidence.horizon)]
     data = EvaluationData(
         fitted=noise.segments,
-        validation=_with_typical_noise(pieces, noise.segments, model.joint, model.theta, model.output),
+        validation=with_typical_noise(noise.segments, pieces, model.joint, model.theta, model.output),
         output=model.output,
         estimate_states=model.estimate_states,
         noise_reached=noise.reached,
@@ -108,7 +106,7 @@ def renew_noise(state: SearchState) -> SearchState:
     noise = _noise(state.scan.scans, data.output, torque_errors=data.torque_errors)
     if _torque_noise(noise.segments) <= _torque_noise(data.fitted):
         records = [segment.record for segment in data.validation]
-        typical = _with_typical_noise(records, noise.segments, model.joint, model.parameters.values, data.output)
+        typical = with_typical_noise(noise.segments, records, model.joint, model.parameters.values, data.output)
         data = replace(data, fitted=noise.segments, validation=typical)
     refitted = refit(model.structure, [model.parameters], data, model.trajectories, CAREFUL)
     return replace(state, model=refitted, data=data, scan=state.scan.whitened_as(data.fitted))
@@ -129,28 +127,19 @@ def _is_unchanged(before: Sequence[SegmentFit], after: RefittedModel) -> bool:
 def _noise(seen: Sequence[Scan], output: Quantity, *, torque_errors: bool) -> NoiseEstimate:
     """The noise in the residuals of scanned segments, all that candidates and free curves explain set aside."""
 
-    def left_by_curves() -> list[SimulatedSegment]:
-        found = []
-        for one in seen:
-            curves = scan(one.segment, one.unknowns, (), free_forces(one.segment))
-            found.append(one.with_columns(curves.signals[:-1]).unexplained())
-        return found
+    def with_curves() -> Explained:
+        curves = (scan(one.segment, one.unknowns, (), free_forces(one.segment)) for one in seen)
+        return _explained([one.with_columns(own.signals[:-1]) for one, own in zip(seen, curves, strict=True)])
 
-    segments, left = [one.segment for one in seen], [one.unexplained() for one in seen]
-    return estimate_noise(segments, left, left_by_curves, output, torque_errors=torque_errors)
+    segments = [one.segment for one in seen]
+    return estimate_noise(segments, _explained(seen), with_curves, output, torque_errors=torque_errors)
 
 
-def _with_typical_noise(
-    records: Sequence[Record], fitted: Sequence[Segment], joint: Joint, theta: Array, output: Quantity
-) -> tuple[Segment, ...]:
-    """Validation records have the typical noise of the fitted ones, for their own residual may hold a misfit."""
-    filters = [segment.whitening for segment in fitted]
-    typical = (
-        float(np.median([one.output_variance for one in filters])),
-        float(np.median([one.levels.torque for one in filters])),
-    )
-    return tuple(Segment(r, whitening(joint, theta, output, r, typical)) for r in records)
+def _explained(seen: Sequence[Scan]) -> Explained:
+    return Explained(tuple(one.signals[:-1] for one in seen), tuple(one.unexplained() for one in seen))
 
 
 def _torque_noise(segments: Sequence[Segment]) -> float:
-    return max(segment.whitening.levels.torque for segment in segments)
+    """Variance of the torque's noise, white and red [Nm2]."""
+    levels = [segment.whitening.levels for segment in segments]
+    return max(one.torque + one.red for one in levels)

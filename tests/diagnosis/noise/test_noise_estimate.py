@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.hidden_records import SPEED_NOISE, hidden
 
-from robotid.diagnosis.noise.noise_estimate import NoiseEstimate, estimate_noise
+from robotid.diagnosis.noise.noise_estimate import Explained, NoiseEstimate, estimate_noise
 from robotid.estimate.fitted_model import SimulatedSegment
 
 
@@ -26,7 +26,14 @@ WRONG = ("quadratic_friction", 2e-4)
 
 def estimated(left: tuple[SimulatedSegment, ...], *, torque_errors: bool) -> NoiseEstimate:
     """The noise where candidates and curves leave this of a misfit."""
-    return estimate_noise(segments(*WRONG), left, lambda: left, "speed", torque_errors=torque_errors)
+    found = leaving(segments(*WRONG), left)
+    return estimate_noise(segments(*WRONG), found, lambda: found, "speed", torque_errors=torque_errors)
+
+
+def leaving(before: tuple[SimulatedSegment, ...], left: tuple[SimulatedSegment, ...]) -> Explained:
+    """Columns that leave this of residuals."""
+    columns = (one.residual - after.residual for one, after in zip(before, left, strict=True))
+    return Explained(tuple(one[None] if one.any() else one[None][:0] for one in columns), left)
 
 
 def energy_a_sample(estimate: NoiseEstimate, left: tuple[SimulatedSegment, ...]) -> float:
@@ -48,27 +55,31 @@ def test_what_nothing_explains_counts_as_torque_errors_only_where_that_is_asked(
     assert not sensors.reached
     assert not errors.reached
     assert energy_a_sample(sensors, left) > 10.0
-    assert errors.segments[0].whitening.levels.torque > 2.0 * sensors.segments[0].whitening.levels.torque
+    found, least = (one.segments[0].whitening.levels for one in (errors, sensors))
+    assert found.torque + found.red > 2.0 * least.torque
     assert energy_a_sample(errors, left) < 0.1 * energy_a_sample(sensors, left)
 
 
 def test_free_curves_are_only_asked_where_candidates_leave_too_much() -> None:
     asked = list[bool]()
 
-    def curves() -> tuple[SimulatedSegment, ...]:
-        asked.append(True)
-        return segments(*CLEAN)
-
     clean, wrong = segments(*CLEAN), segments(*WRONG)
-    assert estimate_noise(wrong, clean, curves, "speed", torque_errors=False).reached
+
+    def curves() -> Explained:
+        asked.append(True)
+        return leaving(wrong, clean)
+
+    assert estimate_noise(wrong, leaving(wrong, clean), curves, "speed", torque_errors=False).reached
     assert asked == []
-    assert estimate_noise(wrong, wrong, curves, "speed", torque_errors=False).reached
+    assert estimate_noise(wrong, leaving(wrong, wrong), curves, "speed", torque_errors=False).reached
     assert asked == [True]
 
 
 def test_a_segment_at_rest_does_not_have_much_less_noise_than_the_others() -> None:
     first, second = segments(*CLEAN)
     still = replace(second, residual=1e-3 * second.residual)
-    found = estimate_noise((first, first, still), (first, first, still), lambda: (), "speed", torque_errors=False)
+    seen = (first, first, still)
+    nothing = leaving(seen, seen)
+    found = estimate_noise(seen, nothing, lambda: nothing, "speed", torque_errors=False)
     levels = [np.sqrt(segment.whitening.levels.output) for segment in found.segments]
     assert levels[2] == pytest.approx(0.25 * levels[0], rel=0.05)
