@@ -19,6 +19,7 @@ from robotid.diagnosis.search.coloured import energy_a_sample
 from robotid.diagnosis.search.limits import detection_limits
 from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.search.state import AcceptedCause, SearchResult
+from robotid.diagnosis.search.torque_errors import is_swamped, torque_errors
 from robotid.diagnosis.settings import VERDICT
 from robotid.estimate.fitted_model import FittedModel, Simulated, SimulatedSegment, joined
 from robotid.estimate.residual import measured_output
@@ -169,31 +170,6 @@ def without_cause(misfit: float, floor: float, *, shape: bool, events: bool) -> 
     if shape or _is_clear(misfit, floor):
         return "unknown"
     return "named" if events else "clean"
-
-
-def is_swamped(found: SearchResult) -> bool:
-    """Whether what the last model leaves on the records of its fit, and the noise of their output does not cause, is so
-    much that errors of the torque hide whatever is missing: of the motion, or of the torque itself."""
-    if torque_errors(found)[1] > VERDICT.swamped_torque:
-        return True
-    caused = whole = 0.0
-    for segment, one in zip((found.coloured or found.data).fitted, found.last.fitted, strict=True):
-        noise = segment.whitening.output_variance * len(one.residual)
-        caused += max(0.0, float(one.residual @ one.residual) - noise)
-        whole += float(np.var(measured_output(one.record, found.last.output))) * len(one.residual)
-    return caused > VERDICT.swamped_share * whole
-
-
-def torque_errors(found: SearchResult) -> tuple[float, float]:
-    """Standard deviation of the errors of the torque for which what the last model leaves on the records of its fit
-    passes [Nm], and which share of the recorded torque's root mean square it is."""
-    errors = torque = 0.0
-    for segment in (found.coloured or found.data).fitted:
-        levels, recorded = segment.whitening.levels, segment.record.tau_m
-        errors += (levels.torque + levels.red) * len(recorded)
-        torque += float(recorded @ recorded)
-    samples = sum(len(segment.record) for segment in found.data.fitted)
-    return float(np.sqrt(errors / samples)), float(np.sqrt(errors / torque)) if torque > 0.0 else 0.0
 
 
 def is_partial(share: float, misfit: float, remaining: float, floor: float) -> bool:

@@ -53,15 +53,14 @@ def estimate_noise(
     """The whitening of every segment, and whether the noise of the sensors can be reached.
 
     known : by all candidates; with_curves : gives the same by these and free curves, if need be. torque_errors :
-    whether to assume errors of the torque. Where even all candidates and free curves leave more than the sensors'
-    noise, the model lacks what no catalogue has: that may count as errors of the torque, white and red, as large as it
-    takes, lest its every detail be explained.
+    whether to assume errors of the torque. What even all candidates and free curves leave beyond the sensors' noise may
+    count as such, white and red, as large as it takes, lest its every detail be explained.
     """
     sensors = _of_sensors(segments, output)
     if _excess(known.left, output, sensors) > NOISE.unexplained_energy:
         known = with_curves()
     reached = is_reached(_excess(known.left, output, sensors), _excess(segments, output, sensors))
-    if torque_errors and not reached:
+    if torque_errors:
         return NoiseEstimate(_as_left(segments, known, output, sensors), reached)
     return NoiseEstimate(_whitened(segments, output, sensors), reached)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -23,6 +24,8 @@ from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, Simulated, simulate_record
 from robotid.estimate.residual import OutputError
 from robotid.signals.record import Quantity, Record
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +101,31 @@ def first_state(evidence: Evidence, criteria: Criteria, *, torque_errors: bool =
     columns = with_residuals_of(first, missing, seen) if unchanged else scan_candidates(first, criteria.skip)
     recorded = tuple(run.record for run in evidence.fitted)
     return SearchState(first, first, data, columns, start=model.start, recorded=recorded)
+
+
+def settled_state(evidence: Evidence, criteria: Criteria) -> SearchState:
+    """The first state beside errors of the torque as they show behind a model that was fitted beside them: a fit that
+    knows nothing of them leads its parameters astray, and what that leaves would count as errors, too.
+
+    Raises NumericsError where the model cannot be simulated.
+    """
+
+    def renewed(state: SearchState) -> SearchState:
+        state = renew_noise(state)
+        return replace(state.with_model(state.model, criteria), first=state.model)
+
+    return settled(
+        first_state(evidence, criteria, torque_errors=True), renewed, lambda state: _torque_noise(state.data.fitted)
+    )
+
+
+def settled(state: T, renewed: Callable[[T], T], noise: Callable[[T], float]) -> T:
+    """What comes of a state by renewals, until these hardly lower its noise."""
+    for _ in range(ACCEPTANCE.noise_renewals):
+        before, state = noise(state), renewed(state)
+        if noise(state) > ACCEPTANCE.settled_noise * before:
+            break
+    return state
 
 
 def renew_noise(state: SearchState) -> SearchState:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.search.acceptance import (
     Steps,
@@ -19,7 +22,7 @@ from robotid.diagnosis.search.acceptance import (
 )
 from robotid.diagnosis.search.agreement import agreement
 from robotid.diagnosis.search.coloured import in_colour, left_by
-from robotid.diagnosis.search.data import Evidence, first_state, renew_noise
+from robotid.diagnosis.search.data import Evidence, first_state, renew_noise, settled_state
 from robotid.diagnosis.search.events import largest_event, placed_again, resized, without_event
 from robotid.diagnosis.search.record_changes import find_record_changes
 from robotid.diagnosis.search.refits import refit_hopeful
@@ -33,6 +36,7 @@ from robotid.diagnosis.search.state import (
     misfit_energy,
     share_removed,
 )
+from robotid.diagnosis.search.torque_errors import leaves_only_noise
 from robotid.diagnosis.search.unexplained import better_curve, with_unexplained, without_imitations
 from robotid.errors import NumericsError
 from robotid.interrupt import OutOfTime, check, deadline
@@ -129,17 +133,19 @@ def _settled(evidence: Evidence, event: Event, criteria: Criteria) -> Event:
 
 
 def _by_either_noise(evidence: Evidence, start: SearchState, criteria: Criteria, log: Log) -> SearchResult:
-    """By the noise of the sensors; where all that is known leaves more than that, first by that of torque errors."""
-    if start.data.noise_reached:
-        return find_causes(start, criteria, log)
+    """By the noise of the sensors where all that is known leaves no more than that, else by that of torque errors; by
+    the other one where the first leaves more than noise and names nothing."""
+    sharp = find_causes(start, criteria, log) if start.data.noise_reached else None
+    if sharp is not None and (sharp.causes or sharp.late or leaves_only_noise(sharp)):
+        return sharp
     try:
         log("allowing for errors of the torque")
-        blunt = find_causes(first_state(evidence, criteria, torque_errors=True), criteria, log)
+        blunt = find_causes(settled_state(evidence, criteria), criteria, log)
     except OutOfTime:
-        return _late(as_result(start))
-    if blunt.causes or blunt.late:
+        return _late(as_result(start) if sharp is None else sharp)
+    if blunt.causes or blunt.late or leaves_only_noise(blunt):
         return blunt
-    sharp = find_causes(start, criteria, log)
+    sharp = find_causes(start, criteria, log) if sharp is None else sharp
     return sharp if sharp.causes or sharp.late or sharp.curve is not None else blunt
 
 
@@ -193,7 +199,8 @@ def _completed(
             result = without_imitations(result, imitated, start.data)
         left = left_by(result.last)
         coloured = in_colour(result.last, result.data, left.noise)
-        result = replace(result, coloured=coloured)
+        causes = _by_one_noise(result.causes, result.first, result.last, coloured) if coloured.noise_reached else None
+        result = replace(result, coloured=coloured, causes=result.causes if causes is None else causes)
     except OutOfTime:
         return replace(result, late=True, unexamined=(UNEXPLAINED, CHANGES))
     if RECORD_CHANGE in criteria.skip:
@@ -246,19 +253,21 @@ def left_share(state: SearchState) -> float:
 
 def as_result(state: SearchState) -> SearchResult:
     """The result of a search that ends in a state."""
-    causes = _by_one_noise(state)
+    causes = _by_one_noise(state.causes, state.first, state.model, state.data)
     return SearchResult(
         state.data, state.first, state.model, causes, state.rejected, state.rounds, unexamined=state.unexamined
     )
 
 
-def _by_one_noise(state: SearchState) -> tuple[AcceptedCause, ...]:
+def _by_one_noise(
+    causes: Sequence[AcceptedCause], first: RefittedModel, last: RefittedModel, data: EvaluationData
+) -> tuple[AcceptedCause, ...]:
     """The causes with what each explains beside those before it by the noise as it shows at last; when they were found
     it was taken for larger, and shares by different noises do not add up. The last one is measured by the model at the
     end, so that all shares and what remains make one."""
-    models = [*(cause.after for cause in state.causes[:-1]), state.model]
-    left, plain = [1.0], is_plain(state.first, state.data)
-    for model in models[: len(state.causes)]:
-        left.append(min(left[-1], 1.0 - share_removed(state.first, state.first, model, state.data, plain=plain)))
+    models = [*(cause.after for cause in causes[:-1]), last]
+    left, plain = [1.0], is_plain(first, data)
+    for model in models[: len(causes)]:
+        left.append(min(left[-1], 1.0 - share_removed(first, first, model, data, plain=plain)))
     shares = [before - after for before, after in pairwise(left)]
-    return tuple(replace(cause, explained=share) for cause, share in zip(state.causes, shares, strict=True))
+    return tuple(replace(cause, explained=share) for cause, share in zip(causes, shares, strict=True))

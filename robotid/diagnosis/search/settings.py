@@ -27,6 +27,8 @@ class AcceptanceSettings:
     """What counts as the same, as worth nothing, and as unknown."""
 
     unchanged_share: float = 0.02  # of the residual's energy: a refit that changes less leaves the columns as they are
+    noise_renewals: int = 3  # of the torque's noise before causes are sought beside it
+    settled_noise: float = 0.8  # of its variance before: renewed to no less, and it has settled
     physical_sigma: float = 2.0  # standard deviations outside its physical range at which a parameter makes no sense
     amplitude_sigma: float = 3.0  # standard deviations from nothing: an effect that is less is not certain to be there
     same_share: float = 0.02  # of the energy explained: causes closer than that are not distinguished

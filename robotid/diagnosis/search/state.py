@@ -145,9 +145,10 @@ class SearchResult:
     def explained_by_record(self) -> dict[str, float]:
         """Share of the first model's misfit energy that all causes remove, of each record, by the noise that shows at
         last, or plainly as of `is_plain`."""
-        segments = (*self.data.fitted, *self.data.validation)
+        data = self.coloured if self.coloured is not None and self.coloured.noise_reached else self.data
+        segments = (*data.fitted, *data.validation)
         before, after = (*self.first.fitted, *self.first.validation), (*self.last.fitted, *self.last.validation)
-        misfit = _measure(plain=is_plain(self.first, self.data))
+        misfit = _measure(plain=is_plain(self.first, data))
         whole, removed = dict[str, float](), dict[str, float]()
         for segment, one, other in zip(segments, before, after, strict=True):
             name, energy = segment.record.name, misfit(segment, one.residual)
@@ -169,8 +170,8 @@ def is_covered(first: RefittedModel, data: EvaluationData) -> bool:
 
 def is_plain(first: RefittedModel, data: EvaluationData) -> bool:
     """Whether shares are of the plain squared error: where all that nothing known explains counts as errors of the
-    torque, what is beyond that noise may be a hundredth of what is wrong."""
-    return data.torque_errors or is_covered(first, data)
+    torque, what is beyond that noise may be a hundredth of what is wrong; unless it has been seen to be all noise."""
+    return (data.torque_errors and not data.noise_reached) or is_covered(first, data)
 
 
 def share_removed(
@@ -182,8 +183,10 @@ def share_removed(
     plain: bool | None = None,
 ) -> float:
     """Share of the first model's misfit energy that a step removes from the fitted segments: by the noise as it is in
-    these data, or of the plain squared error; None : the latter where that noise covers the misfit."""
-    misfit = _measure(plain=is_covered(first, data) if plain is None else plain)
+    these data, or of the plain squared error; None : of all energy by that noise where it covers the misfit, for of
+    slow errors of the torque the plain squared error is mostly their own."""
+    covered = plain is None and is_covered(first, data)
+    misfit = _energy_by_noise if covered else _measure(plain=bool(plain))
     whole, left, then = (
         sum(misfit(segment, one.residual) for segment, one in zip(data.fitted, model.fitted, strict=True))
         for model in (first, before, after)
@@ -198,6 +201,10 @@ def _measure(*, plain: bool) -> Callable[[Segment, Array], float]:
 
 def _plain_misfit(segment: Segment, residual: Array) -> float:
     return float(residual @ residual)
+
+
+def _energy_by_noise(segment: Segment, residual: Array) -> float:
+    return segment.energy(residual)
 
 
 def _misfit_beyond_noise(segment: Segment, residual: Array) -> float:

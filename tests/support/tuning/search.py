@@ -30,7 +30,7 @@ from robotid.diagnosis.search.acceptance import (
 from robotid.diagnosis.search.carry_over import held_out_gain, proven
 from robotid.diagnosis.search.coloured import are_too_few
 from robotid.diagnosis.search.constancy import Course, course, varies
-from robotid.diagnosis.search.data import _is_unchanged
+from robotid.diagnosis.search.data import _is_unchanged, settled
 from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
 from robotid.diagnosis.search.refits import (
     RefitRound,
@@ -407,3 +407,14 @@ def check_a_cause_may_vary_by_half_of_its_size() -> None:
     assert varies(Course(np.ones(4), 0.55, 1e-9), 1e-3)
     assert not varies(Course(np.ones(4), 0.45, 1e-9), 1e-3)
     assert not varies(Course(np.ones(4), 0.55, 1e-2), 1e-3)
+
+
+@sees(ACCEPTANCE, "noise_renewals")
+def check_a_noise_that_falls_is_renewed_three_times() -> None:
+    assert settled(1.0, lambda level: 0.5 * level, float) == pytest.approx(0.125)
+
+
+@sees(ACCEPTANCE, "settled_noise")
+def check_a_noise_that_falls_by_a_fifth_is_renewed() -> None:
+    assert settled(1.0, lambda level: 0.85 * level, float) == pytest.approx(0.85)
+    assert settled(1.0, lambda level: 0.75 * level, float) < 0.5

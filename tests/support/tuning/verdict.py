@@ -12,8 +12,9 @@ from robotid.diagnosis.experiment import default_speed_controller
 from robotid.diagnosis.results import Cause
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.state import SearchResult
+from robotid.diagnosis.search.torque_errors import is_swamped
 from robotid.diagnosis.settings import VERDICT
-from robotid.diagnosis.verdict import _rejected, _word, hardly_explained, is_partial, is_swamped, negligible
+from robotid.diagnosis.verdict import _rejected, _word, hardly_explained, is_partial, negligible
 from support.plain_models import plain_model, plain_record
 from support.tuning import sees
 from support.tuning.search import friction, state

@@ -1,0 +1,40 @@
+"""Errors of the torque for which what a model leaves passes: how large they are, and whether they are all of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robotid.diagnosis.search.state import SearchResult
+from robotid.diagnosis.settings import VERDICT
+from robotid.estimate.residual import measured_output
+
+
+def leaves_only_noise(found: SearchResult) -> bool:
+    """Whether noise of any colour is all that the last model leaves, and not so much that it hides what is missing."""
+    reached = found.coloured is not None and found.coloured.noise_reached
+    return reached and found.curve is None and not is_swamped(found)
+
+
+def is_swamped(found: SearchResult) -> bool:
+    """Whether what the last model leaves on the records of its fit, and the noise of their output does not cause, is so
+    much that errors of the torque hide whatever is missing: of the motion, or of the torque itself."""
+    if torque_errors(found)[1] > VERDICT.swamped_torque:
+        return True
+    caused = whole = 0.0
+    for segment, one in zip((found.coloured or found.data).fitted, found.last.fitted, strict=True):
+        noise = segment.whitening.output_variance * len(one.residual)
+        caused += max(0.0, float(one.residual @ one.residual) - noise)
+        whole += float(np.var(measured_output(one.record, found.last.output))) * len(one.residual)
+    return caused > VERDICT.swamped_share * whole
+
+
+def torque_errors(found: SearchResult) -> tuple[float, float]:
+    """Standard deviation of the errors of the torque for which what the last model leaves on the records of its fit
+    passes [Nm], and which share of the recorded torque's root mean square it is."""
+    errors = torque = 0.0
+    for segment in (found.coloured or found.data).fitted:
+        levels, recorded = segment.whitening.levels, segment.record.tau_m
+        errors += (levels.torque + levels.red) * len(recorded)
+        torque += float(recorded @ recorded)
+    samples = sum(len(segment.record) for segment in found.data.fitted)
+    return float(np.sqrt(errors / samples)), float(np.sqrt(errors / torque)) if torque > 0.0 else 0.0
