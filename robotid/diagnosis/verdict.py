@@ -19,7 +19,7 @@ from robotid.diagnosis.search.coloured import energy_a_sample
 from robotid.diagnosis.search.limits import detection_limits
 from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.search.state import AcceptedCause, SearchResult
-from robotid.diagnosis.search.torque_errors import is_swamped, torque_errors
+from robotid.diagnosis.search.torque_errors import is_swamped, leaves_only_noise, prevail, torque_errors
 from robotid.diagnosis.settings import VERDICT
 from robotid.estimate.fitted_model import FittedModel, Simulated, SimulatedSegment, joined
 from robotid.estimate.residual import measured_output
@@ -40,6 +40,10 @@ NOT_EXAMINED = "not examined: the time was up"
 SWAMPED = (
     "what the model leaves may be errors of the torque, but of {}, {} % of what was recorded: whatever is missing would"
     " not show; record a clearer torque, or a motion that is simulated better"
+)
+PASSES = (
+    "what the model leaves passes for errors of the torque of {}, {} % of what was recorded: an effect that is smaller,"
+    " or as slow as they are, would not show"
 )
 SHAPELESS = "the misfit is far above the noise, yet no curve along one variable explains much of it"
 
@@ -101,7 +105,7 @@ def verdict(
         residuals={name: trace(runs[name], model) for name in runs},
         shape=None if found.curve is None else replace(found.curve.curve, order=found.curve_share),
         refitted=dict(zip(found.last.parameters.names, found.last.parameters.values.tolist(), strict=True)),
-        remarks=(_swamped(found),) if swamped else _remarks(word, found),
+        remarks=(_sized(SWAMPED, found),) if swamped else _remarks(word, found),
         remaining_share=share,
         events=found.events,
         limits=limits,
@@ -179,27 +183,31 @@ def is_partial(share: float, misfit: float, remaining: float, floor: float) -> b
     return share > VERDICT.partial_share or plain
 
 
-def _swamped(found: SearchResult) -> str:
+def _sized(remark: str, found: SearchResult) -> str:
+    """A remark with how large the errors of the torque are."""
     size, share = torque_errors(found)
     unit = on_axis(linear=found.last.structure.linear)("Nm")
-    return SWAMPED.format(f"{plain(size, 2)} {unit}", plain(100.0 * share, 2))
+    return remark.format(f"{plain(size, 2)} {unit}", plain(100.0 * share, 2))
 
 
 def _remarks(word: Verdict, found: SearchResult) -> tuple[str, ...]:
     if word == "not explained":
         return (UNEXPLAINED,)
     joined, apart = listed(found.agreement.joined), listed(found.agreement.apart)
-    if word == "clean" and joined:
-        return (
-            f"the model simulates {joined} as well once it is fitted to them, too: the other records leave a parameter"
-            " uncertain",
-        )
     if word == "unknown" and apart:
         return (
             f"no parameters of the model simulate both the records of its fit and {apart}: something is missing that"
             f" the former do not show; fit {apart}, too, to look for it",
         )
-    return (SHAPELESS,) if word == "unknown" and found.curve is None and not found.late else ()
+    if word == "unknown":
+        return (SHAPELESS,) if found.curve is None and not found.late else ()
+    remarks: tuple[str, ...] = (_sized(PASSES, found),) if leaves_only_noise(found) and prevail(found) else ()
+    if word == "clean" and joined:
+        remarks += (
+            f"the model simulates {joined} as well once it is fitted to them, too: the other records leave a parameter"
+            " uncertain",
+        )
+    return remarks
 
 
 def explains_nothing(model: FittedModel, simulated: Sequence[Simulated]) -> bool:

@@ -75,6 +75,17 @@ def test_errors_of_a_fifth_of_the_torque_hide_what_is_missing() -> None:
         )
 
 
+def test_errors_of_the_torque_that_make_most_of_what_is_left_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = records({})
+    found = as_result(begun(made, QUICK).scored(QUICK))
+    found = replace(found, coloured=replace(with_red_noise(found.data, 1e-4), noise_reached=True))
+    for most in (False, True):
+        monkeypatch.setattr(verdicts, "prevail", lambda _, most=most: most)
+        d = verdict(fitted_model(fitted(made)), simulated(made), found, QUICK)
+        assert d.verdict == "clean"
+        assert ("passes for errors of the torque of 0.01 Nm" in "".join(d.remarks)) == most
+
+
 def with_red_noise(data: EvaluationData, variance: float) -> EvaluationData:
     """The same data, of whose noise so much is red noise of the torque [Nm2]."""
     levels = (replace(one.whitening.levels, torque=0.0, red=variance) for one in data.fitted)

@@ -20,12 +20,26 @@ def is_swamped(found: SearchResult) -> bool:
     much that errors of the torque hide whatever is missing: of the motion, or of the torque itself."""
     if torque_errors(found)[1] > VERDICT.swamped_torque:
         return True
-    caused = whole = 0.0
+    caused, _ = _squared_errors(found)
+    measured = [measured_output(one.record, found.last.output) for one in found.last.fitted]
+    return caused > VERDICT.swamped_share * sum(float(np.var(y)) * len(y) for y in measured)
+
+
+def prevail(found: SearchResult) -> bool:
+    """Whether errors of the torque cause more of what the last model leaves than the noise of the output does."""
+    caused, noise = _squared_errors(found)
+    return caused > noise
+
+
+def _squared_errors(found: SearchResult) -> tuple[float, float]:
+    """What errors of the torque cause of the squared error of the last model on the records of its fit, and the noise
+    of their output."""
+    caused = output = 0.0
     for segment, one in zip((found.coloured or found.data).fitted, found.last.fitted, strict=True):
         noise = segment.whitening.output_variance * len(one.residual)
         caused += max(0.0, float(one.residual @ one.residual) - noise)
-        whole += float(np.var(measured_output(one.record, found.last.output))) * len(one.residual)
-    return caused > VERDICT.swamped_share * whole
+        output += noise
+    return caused, output
 
 
 def torque_errors(found: SearchResult) -> tuple[float, float]:

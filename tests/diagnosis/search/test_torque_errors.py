@@ -1,0 +1,33 @@
+"""Whether errors of the torque are all that a model leaves, and most of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from support.plain_models import SAMPLES, plain_data, plain_model
+
+from robotid.diagnosis.search.state import SearchResult
+from robotid.diagnosis.search.torque_errors import leaves_only_noise, prevail
+
+
+def found(energy: float, *, reached: bool = True) -> SearchResult:
+    """Of a model that leaves this energy beside a noise of the output of unit variance, at rest."""
+    model, data = plain_model(energy), plain_data()
+    coloured = replace(data, noise_reached=reached)
+    return SearchResult(data, model, model, (), (), (), coloured=coloured)
+
+
+@pytest.mark.parametrize(("times", "most"), [(1.0, False), (1.9, False), (2.1, True)])
+def test_they_prevail_where_they_cause_more_than_the_noise_of_the_output(times: float, most: bool) -> None:
+    assert prevail(found(times * SAMPLES)) is most
+
+
+def test_what_no_noise_explains_or_what_it_hides_is_not_only_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = found(1.0)
+    monkeypatch.setattr("robotid.diagnosis.search.torque_errors.is_swamped", lambda _: False)
+    assert leaves_only_noise(seen)
+    assert not leaves_only_noise(found(1.0, reached=False))
+    assert not leaves_only_noise(replace(seen, coloured=None))
+    monkeypatch.setattr("robotid.diagnosis.search.torque_errors.is_swamped", lambda _: True)
+    assert not leaves_only_noise(seen)
