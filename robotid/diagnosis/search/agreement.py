@@ -10,11 +10,15 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from robotid.diagnosis.noise.drawn import drawn_residuals
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import CONFIRMING, refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, Trajectories, carried, segment_fit
 from robotid.diagnosis.search.settings import CHANGES
 from robotid.errors import NumericsError
+from robotid.signals.record import Quantity
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,25 +67,36 @@ def agreement(model: RefittedModel, data: EvaluationData, usual: float) -> Agree
     usual : energy a sample on the fitted segments, by the noise of `data`.
     """
     pairs = zip(data.validation, model.validation, strict=True)
-    names = _loud([segment_fit(segment, one.trajectory, data.output) for segment, one in pairs], usual)
+    names = _loud([segment_fit(segment, one.trajectory, data.output) for segment, one in pairs], usual, data.output)
     if not names:
         return Agreement()
     together = Together.of(model, data, names).refitted()
-    loud = None if together is None else _loud(together.fitted, usual)
+    loud = None if together is None else _loud(together.fitted, usual, data.output)
     if loud is None or set(loud).difference(names):
         return Agreement(apart=names)
     return Agreement(tuple(name for name in names if name not in loud), loud)
 
 
-def _loud(segments: Sequence[SegmentFit], usual: float) -> tuple[str, ...]:
+def _loud(segments: Sequence[SegmentFit], usual: float, output: Quantity) -> tuple[str, ...]:
     """Names of records with clearly more energy a sample than usual, by the noise through which they are whitened."""
     found: dict[str, list[SegmentFit]] = {}
     for one in segments:
         found.setdefault(one.record.name, []).append(one)
-    return tuple(name for name, own in found.items() if is_loud(own, usual))
+    return tuple(name for name, own in found.items() if is_loud(own, usual, output))
 
 
-def is_loud(segments: Sequence[SegmentFit], usual: float) -> bool:
-    """Whether segments are simulated clearly worse than usual. usual : energy a sample on the fitted segments."""
+def is_loud(segments: Sequence[SegmentFit], usual: float, output: Quantity) -> bool:
+    """Whether segments are simulated clearly worse than usual, and than the errors of the torque make of a joint that
+    reverses and rests there. usual : energy a sample on the fitted segments."""
     energy, samples = sum(one.energy for one in segments), sum(len(one.residual) for one in segments)
-    return energy > CHANGES.loud_energy * usual * samples
+    if energy <= CHANGES.loud_energy * usual * samples:
+        return False
+    return energy > CHANGES.loud_energy * sum(_expected_energy(one, output) for one in segments)
+
+
+def _expected_energy(one: SegmentFit, output: Quantity) -> float:
+    """Energy that the noise of a segment makes of it, in its variances."""
+    levels = one.whitening.levels
+    drawn = drawn_residuals(one, levels, output) if levels.torque + levels.red > 0.0 else []
+    found = [float(white @ white) for white in map(one.whitening, drawn)]
+    return float(np.mean(found)) if found else float(len(one.residual))

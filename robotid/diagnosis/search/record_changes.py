@@ -23,7 +23,7 @@ from robotid.estimate.sensing import joint_for
 from robotid.model.array import Array
 from robotid.model.structure import changed
 from robotid.model.units import on_axis
-from robotid.signals.record import SHORTEST_PIECE
+from robotid.signals.record import SHORTEST_PIECE, Quantity
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +65,7 @@ def find_record_changes(
     for segment, seen in zip(data.validation, model.validation, strict=True):
         first, second = _parts(segment, seen.residual)
         before = _simulated(model, second)
-        if before is not None and asks_for_a_reason(before, usual):
+        if before is not None and asks_for_a_reason(before, usual, model.output):
             change = _best(model, first, before, usual)
             if change is not None and change.p_value < level and _differs(model, data, change, usual, level):
                 found.setdefault(segment.record.name, change)
@@ -111,9 +111,9 @@ def changes_of(model: RefittedModel, segment: Segment) -> tuple[float, tuple[Seg
     return np.inf if before is None else before.energy, tuple(found)
 
 
-def asks_for_a_reason(before: SegmentFit, usual: float) -> bool:
+def asks_for_a_reason(before: SegmentFit, usual: float, output: Quantity) -> bool:
     """Whether a segment is simulated clearly worse than usual. usual : energy a sample on the fitted segments."""
-    return is_loud([before], usual)
+    return is_loud([before], usual, output)
 
 
 def _parts(segment: Segment, residual: Array) -> tuple[Segment, Segment]:

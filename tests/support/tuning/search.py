@@ -316,8 +316,8 @@ def check_two_causes_are_trusted_before_they_are_compared_with_a_curve() -> None
 
 @sees(CHANGES, "loud_energy")
 def check_a_record_with_twice_the_usual_energy_asks_for_a_reason() -> None:
-    assert record_changes.asks_for_a_reason(plain_segment(2 * 1100.0), 1.0)
-    assert not record_changes.asks_for_a_reason(plain_segment(2 * 900.0), 1.0)
+    assert record_changes.asks_for_a_reason(plain_segment(2 * 1100.0), 1.0, "speed")
+    assert not record_changes.asks_for_a_reason(plain_segment(2 * 900.0), 1.0, "speed")
 
 
 def best_change(*explained: float, gain: float = 1.0) -> record_changes.RecordChange | None:
