@@ -28,7 +28,7 @@ def test_an_axis_that_flexes_is_named_with_its_notch(stiffness: float) -> None:
     assert found.remaining < 0.1 * found.misfit
 
 
-def test_the_weight_behind_a_gear_is_named_with_its_ratio() -> None:
+def test_the_weight_behind_a_gear_is_named_with_its_ratio_and_then_the_gear() -> None:
     terms = (*FLEXIBLE.terms, "arm.gravity")
     own = {"gear.spring.k1": 2e6, "gear.damper.d": 300.0, "arm.inertia.J": ARM, "arm.gravity.G": 20.0}
     truth = TRUTH | own | {"arm.gravity.H": 20.0, "motor.inertia.J": TRUTH["motor.inertia.J"] - RATIO**2 * ARM}
@@ -40,8 +40,11 @@ def test_the_weight_behind_a_gear_is_named_with_its_ratio() -> None:
     }
     made = records_of(assemble(Structure(terms, gear_ratio=RATIO), angle=True), truth, wanted=swings)
     found = diagnose(fitted(made), made, Criteria(max_refits=2))
-    assert [cause.effect for cause in found.causes] == ["motor.geared_gravity"]
-    values = {one.name.rpartition(".")[2]: one.value for one in found.causes[0].parameters}
+    assert [cause.effect for cause in found.causes] == ["motor.geared_gravity", "motor.elastic_load"]
+    assert all(cause.p_value < 1e-6 for cause in found.causes)
+    assert found.remaining < 0.1 * found.misfit
+    values, flexible = ({p.name.rpartition(".")[2]: p.value for p in cause.parameters} for cause in found.causes)
+    assert flexible["w"] == pytest.approx(np.sqrt(2e6 / ARM), rel=0.02)
     assert values["r"] == pytest.approx(RATIO, rel=0.05)
     assert values["G"] == pytest.approx(20.0 * RATIO, rel=0.05)
     assert values["H"] == pytest.approx(20.0 * RATIO, rel=0.05)

@@ -58,7 +58,7 @@ def plain_data(*, noise_reached: bool = True, validation: bool = True) -> Evalua
     """The data of such models."""
     segment = Segment(plain_record(), UNIT_WHITENING)
     held = (segment,) if validation else ()
-    return EvaluationData((segment,), held, "speed", True, noise_reached, torque_errors=False)
+    return EvaluationData((segment,), held, "speed", True, noise_reached, torque_errors=None)
 
 
 def plain_blocks(columns: int, blocks: int = 40) -> BlockedRegression:

@@ -4,17 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
 from robotid.diagnosis.noise.colour import coloured_noise
 from robotid.diagnosis.noise.noise_floor import Noise, noise_levels
 from robotid.diagnosis.noise.settings import NOISE
+from robotid.diagnosis.noise.spectrum import likeliest_levels, residual_spectrum
 from robotid.diagnosis.noise.whitening import Segment, sensed_variance, whitening
+from robotid.estimate.covariance import ABSORBED
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.estimate.noise.whitening import NoiseLevels
 from robotid.model.array import Array
+from robotid.signals.derivation import Derivation
 from robotid.signals.record import Quantity
+
+TorqueErrors = Literal["white", "coloured"] | None
+"""What counts as errors of the torque: white ones, white and red ones, or none."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,7 +55,7 @@ def estimate_noise(
     with_curves: Callable[[], Explained],
     output: Quantity,
     *,
-    torque_errors: bool,
+    torque_errors: TorqueErrors = None,
 ) -> NoiseEstimate:
     """The whitening of every segment, and whether the noise of the sensors can be reached.
 
@@ -60,9 +67,11 @@ def estimate_noise(
     if _excess(known.left, output, sensors) > NOISE.unexplained_energy:
         known = with_curves()
     reached = is_reached(_excess(known.left, output, sensors), _excess(segments, output, sensors))
-    if torque_errors:
-        return NoiseEstimate(_as_left(segments, known, output, sensors), reached)
-    return NoiseEstimate(_whitened(segments, output, sensors), reached)
+    if torque_errors == "coloured":
+        return NoiseEstimate(_coloured_as_left(segments, known, output, sensors), reached)
+    white = torque_errors == "white" and not reached
+    variances = _white_as_left(known.left, output, sensors) if white else sensors
+    return NoiseEstimate(_whitened(segments, output, variances), reached)
 
 
 def sensor_noise(segments: Sequence[SimulatedSegment], output: Quantity) -> tuple[Segment, ...]:
@@ -87,7 +96,41 @@ def is_reached(left: float, before: float) -> bool:
     return left <= max(NOISE.unexplained_energy, min(NOISE.linear_share * before, NOISE.max_linear_energy))
 
 
-def _as_left(
+def _white_as_left(left: Sequence[SimulatedSegment], output: Quantity, sensors: Variances) -> Variances:
+    """Noises as large as what is left shows them, none smaller than the sensors' own (Whittle 1953)."""
+    found = []
+    for one in left:
+        derivation = Derivation.of(one.record) if output == "speed" else None
+        seen = residual_spectrum(one.trajectory, one.residual, output, derivation)
+        found.append(likeliest_levels(seen.power[ABSORBED:], seen.shapes[:, ABSORBED:]))
+    typical = float(np.median([f[0] for f in found]))
+    least = NOISE.rest_share**2 * typical
+    raised = tuple(max(level, float(f[0]), least) for level, f in zip(sensors.output, found, strict=True))
+    most = max(sensors.torque, float(np.median([f[1] for f in found])))
+    return Variances(raised, _sufficient_torque(left, output, Variances(raised, sensors.torque), most))
+
+
+def _sufficient_torque(left: Sequence[SimulatedSegment], output: Quantity, least: Variances, most: float) -> float:
+    """The variance of the torque error with which what is left has the energy of noise, and no more than most."""
+
+    def excess(torque: float) -> float:
+        return _excess(left, output, Variances(least.output, torque))
+
+    return sufficient_variance(excess, least.torque, most)
+
+
+def sufficient_variance(excess: Callable[[float], float], least: float, most: float) -> float:
+    """The variance at which an energy over that of the noise, which falls with it, is one; no more than `most`."""
+    if most <= 0.0 or excess(most) >= 1.0:
+        return most
+    low, high = np.log(max(least, NOISE.min_variance_ratio * most)), np.log(most)
+    while high - low > NOISE.variance_resolution:
+        middle = (low + high) / 2
+        low, high = (low, middle) if excess(float(np.exp(middle))) < 1.0 else (middle, high)
+    return float(np.exp(high))
+
+
+def _coloured_as_left(
     segments: Sequence[SimulatedSegment], known: Explained, output: Quantity, sensors: Variances
 ) -> tuple[Segment, ...]:
     """Noises as large as what is left shows them, none smaller than the sensors' own."""

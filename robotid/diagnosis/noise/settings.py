@@ -25,6 +25,8 @@ class NoiseSettings:
     unexplained_energy: float = 2.0  # over that of noise: beyond it, something is left that nothing known explains
     linear_share: float = 0.02  # of the misfit: as close as linear columns come to a large one
     max_linear_energy: float = 20.0  # over that of noise: more than that is not excused by linear columns
+    variance_resolution: float = 0.1  # of the logarithm of the torque's variance: a twentieth of its deviation
+    min_variance_ratio: float = 1e-12  # of the largest torque variance: where the search for it begins
 
 
 NOISE = NoiseSettings()

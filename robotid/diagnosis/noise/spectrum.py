@@ -25,6 +25,7 @@ from robotid.simulation.trajectory import Trajectory
 KINSHIP = 35 / 18  # neighbouring frequencies per independent one under a Hann taper: exact, no tuning
 ALIKE = 1e-12  # of the sum of their information: by so much do two spectra that are the same differ at least
 LINES = 4096  # frequencies whose matrices are in memory at once: any number gives the same spectrum
+LEAST = 1e-30  # of the mean power: a model that leaves a line without any, as one of no noise does
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,7 +128,7 @@ def whittle(power: Array, shapes: Array) -> tuple[Array, float]:
     """Levels (k,) >= 0 of shapes (k, m) that explain a periodogram (m,) best, and minus twice the log-likelihood.
 
     By a few steps of Fisher scoring from a flat spectrum. Of one that falls by many orders of magnitude they may miss
-    the steep part, so that a misfit does not pass for noise there.
+    the steep part, so that a misfit does not pass for noise there; `likeliest_levels` does not.
     """
     size = shapes.mean(axis=1, keepdims=True)
     size[size <= 0.0] = 1.0  # of a joint that no torque moves
@@ -146,3 +147,46 @@ def whittle(power: Array, shapes: Array) -> tuple[Array, float]:
         before = levels
     cost = 2 / KINSHIP * float(np.sum(np.log(model) + np.log(scale) + power / model))
     return scale * levels / size[:, 0], cost
+
+
+def likeliest_levels(power: Array, shapes: Array) -> Array:
+    """Levels (k,) >= 0 of shapes (k, m) at which the likelihood of a periodogram (m,) has its maximum, however steep it
+    is: by Fisher scoring from where one shape alone, or equal parts of all, explain it best."""
+    size, scale = np.maximum(shapes.mean(axis=1, keepdims=True), 1e-300), float(power.mean()) or 1.0
+    shapes, power = shapes / size, power / scale
+    alone = np.diag([float(np.mean(power / np.maximum(shape, 1e-300))) for shape in shapes])
+    starts = [*alone, alone.sum(axis=0) / len(shapes)]
+    levels = _fisher_scored(power, shapes, min(starts, key=lambda start: deviance(power, start @ shapes)))
+    return np.asarray(scale * levels / size[:, 0])
+
+
+def deviance(power: Array, model: Array) -> float:
+    """Minus the log-likelihood of a periodogram whose mean is a model, (m,) each, up to a constant."""
+    model = np.maximum(model, LEAST * power.mean())
+    return float(np.sum(np.log(model) + power / model))
+
+
+def _fisher_scored(power: Array, shapes: Array, levels: Array) -> Array:
+    """Levels of shapes by steps of Fisher scoring from others, each halved until it gains."""
+    least, cost = LEAST * power.mean(), deviance(power, levels @ shapes)
+    for _ in range(NOISE.max_fisher_steps):
+        aim, share = _fisher_step(power, shapes, np.maximum(levels @ shapes, least)), 1.0
+        while (after := deviance(power, (trial := levels + share * (aim - levels)) @ shapes)) > cost:
+            share /= 2.0
+            if share < NOISE.settled_change:
+                return levels
+        settled = np.all(np.abs(trial - levels) <= NOISE.settled_change * trial)
+        levels, cost = trial, after
+        if settled:
+            break
+    return levels
+
+
+def _fisher_step(power: Array, shapes: Array, model: Array) -> Array:
+    """Levels of shapes that explain a periodogram best by least squares, each line weighted by a model of it."""
+    weighted = shapes / model
+    length = np.maximum(np.linalg.norm(weighted, axis=1), 1e-300)  # levels may be orders of magnitude apart
+    weighted /= length[:, None]
+    root = np.linalg.cholesky(weighted @ weighted.T + ALIKE * np.eye(len(shapes)))
+    levels, _ = nnls(root.T, np.linalg.solve(root, weighted @ (power / model)))
+    return np.asarray(levels / length)

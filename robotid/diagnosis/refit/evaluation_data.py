@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from robotid.diagnosis.noise.noise_estimate import TorqueErrors
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.signals.record import Quantity
@@ -16,7 +17,7 @@ class EvaluationData:
 
     output : the quantity that is compared; estimate_states : whether first states are found by the fit or taken as
     measured. noise_reached : all known effects and free curves together leave no more than the noise of the sensors;
-    torque_errors : what they leave counts as errors of the torque, and so as noise.
+    torque_errors : as what errors of the torque, and so as noise, what they leave counts.
     """
 
     fitted: tuple[Segment, ...]
@@ -24,7 +25,7 @@ class EvaluationData:
     output: Quantity
     estimate_states: bool
     noise_reached: bool
-    torque_errors: bool
+    torque_errors: TorqueErrors
 
     @property
     def samples(self) -> int:

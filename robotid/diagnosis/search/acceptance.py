@@ -188,15 +188,20 @@ def accept_from_the_start(
 
 
 def _with_first_that_stands(
-    state: SearchState, found: Sequence[CandidateRefit], others: Sequence[CandidateRefit], criteria: Criteria
+    state: SearchState,
+    found: Sequence[CandidateRefit],
+    others: Sequence[CandidateRefit],
+    criteria: Criteria,
+    *,
+    scored: bool = True,
 ) -> SearchState:
     """The state with the first of several refits that stands all tests, where one does; those after it, and then the
-    others, may be its twins."""
+    others, may be its twins. scored : they were found by the score."""
     steps = Steps(state)
     for k, one in enumerate(found):
         step = steps.to(one)
         if objection(step, criteria) is None:
-            return state.with_cause(as_cause(state, [*found[k:], *others], step))
+            return state.with_cause(as_cause(state, [*found[k:], *others], step, scored=scored))
     return state
 
 
@@ -205,7 +210,8 @@ def accept_asked_for(state: SearchState, refits: Sequence[CandidateRefit], crite
     log("regressing the torque along the measured motion")
     found = asked_for(state, criteria)
     effects = {one.effect for one in found}
-    return _with_first_that_stands(state, found, [one for one in refits if one.effect not in effects], criteria)
+    others = [one for one in refits if one.effect not in effects]
+    return _with_first_that_stands(state, found, others, criteria, scored=False)
 
 
 def accept_pair(
@@ -248,9 +254,9 @@ def _by_itself(
     return _with_first_that_stands(state, [CandidateRefit(score, lean)], refits, criteria)
 
 
-def as_cause(state: SearchState, refits: Sequence[CandidateRefit], step: Step) -> AcceptedCause:
+def as_cause(state: SearchState, refits: Sequence[CandidateRefit], step: Step, *, scored: bool = True) -> AcceptedCause:
     """The first of the refitted candidates, to which `step` leads, as a cause; its twins are those that these data
-    cannot tell from it."""
+    cannot tell from it. scored : it was found by the score, which must be no chance either."""
     best, seen = refits[0], state.round
     slack = indistinguishable_energy(state.model.energy - best.model.energy, seen.inflation)
     alike = [one for one in refits if one.model.energy - best.model.energy <= slack]
@@ -262,7 +268,7 @@ def as_cause(state: SearchState, refits: Sequence[CandidateRefit], step: Step) -
         effect=best.effect,
         explained=step.share,
         gain=step.gain,
-        p_value=max(seen.p_value(best.score), step.p_value),
+        p_value=max(seen.p_value(best.score), step.p_value) if scored else step.p_value,
         twins=tuple(dict.fromkeys([best.effect, *twins])),
         before=state.model,
         after=best.model,

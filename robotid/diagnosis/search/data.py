@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.noise.noise_estimate import Explained, NoiseEstimate, estimate_noise
+from robotid.diagnosis.noise.noise_estimate import Explained, NoiseEstimate, TorqueErrors, estimate_noise
 from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment, with_typical_noise
 from robotid.diagnosis.nonparametric.curve_fit import free_forces
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
@@ -62,18 +62,18 @@ def _fitted_to(records: Sequence[Record], evidence: Evidence) -> FittedModel:
         output=model.output,
         estimate_states=model.estimate_states,
         noise_reached=False,
-        torque_errors=False,
+        torque_errors=None,
     )
     refitted = refit(model.joint.structure, [model.parameters], data, options=CAREFUL)
     return replace(model, parameters=refitted.parameters, first_states={})
 
 
-def first_state(evidence: Evidence, criteria: Criteria, *, torque_errors: bool = False) -> SearchState:
+def first_state(evidence: Evidence, criteria: Criteria, *, torque_errors: TorqueErrors = None) -> SearchState:
     """The state in which a search begins: the noise found in the residuals, the model refitted through its whitening,
     and the columns of all candidates. Where the refit cannot simulate all records, the model stays as it is.
 
-    torque_errors : what nothing known explains counts as errors of the torque, and so as noise. Raises NumericsError
-    where the model cannot be simulated.
+    torque_errors : as what errors of the torque, and so as noise, what nothing known explains counts. Raises
+    NumericsError where the model cannot be simulated.
     """
     model = evidence.model
     found = [segment for run in evidence.fitted for segment in run.segments(model.output)]
@@ -104,8 +104,8 @@ def first_state(evidence: Evidence, criteria: Criteria, *, torque_errors: bool =
 
 
 def settled_state(evidence: Evidence, criteria: Criteria) -> SearchState:
-    """The first state beside errors of the torque as they show behind a model that was fitted beside them: a fit that
-    knows nothing of them leads its parameters astray, and what that leaves would count as errors, too.
+    """The first state beside coloured errors of the torque, as they show behind a model that was fitted beside them: a
+    fit that knows nothing of them leads its parameters astray, and what that leaves would count as errors, too.
 
     Raises NumericsError where the model cannot be simulated.
     """
@@ -115,7 +115,9 @@ def settled_state(evidence: Evidence, criteria: Criteria) -> SearchState:
         return replace(state.with_model(state.model, criteria), first=state.model)
 
     return settled(
-        first_state(evidence, criteria, torque_errors=True), renewed, lambda state: _torque_noise(state.data.fitted)
+        first_state(evidence, criteria, torque_errors="coloured"),
+        renewed,
+        lambda state: _torque_noise(state.data.fitted),
     )
 
 
@@ -152,7 +154,7 @@ def _is_unchanged(before: Sequence[SegmentFit], after: RefittedModel) -> bool:
     return energy < ACCEPTANCE.unchanged_share * after.energy
 
 
-def _noise(seen: Sequence[Scan], output: Quantity, *, torque_errors: bool) -> NoiseEstimate:
+def _noise(seen: Sequence[Scan], output: Quantity, *, torque_errors: TorqueErrors) -> NoiseEstimate:
     """The noise in the residuals of scanned segments, all that candidates and free curves explain set aside."""
 
     def with_curves() -> Explained:

@@ -361,7 +361,7 @@ def keeps_promise(promised: float, state: SearchState, after: RefittedModel) -> 
     """Whether a refit removes the energy that a score promises, or nearly so, and, where nothing but the effect is
     wrong, does no harm on validation segments."""
     removed = state.model.energy - after.energy
-    harmless = state.data.torque_errors or after.validation_energy <= state.model.validation_energy
+    harmless = state.data.torque_errors is not None or after.validation_energy <= state.model.validation_energy
     return removed > CHOICE.kept_promise * promised and harmless
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -133,20 +133,34 @@ def _settled(evidence: Evidence, event: Event, criteria: Criteria) -> Event:
 
 
 def _by_either_noise(evidence: Evidence, start: SearchState, criteria: Criteria, log: Log) -> SearchResult:
-    """By the noise of the sensors where all that is known leaves no more than that, else by that of torque errors; by
-    the other one where the first leaves more than noise and names nothing."""
-    sharp = find_causes(start, criteria, log) if start.data.noise_reached else None
-    if sharp is not None and (sharp.causes or sharp.late or leaves_only_noise(sharp)):
-        return sharp
-    try:
+    """By the noise of the sensors where all that is known leaves no more than that, else by that of torque errors,
+    which are white at first: red ones as large as a misfit leave little of it to be seen. By another noise where one
+    names nothing, and leaves more than noise of any colour."""
+    found: list[SearchResult] = []
+    ways = _ways(evidence, start, criteria)
+    for way in ways if start.data.noise_reached else [*ways[1:], ways[0]]:
+        try:
+            found.append(find_causes(way(log), criteria, log))
+        except OutOfTime:
+            return _late(found[-1] if found else as_result(start))
+        if found[-1].causes or found[-1].late or leaves_only_noise(found[-1]):
+            return found[-1]
+    return next((one for one in found if one.curve is not None), found[0])
+
+
+def _ways(evidence: Evidence, start: SearchState, criteria: Criteria) -> list[Callable[[Log], SearchState]]:
+    """States from which causes are sought: by the noise of the sensors, beside white errors of the torque, and beside
+    coloured ones."""
+
+    def white(log: Log) -> SearchState:
         log("allowing for errors of the torque")
-        blunt = find_causes(settled_state(evidence, criteria), criteria, log)
-    except OutOfTime:
-        return _late(as_result(start) if sharp is None else sharp)
-    if blunt.causes or blunt.late or leaves_only_noise(blunt):
-        return blunt
-    sharp = find_causes(start, criteria, log) if sharp is None else sharp
-    return sharp if sharp.causes or sharp.late or sharp.curve is not None else blunt
+        return first_state(evidence, criteria, torque_errors="white")
+
+    def coloured(log: Log) -> SearchState:
+        log("allowing for slow errors of the torque")
+        return settled_state(evidence, criteria)
+
+    return [lambda _: start, white, coloured]
 
 
 def find_causes(start: SearchState, criteria: Criteria, log: Log) -> SearchResult:

@@ -142,10 +142,15 @@ class SearchResult:
         """Share of the first model's misfit energy that the causes leave."""
         return max(0.0, 1.0 - sum(cause.explained for cause in self.causes))
 
+    @property
+    def judging(self) -> EvaluationData:
+        """The data by whose noise shares are told: by noise of any colour where that is all that is left."""
+        return self.coloured if self.coloured is not None and self.coloured.noise_reached else self.data
+
     def explained_by_record(self) -> dict[str, float]:
         """Share of the first model's misfit energy that all causes remove, of each record, by the noise that shows at
         last, or plainly as of `is_plain`."""
-        data = self.coloured if self.coloured is not None and self.coloured.noise_reached else self.data
+        data = self.judging
         segments = (*data.fitted, *data.validation)
         before, after = (*self.first.fitted, *self.first.validation), (*self.last.fitted, *self.last.validation)
         misfit = _measure(plain=is_plain(self.first, data))
@@ -171,7 +176,7 @@ def is_covered(first: RefittedModel, data: EvaluationData) -> bool:
 def is_plain(first: RefittedModel, data: EvaluationData) -> bool:
     """Whether shares are of the plain squared error: where all that nothing known explains counts as errors of the
     torque, what is beyond that noise may be a hundredth of what is wrong; unless it has been seen to be all noise."""
-    return (data.torque_errors and not data.noise_reached) or is_covered(first, data)
+    return (data.torque_errors is not None and not data.noise_reached) or is_covered(first, data)
 
 
 def share_removed(
@@ -183,10 +188,11 @@ def share_removed(
     plain: bool | None = None,
 ) -> float:
     """Share of the first model's misfit energy that a step removes from the fitted segments: by the noise as it is in
-    these data, or of the plain squared error; None : of all energy by that noise where it covers the misfit, for of
-    slow errors of the torque the plain squared error is mostly their own."""
+    these data, or of the plain squared error; None : the latter where that noise covers the misfit, but of all energy
+    by it where it is coloured, for of slow errors of the torque the plain squared error is mostly their own."""
     covered = plain is None and is_covered(first, data)
-    misfit = _energy_by_noise if covered else _measure(plain=bool(plain))
+    coloured = covered and data.torque_errors == "coloured"
+    misfit = _energy_by_noise if coloured else _measure(plain=covered if plain is None else plain)
     whole, left, then = (
         sum(misfit(segment, one.residual) for segment, one in zip(data.fitted, model.fitted, strict=True))
         for model in (first, before, after)

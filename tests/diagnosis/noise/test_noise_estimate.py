@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.hidden_records import SPEED_NOISE, hidden
 
-from robotid.diagnosis.noise.noise_estimate import Explained, NoiseEstimate, estimate_noise
+from robotid.diagnosis.noise.noise_estimate import Explained, NoiseEstimate, TorqueErrors, estimate_noise
 from robotid.estimate.fitted_model import SimulatedSegment
 
 
@@ -24,7 +24,7 @@ CLEAN = ("constant_torque", 0.0)
 WRONG = ("quadratic_friction", 2e-4)
 
 
-def estimated(left: tuple[SimulatedSegment, ...], *, torque_errors: bool) -> NoiseEstimate:
+def estimated(left: tuple[SimulatedSegment, ...], *, torque_errors: TorqueErrors) -> NoiseEstimate:
     """The noise where candidates and curves leave this of a misfit."""
     found = leaving(segments(*WRONG), left)
     return estimate_noise(segments(*WRONG), found, lambda: found, "speed", torque_errors=torque_errors)
@@ -41,17 +41,19 @@ def energy_a_sample(estimate: NoiseEstimate, left: tuple[SimulatedSegment, ...])
     return energy / sum(len(part.residual) for part in left)
 
 
-def test_what_is_explained_down_to_the_noise_has_the_noise_of_the_sensors() -> None:
-    found = estimated(segments(*CLEAN), torque_errors=True)
+@pytest.mark.parametrize("kind", [None, "white", "coloured"])
+def test_what_is_explained_down_to_the_noise_has_the_noise_of_the_sensors(kind: TorqueErrors) -> None:
+    found = estimated(segments(*CLEAN), torque_errors=kind)
     assert found.reached
     for segment in found.segments:
         assert np.sqrt(segment.whitening.levels.output) == pytest.approx(SPEED_NOISE, rel=0.1)
     assert energy_a_sample(found, segments(*CLEAN)) == pytest.approx(1.0, rel=0.2)
 
 
-def test_what_nothing_explains_counts_as_torque_errors_only_where_that_is_asked() -> None:
+@pytest.mark.parametrize("kind", ["white", "coloured"])
+def test_what_nothing_explains_counts_as_torque_errors_only_where_that_is_asked(kind: TorqueErrors) -> None:
     left = segments(*WRONG)
-    sensors, errors = (estimated(left, torque_errors=asked) for asked in (False, True))
+    sensors, errors = (estimated(left, torque_errors=asked) for asked in (None, kind))
     assert not sensors.reached
     assert not errors.reached
     assert energy_a_sample(sensors, left) > 10.0
@@ -69,9 +71,9 @@ def test_free_curves_are_only_asked_where_candidates_leave_too_much() -> None:
         asked.append(True)
         return leaving(wrong, clean)
 
-    assert estimate_noise(wrong, leaving(wrong, clean), curves, "speed", torque_errors=False).reached
+    assert estimate_noise(wrong, leaving(wrong, clean), curves, "speed", torque_errors=None).reached
     assert asked == []
-    assert estimate_noise(wrong, leaving(wrong, wrong), curves, "speed", torque_errors=False).reached
+    assert estimate_noise(wrong, leaving(wrong, wrong), curves, "speed", torque_errors=None).reached
     assert asked == [True]
 
 
@@ -80,6 +82,6 @@ def test_a_segment_at_rest_does_not_have_much_less_noise_than_the_others() -> No
     still = replace(second, residual=1e-3 * second.residual)
     seen = (first, first, still)
     nothing = leaving(seen, seen)
-    found = estimate_noise(seen, nothing, lambda: nothing, "speed", torque_errors=False)
+    found = estimate_noise(seen, nothing, lambda: nothing, "speed", torque_errors=None)
     levels = [np.sqrt(segment.whitening.levels.output) for segment in found.segments]
     assert levels[2] == pytest.approx(0.25 * levels[0], rel=0.05)

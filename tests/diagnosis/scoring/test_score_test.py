@@ -46,7 +46,7 @@ def unfit(made: list[Record]) -> tuple[EvaluationData, RefittedModel]:
     fit = fitted_model(fitted(made))
     variances = (SPEED**2, TORQUE**2)
     segments = tuple(Segment(r, speed_whitening(fit.joint, fit.theta, r.sampling_time, variances)) for r in made[:2])
-    data = EvaluationData(segments, (), "speed", estimate_states=True, noise_reached=True, torque_errors=False)
+    data = EvaluationData(segments, (), "speed", estimate_states=True, noise_reached=True, torque_errors=None)
     return data, refit(AXIS, [fit.parameters], data)
 
 

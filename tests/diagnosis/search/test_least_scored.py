@@ -75,7 +75,7 @@ def test_an_effect_that_is_taken_for_noise_of_the_torque_must_be_larger_to_score
 
 def test_where_errors_of_the_torque_are_allowed_for_an_effect_is_no_part_of_them() -> None:
     seen, projected, at = through("motor.quadratic_friction")
-    blunt = replace(clean().data, torque_errors=True)
+    blunt = replace(clean().data, torque_errors="white")
     assert least_scored(seen, projected, at, ENERGY, blunt) == np.sqrt(ENERGY) / projected.visible_length(at)
 
 

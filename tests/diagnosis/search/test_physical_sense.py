@@ -58,7 +58,7 @@ def test_the_motion_of_the_records_is_that_of_the_effect_s_port() -> None:
     made = list(records(STRIBECK))
     fit = fitted_model(fitted(made))
     segments = tuple(Segment(r, UNIT_WHITENING) for r in made[:2])
-    data = EvaluationData(segments, (), "speed", estimate_states=True, noise_reached=True, torque_errors=False)
+    data = EvaluationData(segments, (), "speed", estimate_states=True, noise_reached=True, torque_errors=None)
     model = refit(fit.joint.structure, [fit.parameters], data)
     offered = port_range(model, "motor.viscous")
     assert offered.duration == pytest.approx(max(r.duration for r in made[:2]))
@@ -74,7 +74,7 @@ def test_what_repeats_with_the_turns_of_the_motor_has_its_travel(effect: str) ->
     terms = ("motor.inertia", "motor.viscous", "motor.coulomb", "gear.spring", "gear.damper", "arm.inertia")
     structure = Structure((*terms, effect), gear_ratio=0.01)
     data = EvaluationData(
-        (Segment(made, UNIT_WHITENING),), (), "speed", estimate_states=True, noise_reached=True, torque_errors=False
+        (Segment(made, UNIT_WHITENING),), (), "speed", estimate_states=True, noise_reached=True, torque_errors=None
     )
     start = assemble(structure).parameters().with_values(TRUTH | {"gear.spring.k1": 1e6, "arm.inertia.J": 20.0})
     model = refit(structure, [start], data, options=AS_IT_IS)

@@ -11,6 +11,7 @@ from support.small_bench import QUICK, STRIBECK, begun, records
 
 from robotid.catalogue import reading
 from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.noise.noise_estimate import TorqueErrors
 from robotid.diagnosis.refit import refit as refitting
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.candidate import Candidate
@@ -105,9 +106,9 @@ def test_a_boldest_start_that_leads_astray_is_followed_by_the_most_cautious(monk
     assert begun_at[:2] == [starts[0], starts[-1]]
 
 
-@pytest.mark.parametrize(("torque_errors", "again"), [(False, True), (True, False)])
+@pytest.mark.parametrize(("torque_errors", "again"), [(None, True), ("white", False), ("coloured", False)])
 def test_a_refit_that_does_harm_elsewhere_has_lost_its_way_but_beside_errors_of_the_torque(
-    monkeypatch: pytest.MonkeyPatch, torque_errors: bool, again: bool
+    monkeypatch: pytest.MonkeyPatch, torque_errors: TorqueErrors, again: bool
 ) -> None:
     state = begun(records(STRIBECK), QUICK).scored(QUICK)
     data = replace(state.data, torque_errors=torque_errors)

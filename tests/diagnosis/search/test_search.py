@@ -23,6 +23,7 @@ from support.small_bench import (
 )
 
 from robotid.catalogue import assemble
+from robotid.diagnosis.noise.noise_estimate import TorqueErrors
 from robotid.diagnosis.nonparametric.curve_fit import fit_curves
 from robotid.diagnosis.results import Diagnosis, Event
 from robotid.diagnosis.search import search as searching
@@ -117,7 +118,7 @@ def test_both_effects_of_a_pair_are_named() -> None:
 def test_what_causes_explain_adds_up_to_what_they_leave() -> None:
     """All by the noise that shows at last."""
     _, growth, d = question("pair")
-    first, data = growth.first, growth.data
+    first, data = growth.first, growth.judging
     removed = share_removed(first, first, growth.last, data, plain=is_plain(first, data))
     assert len(d.causes) > 1
     assert sum(cause.explained for cause in d.causes) == pytest.approx(removed, abs=1e-3)
@@ -151,7 +152,7 @@ def test_an_accident_of_the_fitted_records_does_not_carry_over() -> None:
 def test_a_misfit_far_above_the_noise_is_not_called_clean() -> None:
     """Nothing is named there, and no shape stands; it is a misfit all the same."""
     made, growth, _ = question("accident")
-    bare = replace(growth, causes=(), changes=(), curve=None, last=growth.first)
+    bare = replace(growth, causes=(), changes=(), curve=None, last=growth.first, coloured=None)
     d = told(made, bare)
     assert d.misfit > 2 * d.noise_floor
     assert d.verdict == "unknown"
@@ -188,33 +189,44 @@ def test_what_differs_on_a_record_held_out_is_told_with_its_size() -> None:
 
 
 @pytest.mark.parametrize(
-    ("reached", "blunt", "sharp", "tried", "stands"),
+    ("reached", "named", "tried", "stands"),
     [
-        (True, "", "", [False], False),  # the sensors explain what is left: nothing is missing
-        (False, "cause", "cause", [True], True),
-        (False, "", "cause", [True, False], False),
-        (False, "", "curve", [True, False], False),
-        (False, "", "", [True, False], True),
+        (True, {None: "cause"}, [None], None),
+        (True, {None: "noise"}, [None], None),  # nothing is missing
+        (True, {}, [None, "white", "coloured"], None),
+        (True, {"coloured": "cause"}, [None, "white", "coloured"], "coloured"),
+        (False, {"white": "cause", None: "cause"}, ["white"], "white"),
+        (False, {"white": "noise", None: "cause"}, ["white"], "white"),
+        (False, {"coloured": "noise"}, ["white", "coloured"], "coloured"),
+        (False, {None: "cause"}, ["white", "coloured", None], None),
+        (False, {None: "curve"}, ["white", "coloured", None], None),
+        (False, {}, ["white", "coloured", None], "white"),
     ],
 )
-def test_errors_of_the_torque_are_allowed_for_first_where_sensors_explain_too_little(
-    reached: bool, blunt: str, sharp: str, tried: list[bool], stands: bool, monkeypatch: pytest.MonkeyPatch
+def test_causes_are_sought_by_another_noise_where_one_names_nothing_and_leaves_more_than_noise(
+    reached: bool,
+    named: dict[TorqueErrors, str],
+    tried: list[TorqueErrors],
+    stands: TorqueErrors,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     made, one, _ = question("stribeck")
-    ended = dict[bool, SearchResult]()
+    ended = dict[TorqueErrors, SearchResult]()
 
-    def first_state(*_: object, torque_errors: bool = False) -> SearchState:
+    def first_state(*_: object, torque_errors: TorqueErrors = None) -> SearchState:
         data = replace(one.data, noise_reached=reached, torque_errors=torque_errors)
         return replace(idle_then_stribeck()[0], data=data)
 
     def find_causes(state: SearchState, *_: object) -> SearchResult:
-        found = blunt if state.data.torque_errors else sharp
-        curve = fit_curves(one.first, one.data)[0] if found == "curve" else None
-        causes = one.causes if found == "cause" else ()
-        return ended.setdefault(state.data.torque_errors, replace(one, data=state.data, causes=causes, curve=curve))
+        by = state.data.torque_errors
+        curve = fit_curves(one.first, one.data)[0] if named.get(by) == "curve" else None
+        causes = one.causes if named.get(by) == "cause" else ()
+        return ended.setdefault(by, replace(one, data=state.data, causes=causes, curve=curve))
 
     monkeypatch.setattr(searching, "first_state", first_state)
+    monkeypatch.setattr(searching, "settled_state", lambda *_: first_state(torque_errors="coloured"))
     monkeypatch.setattr(searching, "find_causes", find_causes)
+    monkeypatch.setattr(searching, "leaves_only_noise", lambda found: named.get(found.data.torque_errors) == "noise")
     assert searched(made, QUICK) is ended[stands]
     assert [*ended] == tried
 

@@ -9,7 +9,7 @@ import scipy
 from robotid.diagnosis.noise import colour
 from robotid.diagnosis.noise import drawn as drawn_noise
 from robotid.diagnosis.noise import spectrum as spectra
-from robotid.diagnosis.noise.noise_estimate import is_reached, output_variances
+from robotid.diagnosis.noise.noise_estimate import is_reached, output_variances, sufficient_variance
 from robotid.diagnosis.noise.noise_floor import (
     Noise,
     _agreed_torque_variance,
@@ -156,6 +156,24 @@ def check_linear_columns_may_leave_two_per_cent_of_a_misfit() -> None:
 def check_linear_columns_may_not_leave_twenty_times_the_noise() -> None:
     assert is_reached(19.0, 1e6)
     assert not is_reached(21.0, 1e6)
+
+
+@sees(NOISE, "variance_resolution")
+def check_a_variance_is_found_to_a_tenth() -> None:
+    asked = list[float]()
+
+    def excess(torque: float) -> float:
+        asked.append(torque)
+        return 0.01 / torque
+
+    found = sufficient_variance(excess, 1e-3, 1.0)
+    assert found == pytest.approx(0.01, rel=0.1)
+    assert len(asked) == 8  # halvings of seven natural units, and the first question
+
+
+@sees(NOISE, "min_variance_ratio")
+def check_a_variance_is_sought_over_twelve_powers_of_ten() -> None:
+    assert sufficient_variance(lambda _: 0.0, 0.0, 1.0) == pytest.approx(1e-12, rel=0.2, abs=0.0)
 
 
 @sees(NOISE, "tolerance")

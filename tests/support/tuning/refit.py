@@ -79,7 +79,7 @@ def check_the_finest_steps_are_for_models_with_less_misfit_than_noise() -> None:
 def moving() -> EvaluationData:
     """Two records of a small axis, whose noise is far larger than what a model may leave."""
     segments = tuple(Segment(record, UNIT_WHITENING) for record in records({})[:2])
-    return EvaluationData(segments, (), "speed", True, True, torque_errors=False)
+    return EvaluationData(segments, (), "speed", True, True, torque_errors=None)
 
 
 @sees(REFIT, "hopeless_start")
