@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Protocol
 
@@ -40,13 +40,20 @@ class Course:
         before, after, share = self._around(t)
         return np.asarray(before + share * (after - before))
 
-    def _around(self, t: Array) -> tuple[Array, Array, Array]:
-        """Samples before and after times t (m,) [s], (3, m) each, and the share (m,) of the way between them."""
+    def value(self, t: Array) -> Array:
+        """Value alone at times t (m,) [s], (m,)."""
+        (before,), (after,), share = self._around(t, 1)
+        return np.asarray(before + share * (after - before))
+
+    def _around(self, t: Array, rows: int = 3) -> tuple[Array, Array, Array]:
+        """The first samples before and after times t (m,) [s], (rows, m) each, and the share (m,) of the way between
+        them."""
         last = self.samples.shape[1] - 1
         # fmin and fmax, for the instant of a crossing is nan where an iterate overflows
         position = np.fmax(np.fmin((t - self.begin) / self.sampling_time, float(last)), 0.0)
         k = np.minimum(position.astype(np.intp), max(last - 1, 0))
-        return self.samples[:, k], self.samples[:, np.minimum(k + 1, last)], position - k
+        samples = self.samples[:rows]
+        return samples[:, k], samples[:, np.minimum(k + 1, last)], position - k
 
     def first(self, n: int) -> Array:
         """Value at its first n samples, (n,), the last one held."""
@@ -77,10 +84,40 @@ class SmoothCourse(Course):
 
     def at(self, t: Array) -> Array:
         before, after, share = self._around(t)
-        found, step = before + share * (after - before), after[0] - before[0]
-        start, end = self.sampling_time * before[1], self.sampling_time * after[1]
-        found[0] += share * (1.0 - share) * ((1.0 - share) * (start - step) + share * (step - end))
+        found = before + share * (after - before)
+        found[0] += self._bend(before, after, share)
         return np.asarray(found)
+
+    def value(self, t: Array) -> Array:
+        before, after, share = self._around(t, 2)
+        return np.asarray(before[0] + share * (after[0] - before[0]) + self._bend(before, after, share))
+
+    def _bend(self, before: Array, after: Array, share: Array) -> Array:
+        """What the cubic adds to the straight line, (m,)."""
+        step = after[0] - before[0]
+        start, end = self.sampling_time * before[1], self.sampling_time * after[1]
+        return np.asarray(share * (1.0 - share) * ((1.0 - share) * (start - step) + share * (step - end)))
+
+
+@dataclass(slots=True, eq=False)
+class CompanionsAt:
+    """Companions at times t (n,), each worked out once: value, rate and acceleration (3, n) by name."""
+
+    courses: Mapping[str, Course]
+    t: Array
+    known: dict[str, Array] = field(default_factory=dict)
+
+    @property
+    def motor_angle(self) -> Array:
+        """The recorded angle of the motor, (n,)."""
+        if MOTOR_ANGLE not in self.known:
+            self.known[MOTOR_ANGLE] = self.courses[MOTOR_ANGLE].value(self.t)
+        return self.known[MOTOR_ANGLE]
+
+    def __call__(self, name: str) -> Array:
+        if name not in self.known:
+            self.known[name] = self.courses[name].at(self.t)
+        return self.known[name]
 
 
 class Accompanied(Protocol):
