@@ -273,7 +273,7 @@ class Joint(Layout):
         if followed and positioned:
             position = position + place.turn * beside.motor_angle
         return PortMotion(
-            Motion(position, v, STILL, direction, beside.t, x[:0]), to_x, place.to_v, NOTHING, NOTHING, place.levers
+            Motion(position, v, STILL, direction, beside.time, x[:0]), to_x, place.to_v, NOTHING, NOTHING, place.levers
         )
 
     def _with_memory(
