@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from operator import is_
 
 import numpy as np
 
@@ -103,8 +102,8 @@ class MeasuredTorque:
         return cls(tuple(records), tuple(found), ParallelFilter(min(cutoffs))) if found else None
 
     def is_of(self, records: Sequence[Record]) -> bool:
-        """Whether it is of these very records."""
-        return len(records) == len(self.given) and all(map(is_, records, self.given))
+        """Whether it is of these records, or of copies of them as other processes hand them back."""
+        return len(records) == len(self.given) and all(map(_is_same, records, self.given))
 
     def error(self, joint: Joint, parameters: Parameters) -> float:
         """Of inverse dynamics, relative to the recorded torque: root mean square over the records."""
@@ -131,3 +130,12 @@ class MeasuredTorque:
                 extended = structure.extended(one.name)
                 start = carried(model.parameters, extended, one.start([0.0] * len(one.scored)))
                 yield self.regressed(assemble(extended), start)
+
+
+def _is_same(one: Record, other: Record) -> bool:
+    """Whether two records are of the same torque along the same motion."""
+    if one is other:
+        return True
+    times = (one.name, one.begin, one.sampling_time) == (other.name, other.begin, other.sampling_time)
+    signals = ((one.tau_m, other.tau_m), (one.phi_m, other.phi_m), (one.dphi_m, other.dphi_m))
+    return times and all(np.array_equal(*pair) for pair in signals)

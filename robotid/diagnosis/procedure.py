@@ -129,7 +129,7 @@ def _sought(
 def _all_simulated(model: FittedModel, parts: Sequence[Record], horizon: float | None) -> list[Simulated | None]:
     """All records, together where they share what they are simulated with, else each by itself; None for a held-out
     one that the model cannot be simulated on. Raises NumericsError for a record of the fit."""
-    if not model.joint.depends_on_record:
+    if not model.joint.changes:
         try:
             return [*simulate_records(model, parts, horizon)]
         except NumericsError:  # of which record it does not tell

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 
@@ -11,21 +11,15 @@ import numpy as np
 
 from robotid.errors import NumericsError
 from robotid.estimate import lifted
-from robotid.estimate.covariance import coloured_information, impulse_response
 from robotid.estimate.least_squares import Solution, SolveOptions, solve
-from robotid.estimate.noise.information import is_explained, noise_information, upper_envelope
-from robotid.estimate.noise.levels import Residual, expected_levels, fit_levels, likely_levels, torque_floor
-from robotid.estimate.noise.response import torque_response
-from robotid.estimate.noise.whitening import NoiseLevels
 from robotid.estimate.residual import Evaluation, OutputError, measured_output, observed
 from robotid.estimate.result import End, Estimate, FitResult
-from robotid.estimate.spans import Spans
-from robotid.interrupt import Interrupted, check, winding_up
-from robotid.model.array import Array, Index
+from robotid.estimate.uncertainty import covariances
+from robotid.interrupt import Interrupted, winding_up
+from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.progress import Iteration
-from robotid.signals.derivation import Derivation
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Quantity, Record
 
@@ -34,10 +28,7 @@ SEED = 0  # of further starts: the same every time
 START_SPREAD = 0.5  # standard deviation of the logarithm of their parameters: most within a factor of three
 ALIKE = 0.1  # relative spread of the records' noise levels that is not worth another fit
 MIN_NOISE = 1e-3  # of the largest noise level: lest a record without noise outweighs all others
-INVOLVED = 0.1  # component of an unidentifiable direction from which a parameter is named
-ROUNDING = 1e-14  # of a signal's RMS: no simulation is closer to it than that
 HOPELESS = 1e10  # cost over that of no motion at all, beyond which a simulation has nothing to do with its record
-UNIDENTIFIABLE = 1e-7  # smallest singular value, relative to the largest, of the Jacobian with unit columns
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,7 +207,7 @@ def noise_levels(problem: OutputError, solution: Solution) -> Array:
 
 def _result(name: str, problem: OutputError, solution: Solution, seconds: float) -> FitResult:
     sigma = noise_levels(problem, solution)
-    classical, robust, weak = _covariances(problem, solution, sigma)
+    classical, robust, weak = covariances(problem, solution, sigma)
     unknowns, trajectories = solution.evaluation.unknowns, solution.evaluation.trajectories
     theta = problem.theta(unknowns)
     names = [r.name for r in problem.records]
@@ -242,134 +233,6 @@ def _result(name: str, problem: OutputError, solution: Solution, seconds: float)
         start=dict(zip(problem.parameters.names, problem.parameters.values.tolist(), strict=True)),
         keeps_angle=problem.joint.keeps_angle,
     )
-
-
-def _covariances(problem: OutputError, solution: Solution, sigma: Array) -> tuple[Array, Array, dict[int, str]]:
-    """Classical and robust covariance of all parameters (p, p) each, zero where fixed, and what is unidentifiable."""
-    m, count = len(solution.evaluation.unknowns), len(problem.columns)
-    information, middle = np.zeros((m, m)), np.zeros((m, m))
-    theta = problem.theta(solution.evaluation.unknowns)
-    # residuals of nothing but rounding have that as their noise
-    sigma = np.maximum(sigma, [_rounding(measured_output(r, problem.output)) for r in problem.records])
-    deviations = sigma * problem.weights
-    records = [_RecordDerivatives.of(problem, solution.evaluation, k, sd) for k, sd in enumerate(deviations)]
-    middles = _noise_information(problem, theta, records)
-    for one, sd, own in zip(records, deviations, middles, strict=True):
-        block = np.ix_(one.unknowns, one.unknowns)
-        information[block] += one.squared
-        middle[block] += own / sd**4
-    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
-    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
-    seen = values > UNIDENTIFIABLE**2 * values[-1]
-    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T / np.outer(scale, scale)
-    weak = _unidentifiable(vectors[:, ~seen], [problem.joint.names[c] for c in problem.columns])
-    columns = np.ix_(list(problem.columns), list(problem.columns))
-    classical, robust = np.zeros((2, len(problem.joint.names), len(problem.joint.names)))
-    classical[columns] = inverse[:count, :count]
-    robust[columns] = (inverse @ middle @ inverse)[:count, :count]
-    return classical, robust, {problem.columns[k]: text for k, text in weak.items()}
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _RecordDerivatives:
-    """What covariances need of one record.
-
-    residual (n,) : unweighted; unknowns (m,) : numbers of those that concern it; squared (m, m) : J J' of the
-    derivatives over the standard deviation of the residual; sampled : parts of the record that tell of its noise, with
-    their derivatives; whole : all of them, None of a long record, whose derivatives are worked out again span by span.
-    """
-
-    spans: Spans
-    residual: Array
-    unknowns: Index
-    squared: Array
-    sampled: tuple[tuple[slice, Array], ...]
-    whole: Array | None
-
-    @classmethod
-    def of(cls, problem: OutputError, at: Evaluation, k: int, deviation: float) -> _RecordDerivatives:
-        """deviation : standard deviation of the weighted residual."""
-        spans = Spans.of(problem, at, k)
-        unknowns, residual = problem.unknowns_of(k), at.residuals[k] / problem.weights[k]
-        parts = {part.start: part for part in spans.sampled()}
-        squared, sampled, values = np.zeros((len(unknowns), len(unknowns))), [], np.zeros((len(unknowns), 0))
-        for span, values in spans.derivatives():
-            check()
-            scaled = values / deviation
-            squared += scaled @ scaled.T
-            if span.start in parts:
-                part = parts[span.start]
-                sampled.append((part, values if part == span else values[:, : part.stop - part.start].copy()))
-        whole = values if len(spans.cuts) == 1 else None
-        return cls(spans, residual, unknowns, squared, tuple(sampled), whole)
-
-    def derivatives(self) -> Iterator[tuple[slice, Array]]:
-        """Each span with its weighted derivatives, (m, its samples)."""
-        if self.whole is None:
-            yield from self.spans.derivatives()
-        else:
-            yield self.spans.cuts[0], self.whole
-
-
-def _noise_information(problem: OutputError, theta: Array, records: Sequence[_RecordDerivatives]) -> list[Array]:
-    """J R J' of every record, weighted by its square, R the covariance of its residual.
-
-    By the noises of output and torque where these explain the residual, averaged over what they may be. Else an
-    autoregression besides counts, too, in every direction the larger: what is not explained makes no interval shorter.
-    """
-    least = [_rounding(measured_output(record, problem.output)) for record in problem.records]
-    if all(np.abs(one.residual).max() <= level for one, level in zip(records, least, strict=True)):
-        return [np.zeros_like(one.squared) for one in records]
-    seen, responses = [], []
-    for record, one in zip(problem.records, records, strict=True):
-        own = problem.joint.in_record(theta, record.name)
-        joint, derivation = problem.joint.along(record), Derivation.of(record)
-        responses.append(torque_response(joint, own, record.sampling_time, problem.output, derivation))
-        floor = torque_floor(record.tau_m, record.dphi_m)
-        seen += [Residual(one.residual[at], responses[-1], J, most_torque=floor) for at, J in one.sampled]
-    likeliest = fit_levels(seen)
-    found = [np.zeros_like(one.squared) for one in records]
-    explained = all(is_explained(part, level) for part, level in zip(seen, likeliest, strict=True))
-    likely = [(s, _of_records(expected_levels(seen, one), records)) for s, one in likely_levels(seen, likeliest)]
-    for k, (one, square) in enumerate(zip(records, problem.weights**2, strict=True)):
-        for at, values in one.derivatives():
-            check()
-            parts = [share * noise_information(values, responses[k], levels[k]) for share, levels in likely]
-            as_noise = np.asarray(np.sum(parts, axis=0))
-            if explained:
-                found[k] += square * as_noise
-                continue
-            h = responses[k].sampling_time
-            joint = problem.joint.along(problem.records[k])
-            impulse = impulse_response(joint, theta, problem.row, h, at.stop - at.start)
-            as_shown = coloured_information(values, one.residual[at], impulse)
-            found[k] += square * upper_envelope(as_noise, as_shown)
-    return found
-
-
-def _of_records(levels: Sequence[NoiseLevels], records: Sequence[_RecordDerivatives]) -> list[NoiseLevels]:
-    """Levels of records from those of their sampled parts, which have the torque's noise in common."""
-    found, left = [], list(levels)
-    for one in records:
-        own, left = left[: len(one.sampled)], left[len(one.sampled) :]
-        found.append(own[0] if len(own) == 1 else replace(own[0], output=float(np.mean([part.output for part in own]))))
-    return found
-
-
-def _rounding(signal: Array) -> float:
-    """What no simulation of a signal (n,) comes closer to it than."""
-    return ROUNDING * (float(np.sqrt(np.mean(signal**2))) or 1.0)
-
-
-def _unidentifiable(directions: Array, names: Sequence[str]) -> dict[int, str]:
-    """Unidentifiable directions (m, k) by name: unknown k to a remark. Of several it is their plane that counts, not
-    which directions happen to span it."""
-    remarks: dict[int, str] = {}
-    shared = np.abs(directions @ directions.T) > INVOLVED**2
-    for k in (k for k in range(len(names)) if shared[k, k]):
-        others = [name for j, name in enumerate(names) if j != k and shared[j, j] and shared[k, j]]
-        remarks[k] = "unidentifiable" + (f" together with {', '.join(others)}" if others else " on these records")
-    return remarks
 
 
 def _estimates(

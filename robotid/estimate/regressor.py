@@ -6,7 +6,7 @@ Columns are the terms' own derivatives to their parameters, so every effect of t
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from robotid.model.port_motion import Placed
 from robotid.signals.differentiate import Kinematics, ParallelFilter
 from robotid.signals.record import Record
 
+MAX_KEPT = 1_000_000  # samples of a record whose motion is kept from one regression to the next
 MAX_DEVIATION = 1e-6  # distance, in parts of its length, at which one column is the multiple of another
 
 
@@ -50,10 +51,51 @@ class Merged:
     ratios: tuple[float, ...]
 
 
+@dataclass(slots=True, eq=False)
+class FilteredRecord:
+    """A record through a parallel filter. What regressions of several models on it have in common is worked out once:
+    the motion, of records that are short enough to keep it, and the filtered columns, by effect, values of its
+    parameters and parameter."""
+
+    record: Record
+    parallel: ParallelFilter
+    columns: dict[tuple[str, tuple[float, ...], int, bool], Array] = field(default_factory=dict)
+    torques: tuple[Array, Array, Array, Array] | None = None
+    known_motion: Kinematics | None = None
+
+    @property
+    def motion(self) -> Kinematics:
+        """The recorded motion, as the filter takes it."""
+        if self.known_motion is not None:
+            return self.known_motion
+        found = self.parallel.motion(self.record.phi_m, self.record.sampling_time)
+        if len(self.record) <= MAX_KEPT:
+            self.known_motion = found
+        return found
+
+    def apply(self, signal: Array) -> Array:
+        """A signal (n,) through the filter."""
+        return self.parallel.apply(signal, self.record.sampling_time)
+
+    def torque_less(self, known: Array, speed: Array) -> tuple[Array, Array, Array]:
+        """The recorded torque, what is left of it less what is known (n,), and the speed (n,), filtered."""
+        if self.torques is not None and np.array_equal(self.torques[0], known):
+            return self.torques[1:]
+        applied = self.parallel.applied(self.record.tau_m, self.record.sampling_time)
+        torque, tau, filtered = (self.apply(signal) for signal in (applied, applied - known, speed))
+        if len(self.record) <= MAX_KEPT:
+            self.torques = known, torque, tau, filtered
+        return torque, tau, filtered
+
+
 def regress(joint: Joint, parameters: Parameters, record: Record, parallel: ParallelFilter) -> Regression:
     """The linear regression of one record. Fixed and shape parameters keep their values."""
-    h = record.sampling_time
-    motion = parallel.motion(record.phi_m, h)
+    return regress_on(FilteredRecord(record, parallel), joint, parameters)
+
+
+def regress_on(filtered: FilteredRecord, joint: Joint, parameters: Parameters) -> Regression:
+    """The same of a record on which several models are regressed."""
+    record, motion = filtered.record, filtered.motion
     names: list[str] = []
     own: list[Array] = []
     motor_side: list[Array] = []
@@ -71,14 +113,22 @@ def regress(joint: Joint, parameters: Parameters, record: Record, parallel: Para
             if parameters.free[k] and not declared.is_shape:
                 names.append(joint.names[k])
                 column, other = (columns[k - place.at.start] for columns in (here, there))
-                own.append(parallel.apply(column, h))  # at once, so that no unfiltered column is kept
-                motor_side.append(own[-1] if other is column else parallel.apply(other, h))
+                own.append(_filtered(filtered, column, (place.effect, tuple(p), k - place.at.start, False)))
+                alike = other is column
+                key = (place.effect, tuple(p), k - place.at.start, True)
+                motor_side.append(own[-1] if alike else _filtered(filtered, other, key))
                 known -= parameters.values[k] * column
-    applied = parallel.applied(record.tau_m, h)
-    torque, tau, speed = (parallel.apply(signal, h) for signal in (applied, applied - known, motion.speed))
-    kept = np.abs(speed) >= parallel.min_speed
+    torque, tau, speed = filtered.torque_less(known, motion.speed)
+    kept = np.abs(speed) >= filtered.parallel.min_speed
     columns = np.array([*own, *motor_side]).reshape(2, len(names), len(tau))[:, :, kept]
     return Regression(tuple(names), columns[0], columns[1], torque[kept], tau[kept])
+
+
+def _filtered(filtered: FilteredRecord, column: Array, key: tuple[str, tuple[float, ...], int, bool]) -> Array:
+    """A column through the filter, at once, so that no unfiltered column is kept."""
+    if key not in filtered.columns:
+        filtered.columns[key] = filtered.apply(column)
+    return filtered.columns[key]
 
 
 def friction_power(joint: Joint, parameters: Parameters, record: Record, parallel: ParallelFilter) -> float:

@@ -23,7 +23,7 @@ from robotid.simulation.friction.step import Steps
 from robotid.simulation.sensitivities import sensitivities, sensitivity_blocks, wanted_columns
 from robotid.simulation.sensors import sensor_columns, sensor_signals
 from robotid.simulation.simulate import Start, integrated, simulate_together
-from robotid.simulation.trajectory import Trajectory, linearised_together, share_dynamics
+from robotid.simulation.trajectory import Trajectory, linearised_together, shared_dynamics
 
 FARTHEST_PREDICTION = 1.0  # root mean square of a predicted change, of the state's own
 TRIAL_PATIENCE = 8  # windows that may fail to settle in a trial, however few do close by; near a minimum three do
@@ -208,10 +208,12 @@ class OutputError:
 
     def steps_of(self, trajectories: Sequence[Trajectory]) -> Sequence[Steps | None]:
         """The same of some trajectories of this joint and of its parameters."""
-        if len(trajectories) < 2 or self.joint.changes or not share_dynamics(trajectories):
+        few = len(trajectories) > 1 and not self.joint.changes
+        among = shared_dynamics(trajectories) if few else None
+        if among is None:
             return [None] * len(trajectories)
         wanted = wanted_columns(self.joint, self.columns, self.records[0].name, forces=False)
-        return linearised_together(trajectories, wanted)
+        return linearised_together(trajectories, wanted, among)
 
     def predicts(self, k: int) -> bool:
         """Whether record k is short enough to keep the derivatives of all its states."""

@@ -11,7 +11,7 @@ from robotid.display import Displayed
 from robotid.errors import NumericsError
 from robotid.estimate.cutoff import choose_cutoff
 from robotid.estimate.linear_regression import Block, Limits, Solution, relative_error, solve, solve_within
-from robotid.estimate.regressor import Merged, Regression, merge, regress
+from robotid.estimate.regressor import FilteredRecord, Merged, Regression, merge, regress, regress_on
 from robotid.estimate.result import Estimate
 from robotid.model.array import Array
 from robotid.model.joint import Joint
@@ -60,6 +60,24 @@ def fit_rigid(
         raise NumericsError("no record serves the rigid initialisation", where="init_rigid", hint="give one use: rigid")
     filters = [_chosen(joint, parameters, record, parallel) for record in records]
     regressions = [regress(joint, parameters, *pair) for pair in zip(records, filters, strict=True)]
+    return _fitted(joint, parameters, [record.name for record in records], filters, regressions)
+
+
+def fit_rigid_on(filtered: Sequence[FilteredRecord], joint: Joint, parameters: Parameters) -> RigidResult:
+    """The same of records on which several models are fitted, through filters whose cut-off is known."""
+    regressions = [regress_on(one, joint, parameters) for one in filtered]
+    names, filters = [one.record.name for one in filtered], [one.parallel for one in filtered]
+    return _fitted(joint, parameters, names, filters, regressions)
+
+
+def _fitted(
+    joint: Joint,
+    parameters: Parameters,
+    names: Sequence[str],
+    filters: Sequence[ParallelFilter],
+    regressions: list[Regression],
+) -> RigidResult:
+    """Least squares of the regressions of records of these names through these filters."""
     unknowns = merge(regressions)
     if not unknowns:
         return _nothing_to_estimate()
@@ -74,10 +92,10 @@ def fit_rigid(
         covariance=solution.covariance,
         condition_number=solution.condition_number,
         torque_error_percent={
-            record.name: relative_error(residual, g.torque)
-            for record, residual, g in zip(records, solution.residuals, regressions, strict=True)
+            name: relative_error(residual, g.torque)
+            for name, residual, g in zip(names, solution.residuals, regressions, strict=True)
         },
-        cutoff={record.name: f.cutoff or 0.0 for record, f in zip(records, filters, strict=True)},
+        cutoff={name: f.cutoff or 0.0 for name, f in zip(names, filters, strict=True)},
         guesses=guesses,
         remarks=_remarks(joint, unknowns),
     )

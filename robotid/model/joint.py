@@ -11,7 +11,7 @@ from robotid.errors import NumericsError
 from robotid.model import signal_matrix
 from robotid.model.array import Array, Mask
 from robotid.model.channel import Channel
-from robotid.model.companion import MOTOR_ANGLE
+from robotid.model.companion import MOTOR_ANGLE, CompanionsAt
 from robotid.model.derivatives import (
     DerivativeColumns,
     Derivatives,
@@ -26,10 +26,9 @@ from robotid.model.layout import Layout
 from robotid.model.linear_algebra import inverse, stacked, with_sticking
 from robotid.model.linear_part import LinearPart, linear_part
 from robotid.model.port import Port, Signal
-from robotid.model.port_motion import Lever, Placed, PortMotion, transformed
-from robotid.model.reads import Reads
+from robotid.model.port_motion import NOTHING, Placed, PortMotion, transformed
 from robotid.model.signal_matrix import Rows
-from robotid.model.term import Motion, MotionTransform, Term
+from robotid.model.term import Motion, Term
 
 
 @dataclass(slots=True)
@@ -112,17 +111,17 @@ class Joint(Layout):
                     x[row] = value
         return x
 
-    def force(self, x: Array, u: Array, s: Array, t: Array, theta: Array) -> Array:
-        """Generalised force B u - sum S^T tau(x, v, 0), (nv, n)."""
-        force: list[Array | float] = [0.0] * self.masses
-        force[0] = u
-        motions = self._port_motions(x, s, t, theta, parameters=False)
-        _subtract_torques(force, zip(self.placed, motions, strict=True), theta)
+    def force(self, x: Array, u: Array, s: Array, t: Array, theta: Array, linear: LinearPart | None = None) -> Array:
+        """Generalised force B u - sum S^T tau(x, v, 0), (nv, n). linear : as of `evaluate`."""
+        force: list[Array | float] = [u, *[0.0] * (self.masses - 1)] if linear is None else linear.force(x, u)
+        places = self.placed if linear is None else linear.others
+        motions = self._port_motions(x, s, t, theta, places, parameters=False, needed=True)
+        _subtract_torques(force, zip(places, motions, strict=True), theta)
         return stacked(force, x)
 
     def slopes(self, x: Array, s: Array, t: Array, theta: Array) -> tuple[Array, Array]:
         """d(force)/dx (nv, nx, n) without accelerations, and the mass matrix (nv, nv, 1 or n)."""
-        motions = self._port_motions(x, s, t, theta)
+        motions = self._port_motions(x, s, t, theta, needed=True)
         jacobian = np.zeros((self.masses, self.nx, x.shape[1]))
         for place, motion in zip(self.placed, motions, strict=True):
             self._add_torque(place, motion, theta, Derivatives(jacobian, None, {}))
@@ -172,7 +171,7 @@ class Joint(Layout):
         """
         linear = linear_part(self, theta) if linear is None else linear
         places, folded = (linear.others, None) if columns is None else (self.placed, linear.folded)
-        motions = self._port_motions(x, s, t, theta, places, parameters=columns is not None)
+        motions = self._port_motions(x, s, t, theta, places, parameters=columns is not None, needed=True)
         evaluated = list(zip(places, motions, folded or (False,) * len(places), strict=True))
         sampled = [(place, motion) for place, motion, known in evaluated if not known]
         force, free = linear.force(x, u), _free(sticking, self.masses)
@@ -191,9 +190,7 @@ class Joint(Layout):
             self._add_torque(place, moving, theta, forces, only_parameters=known)
             if place.term.states:
                 self._add_memory(place, motion, theta, f, rates)
-        rates.states[:flow] = [
-            {self.speeds.start + j: c for j, c in row.items()} for row in signal_matrix.of_numbers(self.positions)
-        ]
+        rates.states[:flow] = self.flow
         rates.states[self.speeds] = signal_matrix.multiply(gain, _kept(forces.states, free))
         if columns is None or forces.columns is None or rates.columns is None:
             return Dynamics(f, rates.states, None, 0)
@@ -210,9 +207,12 @@ class Joint(Layout):
         NumericsError where a mass that changes is not positive: such a motion explodes."""
         if linear.gain is not None and (sticking is None or linear.diagonal):
             return linear.gain
-        mass = linear.mass[:, :, None] + self._mass_matrix(sampled, theta)
+        changing = [one for one in sampled if one[0].reads_acceleration]
+        mass = linear.mass[:, :, None] + self._mass_matrix(changing, theta)
         if any(mass[j, j].real.min() <= 0.0 for j in range(self.masses)):
             raise NumericsError("a mass is not positive in every pose", hint="check the parameters' guesses and bounds")
+        if linear.diagonal and all(len(place.q) == 1 for place, _ in changing):
+            return [{j: 1.0 / mass[j, j]} for j in range(self.masses)]
         if sticking is not None:
             mass = with_sticking(mass, sticking)
         return signal_matrix.of_signals(inverse(mass))
@@ -226,66 +226,72 @@ class Joint(Layout):
         places: Sequence[Placed] | None = None,
         *,
         parameters: bool = True,
+        needed: bool = False,
     ) -> list[PortMotion]:
         """The motion that the term at each place acts on: its port's, behind the transforms there, with the torque that
-        it reads. parameters : whether derivatives to those of the transforms are wanted."""
+        it reads. parameters : whether derivatives to those of the transforms are wanted; needed : whether a position is
+        left out that no term at its port reads."""
         places = self.placed if places is None else places
-        ports = {port: self._raw(place, x, s, t) for port, place in {p.port: p for p in places}.items()}
+        beside = CompanionsAt(self.companions, t)
+        ports = {place.port: not needed for place in places}
+        for place in places:
+            ports[place.port] |= place.reads_position
+        raw = {port: self._raw(port, x, s, beside, positioned=positioned) for port, positioned in ports.items()}
         motions: dict[int, PortMotion] = {}
         transforms = [(k, place.transform) for k, place in enumerate(places) if place.transform is not None]
         left = [place.port for place in places]
         # Errors of the teeth come before play between them, whatever the order of the list.
         for k, transform in sorted(transforms, key=lambda one: one[1].watches is None):
             place = places[k]
-            before = ports[place.port]
-            motions[k] = self._with_memory(place, before, x, s, theta)
+            before = raw[place.port]
+            motions[k] = self._with_memory(place, before, x, s, theta, beside)
             left.remove(place.port)
             if place.port in left:
-                watched, p = self._watched(transform, x, s, t), place.values(theta)
-                ports[place.port] = transformed(place, before, motions[k].m, watched, p, parameters=parameters)
+                watched = None if transform.watches is None else self._raw(transform.watches, x, s, beside)
+                p = place.values(theta)
+                raw[place.port] = transformed(place, before, motions[k].m, watched, p, parameters=parameters)
         for k, place in enumerate(places):
             if k not in motions:
-                motions[k] = self._with_memory(place, ports[place.port], x, s, theta)
+                motions[k] = self._with_memory(place, raw[place.port], x, s, theta, beside)
         read = {k: self._read(place, places, motions, theta) for k, place in enumerate(places) if place.term.reads}
-        return [
-            replace(motions[k], m=replace(motions[k].m, tau=read[k][0]), tau=read[k][1]) if k in read else motions[k]
-            for k in range(len(places))
-        ]
+        for k, (tau, to_tau) in read.items():
+            motions[k] = replace(motions[k], m=replace(motions[k].m, tau=tau), tau=to_tau)
+        return [motions[k] for k in range(len(places))]
 
-    def _raw(self, place: Placed, x: Array, s: Array, t: Array) -> PortMotion:
-        """The motion of a port itself; the motor's angle in it is the recorded one where the joint follows that."""
-        v, zero = _sum(place.v, x), np.zeros(1)
-        direction = s[place.q[0][0]] * np.sign(place.q[0][1]) if len(place.q) == 1 else np.sign(v)
-        recorded = self.companions.get(MOTOR_ANGLE) if place.x else None
-        own = place.x if recorded is None else tuple((j, c) for j, c in place.x if j != self.motor_angle)
-        position = _sum(own, x) if own else zero
-        if recorded is not None and own != place.x:
-            position = position + dict(place.x)[self.motor_angle] * recorded.at(t)[0]
-        m = Motion(position, v, zero, direction, t, x[:0])
-        levers = tuple(Lever(j, c) for j, c in place.q)
-        return PortMotion(m, Tangent(dict(own)), Tangent(dict(place.v)), Tangent(), Tangent(), levers)
+    def _raw(self, port: Port, x: Array, s: Array, beside: CompanionsAt, *, positioned: bool = True) -> PortMotion:
+        """The motion of a port itself; the motor's angle in it is the recorded one where the joint follows that.
+        positioned : whether its position is wanted."""
+        place = self.ports[port]
+        v = _sum(place.v, x)
+        (j, c), *more = place.q
+        direction = np.sign(v) if more else s[j] if c > 0.0 else -s[j]
+        own, to_x = place.x, place.to_x
+        followed = place.turn != 0.0 and MOTOR_ANGLE in self.companions
+        if followed:
+            own, to_x = place.free_x, place.to_free_x
+        position = _sum(own, x) if own and positioned else STILL
+        if followed and positioned:
+            position = position + place.turn * beside.motor_angle
+        return PortMotion(
+            Motion(position, v, STILL, direction, beside.time, x[:0]), to_x, place.to_v, NOTHING, NOTHING, place.levers
+        )
 
-    def _with_memory(self, place: Placed, motion: PortMotion, x: Array, s: Array, theta: Array) -> PortMotion:
+    def _with_memory(
+        self, place: Placed, motion: PortMotion, x: Array, s: Array, theta: Array, beside: CompanionsAt
+    ) -> PortMotion:
         """The same motion with the term's own memory and sides; sides not given are those of the distances."""
-        term = place.term
+        term, m = place.term, motion.m
         if term.companion_name in self.companions:
-            w, dw, ddw = self.companions[term.companion_name].at(motion.m.t)
-            motion = replace(motion, m=replace(motion.m, w=w, dw=dw, ddw=ddw))
-        if not term.states and not term.edges:
+            m = m.beside(beside(term.companion_name))
+        elif not term.states and not term.edges:
             return motion
-        m = motion.m.remembering(x[place.z], motion.m.side)
+        if term.states or term.edges:
+            m = m.remembering(x[place.z], m.side)
         if term.edges:
             given = place.acts and len(s) > self.masses
             side = s[place.side] if given else np.sign(stacked(term.distance(m, place.values(theta)), x))
             m = m.remembering(m.z, side)
         return PortMotion(m, motion.x, motion.v, motion.s, motion.tau, motion.levers)
-
-    def _watched(self, transform: MotionTransform, x: Array, s: Array, t: Array) -> PortMotion | None:
-        """The motion of the port that a transform watches, if it watches one."""
-        if transform.watches is None:
-            return None
-        port = self._place(transform.watches, transform, 0, 0, 0, Reads(x=True, a=False, s=False), acts=True)
-        return self._raw(port, x, s, t)
 
     def _read(
         self, reader: Placed, places: Sequence[Placed], motions: dict[int, PortMotion], theta: Array
@@ -358,6 +364,10 @@ class Joint(Layout):
         for row, rate, d in zip(rows, place.term.rate(motion.m, p), partials, strict=True):
             f[row] = rate
             rates.add(row, motion.chain(d, place.tangent(d)))
+
+
+STILL = np.zeros(1)
+STILL.flags.writeable = False
 
 
 def _sum(selection: Selection, rows: Array) -> Array:

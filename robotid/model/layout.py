@@ -21,8 +21,9 @@ from robotid.model.companion import MOTOR_ANGLE, Accompanied, Course
 from robotid.model.geometry import coordinates, position, rigid_speed, rotates
 from robotid.model.parameters import Parameter, Parameters
 from robotid.model.port import Port, Signal
-from robotid.model.port_motion import Placed
+from robotid.model.port_motion import Placed, PortGeometry
 from robotid.model.reads import Reads, reads_of
+from robotid.model.signal_matrix import Rows, of_numbers
 from robotid.model.structure import Structure, changed
 from robotid.model.term import MotionTransform, Role, Term
 from robotid.model.units import on_axis
@@ -34,8 +35,8 @@ class Layout:
     terms : (port, term) pairs; channels : (signal, channel) pairs; ratio : phi_a / phi_m.
     angle : keep phi_m as a state even where no effect depends on it. turning : of each term, whether it depends on an
     absolute angle, and so on phi_m; follows_angle : whether, beside a record, these act at the recorded phi_m.
-    before_edges : the places whose motion tells the distances of all edges. positions (positions, nv) :
-    d(position states)/dq.
+    ports : how each port moves. before_edges : the places whose motion tells the distances of all edges. positions
+    (positions, nv) : d(position states)/dq, and flow : the same as derivatives of their rates to the states.
     """
 
     def __init__(
@@ -151,6 +152,8 @@ class Layout:
         motion = np.array([[r, -1.0, 0.0], [0.0, 1.0, -1.0]])[: nv - 1, :nv]
         self.positions: Array = np.vstack([motion, np.eye(1, nv)]) if self.keeps_angle else motion
         self.speeds = slice(npos, npos + nv)
+        self.flow: Rows = [{npos + j: c for j, c in row.items()} for row in of_numbers(self.positions)]
+        self.ports = {port: self._port(port) for port in Port}
         placed, theta, memory, sides = [], 0, npos + nv, nv
         dry = np.zeros(nv, dtype=bool)
         for (port, term), probe in zip(terms, probes, strict=True):
@@ -207,15 +210,19 @@ class Layout:
     def _place(
         self, port: Port, term: Term, theta: int, memory: int, sides: int, probe: Reads, *, acts: bool
     ) -> Placed:
+        where = self.ports[port]
+        at, z = slice(theta, theta + len(term.parameters)), slice(memory, memory + len(term.states))
+        side = slice(sides, sides + len(term.edges))
+        transform = term if isinstance(term, MotionTransform) else None
+        positioned = probe.x or transform is not None or bool(term.edges)
+        return Placed(port, term, at, where.x, where.v, where.q, z, side, positioned, probe.a, transform, acts)
+
+    def _port(self, port: Port) -> PortGeometry:
         nv, r = self.masses, self.ratio
         q = coordinates(port, nv, r)
         v = tuple((self.speeds.start + j, c) for j, c in q)
         x = position(port, nv, r) if self.keeps_angle or port not in rotates(nv) else ()
-        at, z = slice(theta, theta + len(term.parameters)), slice(memory, memory + len(term.states))
-        side = slice(sides, sides + len(term.edges))
-        return Placed(
-            port, term, at, x, v, q, z, side, probe.a, term if isinstance(term, MotionTransform) else None, acts
-        )
+        return PortGeometry(x, v, q, self.motor_angle if self.keeps_angle else None)
 
     @property
     def state_names(self) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ Every quantity comes with its tangent, so derivatives pass through transforms an
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -22,7 +22,8 @@ class Placed:
     """A term at its port, and where its own things are.
 
     at : slice of theta; x, v : the port's position and speed as sums over the state; q : its selection S of the
-    coordinates; z : slice of its memory in the state; side : slice of its edges in the directions. transform : the term
+    coordinates; z : slice of its memory in the state; side : slice of its edges in the directions. reads_position,
+    reads_acceleration : whether the term depends on these of its port at all. transform : the term
     where it transforms the motion rather than absorbs a torque; acts : False for a candidate, an effect at its null
     that takes part in the motion but adds nothing to it.
     """
@@ -35,6 +36,7 @@ class Placed:
     q: Selection
     z: slice
     side: slice
+    reads_position: bool
     reads_acceleration: bool
     transform: MotionTransform | None
     acts: bool
@@ -54,7 +56,11 @@ class Placed:
         joint's."""
         states = dict(enumerate(d.z, start=self.z.start)) if self.acts and d.z else {}
         own = dict(enumerate(d.theta, start=self.at.start)) if parameters else {}
-        return Tangent(_present(states), _present(own))
+        return Tangent(_present(states), _present(own)) if states or own else NOTHING
+
+
+NOTHING = Tangent()
+"""The tangent of what depends on nothing. Tangents are shared, and none is changed once it is made."""
 
 
 def _present(parts: Parts) -> Parts:
@@ -71,6 +77,40 @@ class Lever:
     dc: Tangent | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class PortGeometry:
+    """How a port moves: x, v, q as of `Placed`; angle : row of the state that is the motor's angle, None where the
+    joint does not keep it.
+
+    What follows from these is the same in every evaluation: levers : of a torque at the port; free_x : the position but
+    for the motor's angle, and turn : its part in that; to_x, to_free_x, to_v : tangents of position and speed.
+    """
+
+    x: Selection
+    v: Selection
+    q: Selection
+    angle: int | None
+    levers: tuple[Lever, ...] = field(init=False)
+    free_x: Selection = field(init=False)
+    turn: float = field(init=False)
+    to_x: Tangent = field(init=False)
+    to_free_x: Tangent = field(init=False)
+    to_v: Tangent = field(init=False)
+
+    def __post_init__(self) -> None:
+        free = tuple((j, c) for j, c in self.x if j != self.angle)
+        follows = {
+            "levers": tuple(Lever(j, c) for j, c in self.q),
+            "free_x": free,
+            "turn": sum(c for j, c in self.x if j == self.angle),
+            "to_x": Tangent(dict(self.x)),
+            "to_free_x": Tangent(dict(free)),
+            "to_v": Tangent(dict(self.v)),
+        }
+        for name, value in follows.items():
+            object.__setattr__(self, name, value)
+
+
 @dataclass(slots=True)
 class PortMotion:
     """A motion m, the tangents of its position, speed, direction and of the torque read, and the levers of a torque."""
@@ -84,7 +124,8 @@ class PortMotion:
 
     def chain(self, d: Partials, own: Tangent) -> Tangent:
         """Tangent of a quantity with these partials; own : that to the term's own states and parameters."""
-        return combine([(d.x, self.x), (d.v, self.v), (d.s, self.s), (d.tau, self.tau), (1.0, own)])
+        parts = ((d.x, self.x), (d.v, self.v), (d.s, self.s), (d.tau, self.tau))
+        return combine([*(one for one in parts if one[1] is not NOTHING), (1.0, own)])
 
     def accelerated(self, a: Array) -> PortMotion:
         """The same motion at an acceleration (n,)."""

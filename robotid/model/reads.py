@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -19,8 +20,10 @@ class Reads:
     s: bool
 
 
+@lru_cache(maxsize=256)
 def reads_of(term: Term) -> Reads:
-    """What a term reads, by its derivatives at some point."""
+    """What a term reads, by its derivatives at some point; found once of a term, for joints are assembled all the
+    time."""
     point, zero = np.full(1, 0.3), np.zeros(1)
     m = Motion(point, point, zero, np.ones(1), point, np.full((len(term.states), 1), 0.3), point, point, point)
     m = replace(m, w=point, dw=point, ddw=point)

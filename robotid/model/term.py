@@ -55,6 +55,11 @@ class Motion:
             self.x, self.v, self.a, self.s, self.t, z, self.tau, self.xw, self.vw, side, self.w, self.dw, self.ddw
         )
 
+    def beside(self, companion: Array) -> Motion:
+        """The same motion with the companion that the term reads, its rate and its acceleration, (3, n)."""
+        w, dw, ddw = companion
+        return Motion(self.x, self.v, self.a, self.s, self.t, self.z, self.tau, self.xw, self.vw, self.side, w, dw, ddw)
+
     def moved(self, x: Array, v: Array, s: Array) -> Motion:
         """The same motion at another position, speed and direction."""
         return Motion(x, v, self.a, s, self.t, self.z, self.tau, self.xw, self.vw, self.side, self.w, self.dw, self.ddw)

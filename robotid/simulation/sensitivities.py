@@ -99,18 +99,36 @@ def force_gradient(trajectory: Trajectory, row: int, weights: Array) -> Array:
 
     The force is constant over the interval after its sample. One adjoint solve a block, from the last to the first.
     """
+    masses = trajectory.joint.masses
+    wanted, gradient = DerivativeColumns(forces=tuple(range(masses))), np.zeros((masses, len(trajectory.u)))
+    for at, effects, later in _adjoint_blocks(trajectory, row, weights[None], wanted):
+        gradient[:, at] = np.einsum("ijn,in->jn", effects[:, :masses], later[:, 0])
+    return gradient
+
+
+def torque_gradient(trajectory: Trajectory, row: int, weights: Array) -> Array:
+    """Derivatives of the sums of weights (m, n) times state `row` to the motor's torque in every interval, (m, n)."""
+    gradient = np.zeros(weights.shape)
+    for at, effects, later in _adjoint_blocks(trajectory, row, weights, DerivativeColumns()):
+        gradient[:, at] = np.einsum("in,imn->mn", effects[:, -1], later)
+    return gradient
+
+
+def _adjoint_blocks(
+    trajectory: Trajectory, row: int, weights: Array, wanted: DerivativeColumns
+) -> Iterator[tuple[slice, Array, Array]]:
+    """Intervals, from the last to the first, with the derivatives (nx, k, their number) of the states at the end of
+    each to what is wanted and to its torque, and those of the sums (m,) to these states, (nx, m, their number)."""
     joint, n = trajectory.joint, len(trajectory.u)
-    wanted = DerivativeColumns(forces=tuple(range(joint.masses)))
-    gradient, later = np.zeros((joint.masses, n)), np.zeros(joint.nx)
-    later[row] = weights[-1]
+    after = np.zeros((joint.nx, len(weights)))
+    after[row] = weights[:, -1]
     for at in reversed(list(blocks(n - 1, BLOCK))):
         check()
         steps = trajectory.linearise(at, wanted)
         assert steps.S is not None
-        right_side = np.zeros((joint.nx, 1, at.stop - at.start + 1))
-        right_side[row, 0, :-1] = weights[at]
-        right_side[:, 0, -1] = later
-        z = solve_block_bidiagonal(steps.G, right_side, adjoint=True)[:, 0]
-        gradient[:, at] = np.einsum("ijn,in->jn", steps.S[:, : joint.masses], z[:, 1:])
-        later = z[:, 0]
-    return gradient
+        right_side = np.zeros((joint.nx, len(weights), at.stop - at.start + 1))
+        right_side[row, :, :-1] = weights[:, at]
+        right_side[:, :, -1] = after
+        z = solve_block_bidiagonal(steps.G, right_side, adjoint=True)
+        yield at, steps.S, z[:, :, 1:]
+        after = z[:, :, 0]

@@ -15,6 +15,7 @@ from robotid.signals.record import Record
 from robotid.simulation.actuator import ActingTorque, acting_torque
 from robotid.simulation.fallback.lsoda import lsoda
 from robotid.simulation.first_guess import following_motor, initial_state, measured_guess
+from robotid.simulation.in_turns import InTurns, beside_all
 from robotid.simulation.newton.problem import FIRST_WINDOW, NEAR_WINDOW, Problem
 from robotid.simulation.newton.solver import Course, followed, integrating, state_scale
 from robotid.simulation.newton.together import followed_together
@@ -59,23 +60,29 @@ def simulate_together(
     starts: Sequence[Start],
     max_failed_windows: int | None = None,
 ) -> Iterator[Trajectory]:
-    """The open-loop response to each record's torque, all at once where the records share parameters and companions.
+    """The open-loop response to each record's torque, all at once where the records share parameters.
 
     Arguments and errors as of `simulate`, a start for each record.
     """
+    few = len(records) > 1 and not joint.changes and sum(map(len, records)) <= TOGETHER
+    every = beside_all([joint.along(record) for record in records]) if few else None
     courses = (
-        _simulating(joint, theta, record, start, max_failed_windows)
-        for record, start in zip(records, starts, strict=True)
+        _simulating(joint, theta, record, start, max_failed_windows, every, k)
+        for k, (record, start) in enumerate(zip(records, starts, strict=True))
     )
-    if len(records) < 2 or joint.depends_on_record or sum(map(len, records)) > TOGETHER:
-        return map(followed, courses)
-    return iter(followed_together(list(courses)))
+    return map(followed, courses) if every is None else iter(followed_together(list(courses)))
 
 
 def _simulating(
-    joint: Joint, theta: Array, record: Record, start: Start, max_failed_windows: int | None
+    joint: Joint,
+    theta: Array,
+    record: Record,
+    start: Start,
+    max_failed_windows: int | None,
+    every: InTurns | None = None,
+    k: int = 0,
 ) -> Course[Trajectory]:
-    """The course of `simulate`."""
+    """The course of `simulate`. every : the joint beside this record, number k, and others."""
     joint, theta = joint.along(record), joint.in_record(theta, record.name)
     x0 = initial_state(joint, theta, record) if start.x0 is None else start.x0
     torque = acting_torque(joint, theta, record)
@@ -84,22 +91,23 @@ def _simulating(
     share = max(1.0, len(record) / PATIENCE_SAMPLES)
     known = start.guess is not None and np.isfinite(start.guess).all()
     problem = Problem(
-        joint,
+        joint if every is None else every.joint,
         theta,
         torque.mean[:-1],
         record.sampling_time,
         start.guess if known and start.guess is not None else measured_guess(joint, theta, record),
-        begin=record.begin,
+        begin=record.begin if every is None else every.begin(k, record.begin),
         torque_steps=torque.steps,
         max_failed_windows=None if max_failed_windows is None else round(max_failed_windows * share),
         first_window=NEAR_WINDOW if known else FIRST_WINDOW,
     )
     if not known:
         problem = replace(problem, guess=(yield from following_motor(problem, x0)))
-    x, failed, fallback_windows = yield from _integrating(problem, x0)
+    alone = replace(problem, joint=joint, begin=record.begin)
+    x, failed, fallback_windows = yield from _integrating(problem, x0, alone)
     if np.any(state_scale(problem.guess) > MAX_GUESS * state_scale(x)):
-        x, failed, fallback_windows = yield from _integrating(replace(problem, guess=x), x0)
-    found = trajectory_of(problem, torque, record, x)
+        x, failed, fallback_windows = yield from _integrating(replace(problem, guess=x), x0, alone)
+    found = trajectory_of(alone, torque, record, x)
     return replace(found, fallback_windows=fallback_windows, failed_windows=ceil(failed / share))
 
 
@@ -129,13 +137,14 @@ def integrated(speed: Array, sampling_time: float) -> Array:
     return np.concatenate([np.zeros_like(speed[..., :1]), np.cumsum(step, axis=-1)], axis=-1)
 
 
-def _integrating(problem: Problem, x0: Array) -> Course[tuple[Array, int, tuple[tuple[int, int], ...]]]:
-    """All nodes (nx, n), the least max_failed_windows that allows them, and the windows that LSODA integrated."""
+def _integrating(problem: Problem, x0: Array, alone: Problem) -> Course[tuple[Array, int, tuple[tuple[int, int], ...]]]:
+    """All nodes (nx, n), the least max_failed_windows that allows them, and the windows that LSODA integrated. alone :
+    the problem beside its own record."""
     windows: list[tuple[int, int]] = []
 
     def fallback(first: int, stop: int, start: Array) -> Array:
         windows.append((first, stop))
-        return lsoda(problem, first, stop, start)
+        return lsoda(alone, first, stop, start)
 
     x, failed = yield from integrating(problem, x0, fallback)
     return x, failed, tuple(windows)

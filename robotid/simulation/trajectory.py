@@ -16,6 +16,7 @@ from robotid.signals.torque_steps import TorqueSteps
 from robotid.simulation.friction.crossing import linearise_steps
 from robotid.simulation.friction.mode import friction_mode
 from robotid.simulation.friction.step import StepInputs, Steps, joined
+from robotid.simulation.in_turns import InTurns, beside_all
 from robotid.simulation.newton.problem import Problem
 
 BLOCK = 4000  # intervals whose derivatives are in memory at once
@@ -97,8 +98,12 @@ class Trajectory:
         return linearise_steps(self.step_inputs(at, columns), self.x[:, at], x1)
 
 
-def linearised_together(trajectories: Sequence[Trajectory], columns: DerivativeColumns) -> list[Steps]:
-    """All steps of trajectories of one joint with the same parameters, crossings of all of them at once."""
+def linearised_together(trajectories: Sequence[Trajectory], columns: DerivativeColumns, among: InTurns) -> list[Steps]:
+    """All steps of trajectories of one joint with the same parameters, crossings of all of them at once. among : the
+    joint beside all their records, as of `shared_dynamics`."""
+    trajectories = [
+        replace(one, joint=among.joint, begin=among.begin(k, one.begin)) for k, one in enumerate(trajectories)
+    ]
     every = [slice(0, len(one.u) - 1) for one in trajectories]
     inputs = joined([one.step_inputs(at, columns) for one, at in zip(trajectories, every, strict=True)])
     x0, x1 = (np.concatenate([one.x[:, at] for one in trajectories], axis=1) for at in (slice(-1), slice(1, None)))
@@ -106,8 +111,11 @@ def linearised_together(trajectories: Sequence[Trajectory], columns: DerivativeC
     return [steps.part(slice(a, b)) for a, b in pairwise(edges)]
 
 
-def share_dynamics(trajectories: Sequence[Trajectory]) -> bool:
-    """Whether trajectories are of one joint with the same parameters, and few enough to linearise at once."""
+def shared_dynamics(trajectories: Sequence[Trajectory]) -> InTurns | None:
+    """The joint of trajectories beside all their records, where they have the same parameters and are few enough to
+    linearise at once."""
     first = trajectories[0]
-    alike = all(one.joint is first.joint and np.array_equal(one.theta, first.theta) for one in trajectories)
-    return alike and sum(len(one.u) for one in trajectories) <= TOGETHER
+    alike = all(np.array_equal(one.theta, first.theta) for one in trajectories)
+    if not alike or sum(len(one.u) for one in trajectories) > TOGETHER:
+        return None
+    return beside_all([one.joint for one in trajectories])

@@ -1,6 +1,7 @@
-"""`make chaos`: kills, damaged files and bad inputs until all counts or ten minutes are reached, and what did not hold.
+"""`make chaos`: kills, damaged files, forged artifacts and bad inputs until all counts or ten minutes are reached, and
+what did not hold.
 
-Two processes kill runs, then two damage files: more would only wait for each other.
+Two processes kill runs, then two damage and forge files: more would only wait for each other.
 """
 
 from __future__ import annotations
@@ -19,12 +20,15 @@ from pathlib import Path
 
 from support.paths import ROOT
 
+from chaos.forgeries import COMMANDS, drawn, wrong_with
 from chaos.kills import COLD, completion, configuration, duration, kill, moment
 from chaos.mutations import complaint, mutated, subjects
 
-KILLS, MUTATIONS, SECONDS = 200, 10_000, 600.0
+KILLS, MUTATIONS, FORGERIES, SECONDS = 200, 10_000, 600, 600.0
 AT_ONCE = 2
-SHARE = 0.6  # of the time that the kills may take
+SHARE = 0.5  # of the time that the kills may take
+FORGED = 0.8  # of the time after which damage must be done, and forging begins
+READ = 10  # forged artifacts, of which one is read by every command and the others are loaded and shown
 COMPLETE_EVERY = 10  # kills, after which the run directory is completed and begun anew
 BAD_INPUTS = ("tests/integration/test_bad_data.py", "tests/integration/test_bad_config.py")
 
@@ -56,6 +60,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=16)
     parser.add_argument("--kills", type=int, default=KILLS)
     parser.add_argument("--mutations", type=int, default=MUTATIONS)
+    parser.add_argument("--forgeries", type=int, default=FORGERIES)
     parser.add_argument("--seconds", type=float, default=SECONDS)
     chosen = parser.parse_args()
     begin = time.time()
@@ -69,14 +74,19 @@ def main() -> int:
         with ProcessPoolExecutor(AT_ONCE) as pool:
             kills = list(pool.map(_kills, tasks))
         print(f"{sum(k.tried for k in kills)} kills by {time.time() - begin:.0f} s", flush=True)
-        tasks = _tasks(folder, config, run, chosen.mutations, chosen.seed + AT_ONCE, begin + chosen.seconds)
+        tasks = _tasks(folder, config, run, chosen.mutations, chosen.seed + AT_ONCE, begin + FORGED * chosen.seconds)
         with ProcessPoolExecutor(AT_ONCE) as pool:
             damaged = list(pool.map(_mutations, tasks))
-    wrong += [line for one in (*kills, *damaged) for line in one.wrong]
+        tasks = _tasks(folder, config, run, chosen.forgeries, chosen.seed + 2 * AT_ONCE, begin + chosen.seconds)
+        with ProcessPoolExecutor(AT_ONCE) as pool:
+            forged = list(pool.map(_forgeries, tasks))
+    wrong += [line for one in (*kills, *damaged, *forged) for line in one.wrong]
     print(*wrong, sep="\n", end="\n" if wrong else "")
-    tried = [sum(one.tried for one in group) for group in (kills, damaged)]
-    print(f"{tried[0]} kills, {tried[1]} damaged files in {time.time() - begin:.0f} s: {len(wrong)} failed")
-    return int(bool(wrong) or tried[0] < chosen.kills or tried[1] < chosen.mutations)
+    tried = [sum(one.tried for one in group) for group in (kills, damaged, forged)]
+    seconds = time.time() - begin
+    print("{} kills, {} damaged files, {} forged artifacts".format(*tried), f"in {seconds:.0f} s: {len(wrong)} failed")
+    asked = (chosen.kills, chosen.mutations, chosen.forgeries)
+    return int(bool(wrong) or any(done < wanted for done, wanted in zip(tried, asked, strict=True)))
 
 
 def _tasks(folder: Path, config: Path, run: Path, count: int, seed: int, end: float) -> list[Task]:
@@ -130,6 +140,19 @@ def _mutations(task: Task) -> Result:
             wrong += [f"damage {tried} of {subject.file.name} (seed {task.seed}): {text}"] if text else []
             tried += 1
             shutil.rmtree(task.folder / f"run-{subject.file.suffix[1:]}", ignore_errors=True)
+    return Result(tried, tuple(wrong))
+
+
+def _forgeries(task: Task) -> Result:
+    wrong, tried = [], 0
+    task.folder.mkdir(exist_ok=True)
+    for forgery in drawn(task.run, random.Random(task.seed))[: task.count]:
+        if time.time() > task.end:
+            break
+        commands = COMMANDS if tried % READ == 0 else COMMANDS[:1]
+        _, text = wrong_with(forgery, task.config, task.run, task.folder, commands)
+        wrong += [f"forged {forgery} (seed {task.seed}): {text}"] if text else []
+        tried += 1
     return Result(tried, tuple(wrong))
 
 

@@ -108,6 +108,7 @@ def complaint(subject: Subject, content: bytes) -> str:
     seconds, text = time.monotonic() - began, err.getvalue()
     if code not in CODES or "Traceback" in text:
         return f"exit code {code}: {text[-800:]}"
-    if text.count("\n") > 1 or (code and not text) or printable(text, keep="\n") != text:
+    talks = bool(code) and text.count("\n") != 1  # what was done may take several lines
+    if talks or "Warning" in text or printable(text, keep="\n") != text:
         return f"stderr is {text[-800:]!r}"
     return f"it took {seconds:.1f} s" if seconds > MAX_SECONDS else ""

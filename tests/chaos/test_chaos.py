@@ -9,12 +9,11 @@ import signal
 from pathlib import Path
 
 import pytest
-from support.forgery import WAYS, altered, datasets, forge
+from support.forgery import WAYS, datasets
 
+from chaos.forgeries import COMMANDS, Forgery, drawn, wrong_with
 from chaos.kills import completion, configuration, duration, kill, moment
-from chaos.mutations import Subject, complaint, mutated, subjects
-from robotid.artifacts.store import load
-from robotid.errors import InputError
+from chaos.mutations import complaint, mutated, subjects
 from robotid.pipeline.table import STAGES
 
 SEED = 16
@@ -60,12 +59,19 @@ def test_an_artifact_with_a_forged_array_is_refused_or_shown(run: tuple[Path, Pa
             re.sub(r"(?<=/)(\d+|slow)(?=/|$)", "*", name): name for name in datasets(run[1] / stage.output, arrays=True)
         }
         for k, name in enumerate(kinds.values()):
-            path = Path(shutil.copy(run[1] / stage.output, tmp_path))
-            forge(path, altered(name, way := ways[k % len(ways)]))
-            try:
-                load(path, stage.type())
-            except InputError as error:
-                refused += "\n" not in str(error)
-            else:
-                assert complaint(Subject(path, ("show", str(path)), binary=True), path.read_bytes()) == "", (name, way)
+            forgery = Forgery(stage.output, name, ways[k % len(ways)])
+            loaded, wrong = wrong_with(forgery, run[0], run[1], tmp_path, ("show",))
+            assert not wrong, f"{forgery}: {wrong}"
+            refused += not loaded
     assert refused > 30
+
+
+def test_a_forged_value_is_refused_or_harmless_to_every_command(run: tuple[Path, Path, float], tmp_path: Path) -> None:
+    """Numbers, shapes, types and attributes drawn at random; `make chaos` draws more."""
+    loads = 0
+    for k, forgery in enumerate(drawn(run[1], random.Random(SEED))[:60]):
+        commands = COMMANDS if k % 30 == 0 else COMMANDS[:1]
+        loaded, wrong = wrong_with(forgery, run[0], run[1], tmp_path, commands)
+        assert not wrong, f"{forgery}: {wrong}"
+        loads += loaded
+    assert 0 < loads < 60

@@ -64,7 +64,8 @@ def test_what_the_torque_of_records_tells_is_known_of_these_alone() -> None:
     assert found is not None
     assert found.is_of(made)
     assert not found.is_of(made[:1])
-    assert not found.is_of([replace(one) for one in made])
+    assert found.is_of([replace(one, tau_m=one.tau_m.copy()) for one in made])
+    assert not found.is_of([replace(one, tau_m=1.01 * one.tau_m) for one in made])
 
 
 def test_friction_absorbs_power_and_drives_where_it_is_negative() -> None:

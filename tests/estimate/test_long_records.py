@@ -11,7 +11,7 @@ import pytest
 from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
 
 from robotid.catalogue import assemble
-from robotid.estimate import grey_box, least_squares, residual, spans
+from robotid.estimate import grey_box, least_squares, residual, spans, uncertainty
 from robotid.estimate.residual import Evaluation, OutputError
 from robotid.model.array import Array
 from robotid.signals.record import Record
@@ -72,12 +72,12 @@ def test_covariances_are_gathered_span_by_span(wave: float, monkeypatch: pytest.
     one = replace(one, records=(shaken,))
     solution = least_squares.solve(one, one.start(), least_squares.SolveOptions(max_iterations=0))
     sigma = grey_box.noise_levels(one, solution)
-    whole = grey_box._covariances(one, solution, sigma)
+    whole = uncertainty.covariances(one, solution, sigma)
     monkeypatch.setattr(spans, "MAX_SAMPLES", 14_000)
     monkeypatch.setattr(spans, "SAMPLED", 10_000)
     monkeypatch.setattr(spans, "FORGOTTEN", 0.2)
     assert len(spans.Spans.of(one, solution.evaluation, 0).cuts) == 3
-    cut = grey_box._covariances(one, solution, sigma)
+    cut = uncertainty.covariances(one, solution, sigma)
     np.testing.assert_allclose(np.diag(cut[0]), np.diag(whole[0]), rtol=1e-6)
     np.testing.assert_allclose(np.sqrt(np.diag(cut[1])), np.sqrt(np.diag(whole[1])), rtol=0.25)
 

@@ -12,7 +12,8 @@ from support.paths import SHARED
 
 from robotid.catalogue import assemble
 from robotid.errors import NumericsError
-from robotid.estimate.rigid import RigidResult, fit_rigid
+from robotid.estimate.regressor import FilteredRecord
+from robotid.estimate.rigid import RigidResult, fit_rigid, fit_rigid_on
 from robotid.model.array import Array
 from robotid.model.companion import CompanionKind
 from robotid.model.parameters import Parameters
@@ -248,3 +249,35 @@ def test_what_another_axis_changes_starts_only_where_it_is_seen() -> None:
         distinct = {name for name in parts if abs(found[name].value) >= 2 * found[name].std_robust}
         assert parts & set(found.guesses) == distinct
         assert "motor.inertia.J" in found.guesses
+
+
+def test_models_on_the_same_records_share_what_is_filtered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each comes out as by itself, and of the second only its further column is filtered."""
+    record, parallel = rigid_record(noise=0.01), ParallelFilter(20.0)
+    models = [assemble(Structure(FRICTION)), assemble(Structure((*FRICTION, "motor.constant_torque")))]
+    alone = [fit_rigid(joint, joint.parameters(), [record], parallel) for joint in models]
+    filtered, counts = FilteredRecord(record, parallel), []
+    apply = ParallelFilter.apply
+
+    def counted(self: ParallelFilter, signals: Array, sampling_time: float) -> Array:
+        counts[-1] += 1
+        return apply(self, signals, sampling_time)
+
+    monkeypatch.setattr(ParallelFilter, "apply", counted)
+    for joint, one in zip(models, alone, strict=True):
+        counts.append(0)
+        found = fit_rigid_on([filtered], joint, joint.parameters())
+        assert found.guesses == one.guesses
+        assert found.torque_error_percent == one.torque_error_percent
+        assert found.cutoff == one.cutoff
+    assert counts == [6, 1]
+
+
+def test_a_model_with_another_known_torque_is_filtered_anew() -> None:
+    record, parallel = rigid_record(), ParallelFilter(20.0)
+    joint = assemble(Structure(FRICTION))
+    filtered = FilteredRecord(record, parallel)
+    for Fc in (0.5, 0.1):
+        parameters = hold(joint.parameters(), {"motor.coulomb.Fc": Fc})
+        found, one = fit_rigid_on([filtered], joint, parameters), fit_rigid(joint, parameters, [record], parallel)
+        assert found.guesses == one.guesses

@@ -48,6 +48,13 @@ def test_a_smooth_course_goes_as_its_rate_asks() -> None:
     assert not np.allclose(Course(course.samples, 0.5, 2.0).at(at)[0], at**3 - at, rtol=1e-3)
 
 
+@pytest.mark.parametrize("kind", [Course, SmoothCourse])
+def test_the_value_alone_is_that_beside_its_derivatives(kind: type[Course]) -> None:
+    course = kind(np.random.default_rng(0).normal(size=(3, 9)), sampling_time=0.5, begin=2.0)
+    at = np.random.default_rng(1).uniform(0.0, 9.0, 50)
+    np.testing.assert_array_equal(course.value(at), course.at(at)[0])
+
+
 def test_names_carry_the_companion() -> None:
     assert companion_of("arm.pose_inertia[q2]") == ("arm.pose_inertia", "q2")
     assert companion_of("motor.coulomb") == ("motor.coulomb", "")
@@ -104,3 +111,37 @@ def test_a_mass_that_some_pose_takes_away_is_refused() -> None:
     joint.evaluate(one, one[0], one, t[:2], theta)
     with pytest.raises(NumericsError, match="a mass is not positive in every pose"):
         joint.evaluate(one, one[0], one, t[1:], theta)  # 2 + 3 sin(4) < 0
+
+
+class Counted(Course):
+    """A companion that counts how often it is worked out."""
+
+    asked: list[str] = []
+
+    def at(self, t: np.ndarray) -> np.ndarray:
+        self.asked.append("at")
+        return super().at(t)
+
+    def value(self, t: np.ndarray) -> np.ndarray:
+        self.asked.append("value")
+        return super().value(t)
+
+
+def test_effects_that_read_one_companion_work_it_out_once() -> None:
+    joint = assemble(Structure(("motor.inertia", "motor.pose_inertia[q2]", "motor.pose_lever[q2]")))
+    Counted.asked.clear()
+    beside = joint.along(Log(courses={"q2": Counted(RAMP.samples, 0.5, 10.0)}))
+    theta = joint.parameters().values
+    beside.evaluate(np.ones((1, 5)), np.zeros(5), np.ones((1, 5)), np.arange(5.0), theta)
+    assert Counted.asked == ["at"]
+
+
+def test_a_recorded_angle_that_no_effect_reads_is_not_worked_out() -> None:
+    structure = Structure(("motor.inertia", "motor.coulomb", "motor.gravity"), recorded_angle=True)
+    theta, x = assemble(structure).parameters().values, np.ones((2, 5))
+    for terms, asked in ((structure.terms, ["value"]), (structure.terms[:2], [])):
+        joint = assemble(Structure(terms), angle=True)
+        joint.companions = {"phi_m": Counted(RAMP.samples, 0.5, 10.0)}
+        Counted.asked.clear()
+        joint.evaluate(x, np.zeros(5), np.ones((1, 5)), np.arange(5.0), theta[: len(joint.names)])
+        assert Counted.asked == asked

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.paper_joint import RATIO, STRUCTURE
@@ -9,6 +11,7 @@ from support.paper_joint import RATIO, STRUCTURE
 from robotid.catalogue import assemble
 from robotid.errors import NumericsError
 from robotid.model.array import Array
+from robotid.model.companion import Course
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
 from robotid.model.linear_part import LinearPart, linear_part
@@ -77,3 +80,30 @@ def test_a_joint_without_mass_is_one_clear_error() -> None:
     joint = assemble(Structure(("motor.inertia", "motor.viscous")))
     with pytest.raises(NumericsError, match="a mass of the joint vanishes"):
         linear_part(joint, np.zeros(2))
+
+
+def test_the_force_is_that_of_all_terms() -> None:
+    joint = assemble(STRUCTURE.extended("gear.backlash"))
+    theta = joint.parameters().values
+    x, u, s, t = point(joint)
+    found, whole = (joint.force(x, u, s, t, theta, part) for part in (linear_part(joint, theta), None))
+    np.testing.assert_allclose(found, whole, rtol=1e-12, atol=1e-12 * np.abs(whole).max())
+
+
+@pytest.mark.parametrize("sticks", [False, True])
+def test_a_changing_mass_that_couples_nothing_is_inverted_entry_by_entry(sticks: bool) -> None:
+    joint = assemble(STRUCTURE.extended("arm.pose_lever[q2]"))
+    joint.companions = {"q2": Course(np.random.default_rng(1).normal(size=(3, N)), sampling_time=1e-3)}
+    theta = joint.parameters().with_values({"arm.inertia.J": 790.0, "arm.pose_lever[q2].A": 200.0}).values
+    x, u, s, t = point(joint)
+    sticking = np.zeros((joint.masses, N), dtype=bool)
+    sticking[0, ::2] = sticks
+    part = linear_part(joint, theta)
+    assert part.gain is None
+    found, whole = (
+        joint.evaluate(x, u, s, t, theta, sticking if sticks else None, None, one)
+        for one in (part, replace(part, diagonal=False))
+    )
+    np.testing.assert_array_equal(found.f, whole.f)
+    np.testing.assert_array_equal(found.A, whole.A)
+    assert np.all(found.f[joint.motor_speed, ::2] == 0.0) == sticks

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
 
 from robotid.catalogue import assemble
 from robotid.signals.record import Record
-from robotid.simulation.sensitivities import force_gradient, sensitivities
+from robotid.simulation.sensitivities import force_gradient, sensitivities, torque_gradient
 from robotid.simulation.simulate import simulate
 from robotid.simulation.trajectory import Trajectory
 
@@ -72,3 +74,17 @@ def test_the_gradient_to_forces_is_the_adjoint_of_the_sensitivities(row: int, tr
     forward = sensitivities(trajectory, RECORD, (), (row,), (), forces)[0, 0]
     back = force_gradient(trajectory, row, weights)
     assert float(np.sum(back * forces[:, 0])) == pytest.approx(float(weights @ forward), rel=1e-9)
+
+
+def test_to_the_torque_of_every_interval(trajectory: Trajectory) -> None:
+    rng = np.random.default_rng(4)
+    weights, error = rng.standard_normal((2, N)), 1e-7 * rng.standard_normal(N)
+    back = torque_gradient(trajectory, JOINT.motor_speed, weights)
+    plus, minus = (
+        simulate(JOINT, THETA, replace(RECORD, tau_m=U + s * error), START, trajectory.x).x[JOINT.motor_speed]
+        for s in (1, -1)
+    )
+    assert back @ error == pytest.approx(weights @ (plus - minus) / 2, rel=1e-4)
+    held = np.flatnonzero((trajectory.dphi_m[:-1] == 0.0) & (trajectory.dphi_m[1:] == 0.0))
+    assert len(held)
+    assert not back[:, held].any()

@@ -36,6 +36,19 @@ def _deeper(values: np.ndarray) -> object:
     return values.T[..., None] if values.ndim < 2 else values.reshape(-1)
 
 
+def _filled(value: float) -> Callable[[np.ndarray], object]:
+    """Every number is this one, as far as the type of the dataset has it."""
+
+    def fill(values: np.ndarray) -> object:
+        if values.dtype.kind not in "biuf":
+            return np.full(values.shape, value)
+        if values.dtype.kind == "f" or not np.isfinite(value):
+            return np.full(values.shape, value, dtype=np.float64)
+        return np.full(values.shape, int(np.clip(value, -(2**62), 2**62)), dtype=np.int64)
+
+    return fill
+
+
 WAYS: dict[str, Callable[[np.ndarray], object]] = {
     "remove": lambda values: None,
     "truncate": lambda values: values[: len(values) // 2] if values.ndim else None,
@@ -43,6 +56,11 @@ WAYS: dict[str, Callable[[np.ndarray], object]] = {
     "transpose": _deeper,
     "retype": _retyped,
     "words": lambda values: np.full(values.shape, "nothing", dtype=object),
+    "nan": _filled(np.nan),
+    "inf": _filled(np.inf),
+    "negative": _filled(-1.0),
+    "zero": _filled(0.0),
+    "huge": _filled(1e300),
 }
 """What may be done to the values of a dataset; None removes it."""
 
@@ -74,5 +92,30 @@ def altered(name: str, way: str) -> Change:
             values = np.asarray(made)
             kind = h5py.string_dtype() if values.dtype.kind == "O" else None
             file["content"].create_dataset(name, data=values, dtype=kind).attrs.update(kept)
+
+    return change
+
+
+def attributes(path: Path) -> list[tuple[str, str]]:
+    """The names of all groups and datasets in the content of an artifact, each with the name of an attribute of it."""
+    names: list[tuple[str, str]] = []
+    with h5py.File(path, "r") as file:
+        content = file["content"]
+        names += [(".", key) for key in content.attrs]
+        content.visititems(lambda name, node: names.extend((name, key) for key in node.attrs))
+    return names
+
+
+def altered_attribute(name: str, key: str, way: str) -> Change:
+    """An attribute of a group or dataset of the content altered in one of the ways."""
+
+    def change(file: h5py.Group) -> None:
+        node = file["content"][name]
+        value = node.attrs[key]
+        made = WAYS[way](np.asarray(value, dtype=object if isinstance(value, str) else None))
+        del node.attrs[key]
+        if made is not None:
+            values = np.asarray(made)
+            node.attrs.create(key, values, dtype=h5py.string_dtype() if values.dtype.kind == "O" else None)
 
     return change

@@ -16,9 +16,12 @@ from robotid.diagnosis.noise.drawn import drawn_residuals
 from robotid.diagnosis.noise.settings import NOISE
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.estimate.fitted_model import SimulatedSegment
+from robotid.estimate.noise.floor import torque_floor
 from robotid.estimate.noise.information import is_explained
-from robotid.estimate.noise.levels import LevelSettings, Residual, fit_levels, torque_floor
+from robotid.estimate.noise.levels import fit_levels
+from robotid.estimate.noise.lines import Residual
 from robotid.estimate.noise.response import torque_response
+from robotid.estimate.noise.settings import LevelSettings
 from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 from robotid.estimate.residual import measured_output
 from robotid.model.array import Array

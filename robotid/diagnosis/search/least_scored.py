@@ -22,15 +22,19 @@ from robotid.model.array import Array
 GREATEST = 2.0  # times the size by the noise without the effect: one so large no longer looks like noise
 
 
-def least_scored(scans: Sequence[Scan], projected: Projected, at: slice, energy: float, data: EvaluationData) -> float:
+def least_scored(
+    scans: Sequence[Scan], projected: Projected, at: slice, energy: float, data: EvaluationData, asked: float = 0.0
+) -> float:
     """The least size of the amplitudes of the columns `at`, in any proportion, whose score reaches an energy in
     variances of the noise as it is estimated beside them; infinite where nothing of them is visible.
 
     scans : every segment with all columns, through the whitening of the search; projected : these; data : of the
-    search. Where these allow for errors of the torque, what candidates explain is no part of the noise.
+    search. Where these allow for errors of the torque, what candidates explain is no part of the noise. asked : size
+    that is asked for anyway; where the noise that the effect makes cannot lead beyond it, it is not estimated, and any
+    size below may be returned.
     """
     plain = _least(projected, at, energy)
-    if plain == inf or data.torque_errors:
+    if plain == inf or data.torque_errors or GREATEST * plain <= asked:
         return plain
     amplitude = np.full(at.stop - at.start, plain / np.sqrt(at.stop - at.start))
     noisy = sensor_noise(residuals_with(scans, projected, at, amplitude), data.output)

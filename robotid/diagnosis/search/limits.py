@@ -49,8 +49,8 @@ def detection_limits(found: SearchResult, criteria: Criteria) -> tuple[Detection
             spread = least_size(by_colour.beside_fitted(own), k, criteria.significance / tried.effects)
             if spread == inf and coloured.validation:  # records that were held out tell of it instead
                 spread = 0.0
-            scored = least_scored(searched, by_search, own, improvement, found.data)
-            size = max(scored, float(np.sqrt(energy)) / length, spread)
+            beside = max(float(np.sqrt(energy)) / length, spread)
+            size = max(beside, least_scored(searched, by_search, own, improvement, found.data, beside))
         limits.append(_limit(one, size))
     return tuple(limits)
 

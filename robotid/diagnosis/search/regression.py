@@ -22,14 +22,13 @@ from robotid.diagnosis.search.refits import CandidateRefit, by_pieces, in_order,
 from robotid.diagnosis.search.settings import ACCEPTANCE, CHOICE
 from robotid.diagnosis.search.state import SearchState
 from robotid.errors import NumericsError
-from robotid.estimate.regressor import moving, regress
-from robotid.estimate.rigid import RigidResult, fit_rigid
+from robotid.estimate.regressor import FilteredRecord, moving, regress_on
+from robotid.estimate.rigid import RigidResult, fit_rigid, fit_rigid_on
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure, is_change
 from robotid.model.term import Role
 from robotid.signals.differentiate import ParallelFilter
-from robotid.signals.record import Record
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +53,8 @@ def asked_for(state: SearchState, criteria: Criteria) -> list[CandidateRefit]:
     except NumericsError:
         return []
     parallel = ParallelFilter(min(before.cutoff.values()))
-    found, whole = list(_regressed(state, records, parallel, before)), _left(before)
+    filtered = [FilteredRecord(record, parallel) for record in records]
+    found, whole = list(_regressed(state, filtered, before)), _left(before)
     most = max((whole - one.left for one in found), default=0.0)
     if most < (1.0 - CHOICE.good_start) * whole:
         return []
@@ -87,19 +87,17 @@ def _best_of_each(found: Sequence[Regressed]) -> list[Regressed]:
     return sorted(best.values(), key=lambda one: len(one.score.candidate.parameters))
 
 
-def _regressed(
-    state: SearchState, records: list[Record], parallel: ParallelFilter, before: RigidResult
-) -> Iterator[Regressed]:
+def _regressed(state: SearchState, filtered: Sequence[FilteredRecord], before: RigidResult) -> Iterator[Regressed]:
     """All candidates that depend on a rigid motion alone, at every point of their grids and at the numbers of periods
     that the torque itself shows. before : the regression without them."""
     scores = [one for one in state.round.scores if _is_effect(one.candidate.name)]
     points = [(one, one.candidate) for one in scores]
-    for score, candidate in (*points, *_periodic(scores, state, records, parallel, before)):
+    for score, candidate in (*points, *_periodic(scores, state, filtered, before)):
         effect = candidate.start([0.0] * len(candidate.scored))
         structure, parameters = extended(state.model, candidate.name, effect)
         joint = assemble(structure)
         try:
-            rigid = fit_rigid(joint, parameters, records, parallel)
+            rigid = fit_rigid_on(filtered, joint, parameters)
         except NumericsError:
             continue
         yield Regressed(score, structure, _left(rigid), dict(effect) | _values(rigid, parameters, joint))
@@ -110,7 +108,7 @@ def _is_effect(name: str) -> bool:
 
 
 def _periodic(
-    scores: Sequence[Score], state: SearchState, records: list[Record], parallel: ParallelFilter, before: RigidResult
+    scores: Sequence[Score], state: SearchState, filtered: Sequence[FilteredRecord], before: RigidResult
 ) -> Iterator[tuple[Score, Candidate]]:
     """Effects that go round with an angle at the peaks of the spectrum of what the torque lacks, over the measured
     angle, each with the best score of its effect: the scores are read off a simulation that may have lost its phase."""
@@ -120,13 +118,13 @@ def _periodic(
             best.setdefault(one.candidate.at(k, 0.0), (k, one))
     linear = state.model.structure.linear
     for flat, (k, score) in best.items():
-        waves = list(_waves(flat, state, records, parallel, before))
+        waves = list(_waves(flat, state, filtered, before))
         if waves:
             yield from ((score, flat.at(k, n)) for n in period_peaks(waves, flat.parameters[k].grid, linear=linear))
 
 
 def _waves(
-    flat: Candidate, state: SearchState, records: list[Record], parallel: ParallelFilter, before: RigidResult
+    flat: Candidate, state: SearchState, filtered: Sequence[FilteredRecord], before: RigidResult
 ) -> Iterator[Wave]:
     """What the torque of each record lacks, over the angle that an effect goes round with. flat : it, of no periods."""
     own = dict(zip((f"{flat.name}.{p.symbol}" for p in flat.parameters), flat.values, strict=True))
@@ -137,9 +135,8 @@ def _waves(
     turn = next((factor for place, factor in moving(joint) if place.effect == flat.name), None)
     if turn is None:
         return
-    for record in records:
-        lacking = regress(joint, known, record, parallel)
-        angle = parallel.apply(turn * record.phi_m, record.sampling_time)
+    for one in filtered:
+        lacking, angle = regress_on(one, joint, known), one.apply(turn * one.record.phi_m)
         yield Wave(angle, lacking.tau * lacking.columns.sum(axis=0))
 
 

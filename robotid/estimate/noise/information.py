@@ -9,14 +9,16 @@ stationary spectrum tells.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 import scipy
 
-from robotid.estimate.noise.levels import SETTINGS, LevelSettings, Residual, whitened_lines
+from robotid.estimate.noise.lines import Residual, whitened_lines
+from robotid.estimate.noise.passage import TorquePassage
 from robotid.estimate.noise.response import TorqueResponse
+from robotid.estimate.noise.settings import SETTINGS, LevelSettings
 from robotid.estimate.noise.whitening import InnovationsFilter, NoiseLevels, innovations_filter
 from robotid.model.array import Array
 from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
@@ -26,26 +28,42 @@ RANK = 1e-13  # smallest eigenvalue that counts, of the largest
 OCTAVE = 8  # lines of the narrowest one
 
 
-def noise_information(jacobian: Array, response: TorqueResponse, levels: NoiseLevels) -> Array:
-    """J R J' for the noise of one record. jacobian (m, n) -> (m, m)."""
-    n = jacobian.shape[1]
-    if response.derivation is not None:
-        jacobian = response.derivation.speed_adjoint(jacobian)
-    found = levels.output * jacobian @ jacobian.T
-    if levels.torque + levels.red == 0.0:
+@dataclass(frozen=True, slots=True, eq=False)
+class SeenDerivatives:
+    """Derivatives of the output of one record as its sensor shows them (m, n), and what the same weights make of the
+    torque of every sample, (m, n)."""
+
+    sensed: Array
+    torque: Array
+    sampling_time: float
+
+    @classmethod
+    def of(cls, jacobian: Array, response: TorqueResponse, passage: TorquePassage | None = None) -> SeenDerivatives:
+        """jacobian : (m, n). passage : along the motion of the record; without it, or where it grows beyond all
+        numbers, the joint slips all the time."""
+        if response.derivation is not None:
+            jacobian = response.derivation.speed_adjoint(jacobian)
+        if passage is not None:
+            with np.errstate(over="ignore", invalid="ignore"):
+                through = passage.adjoint(jacobian)
+            if np.isfinite(through).all():
+                return cls(jacobian, through, response.sampling_time)
+        n = jacobian.shape[1]
+        columns = np.zeros((len(response.b), 1, n))
+        columns[:, 0, 1:2] = response.b[:, None]
+        impulse = solve_block_bidiagonal(response.A[:, :, None], columns)[response.row, 0]
+        spectra = np.fft.rfft(jacobian, 2 * n, axis=1) * np.fft.rfft(impulse, 2 * n).conj()
+        return cls(jacobian, np.fft.irfft(spectra, 2 * n, axis=1)[:, :n], response.sampling_time)
+
+    def information(self, levels: NoiseLevels) -> Array:
+        """J R J' for the noise of the record, (m, m)."""
+        found = levels.output * self.sensed @ self.sensed.T + levels.torque * self.torque @ self.torque.T
+        if levels.red > 0.0:
+            pole = levels.pole(self.sampling_time)
+            lasting = scipy.signal.lfilter([1.0], [1.0, -pole], self.torque[:, ::-1], axis=1)[:, ::-1].copy()
+            lasting[:, 1:] *= np.sqrt(1.0 - pole**2)
+            found = found + levels.red * lasting @ lasting.T
         return np.asarray(found)
-    columns = np.zeros((len(response.b), 1, n))
-    columns[:, 0, 1:2] = response.b[:, None]
-    impulse = solve_block_bidiagonal(response.A[:, :, None], columns)[response.row, 0]
-    spectra = np.fft.rfft(jacobian, 2 * n, axis=1) * np.fft.rfft(impulse, 2 * n).conj()
-    through = np.fft.irfft(spectra, 2 * n, axis=1)[:, :n]
-    found = found + levels.torque * through @ through.T
-    if levels.red > 0.0:
-        pole = levels.pole(response.sampling_time)
-        lasting = scipy.signal.lfilter([1.0], [1.0, -pole], through[:, ::-1], axis=1)[:, ::-1].copy()
-        lasting[:, 1:] *= np.sqrt(1.0 - pole**2)
-        found = found + levels.red * lasting @ lasting.T
-    return np.asarray(found)
 
 
 def upper_envelope(one: Array, other: Array) -> Array:

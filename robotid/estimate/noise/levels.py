@@ -4,10 +4,6 @@ The spectrum of a residual is a sum of shapes that are known up to their levels;
 likelihood (Whittle 1953). A residual of an angle falls by many powers of ten from one end of its spectrum to the other,
 and leaks. It is therefore whitened by the levels found so far before its spectrum is taken, the shapes are filtered
 alike, and this is repeated until the levels stay.
-
-What a fit or a catalogue of effects has taken from a residual is missing in its spectrum. Its leverage, the share that
-it takes of white noise at each frequency, is allowed for; otherwise noise would look smaller than it is where many
-columns lie.
 """
 
 from __future__ import annotations
@@ -16,99 +12,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
-from scipy.signal.windows import hann
 
-from robotid.estimate.noise.response import TorqueResponse
+from robotid.estimate.noise.lines import Innovations, Residual, band_edges, band_means
+from robotid.estimate.noise.settings import SETTINGS, SMALLEST, LevelSettings
 from robotid.estimate.noise.whitening import InnovationsFilter, NoiseLevels, innovations_filter
-from robotid.model.array import Array, Index
+from robotid.model.array import Array
 
-
-@dataclass(frozen=True, slots=True)
-class LevelSettings:
-    """sweeps : of whitening and fitting, at most. settled : relative change of a level at which they end. skipped :
-    lowest frequencies of a record, which first states and parameters shape, where their columns are not given.
-    crossings : how many frequencies, below which the torque's noise prevails, the first sweep tries. corner_step :
-    factor from one corner of the red noise to the next. reach, scales : decades on either side of the likeliest level
-    of the torque's noise, and how many levels in them, over which its mean is taken. full : leverage from which a
-    frequency tells nothing. band : relative width of the bands over which spectra are averaged. believable :
-    likelihood, relative to the largest, from which levels count in a mean over them. clip : robust standard
-    deviations beyond which an innovation counts no more than there, so that bursts, as a model that reverses at the
-    wrong time leaves them, do not pass for noise; infinite, and all count. bands, lines, slack : into how many parts
-    the highest octave of a torque is cut at most, how many frequencies each has at least, and the factor on what the
-    speed leaves there, which allows for its scatter in a short record."""
-
-    sweeps: int = 8
-    settled: float = 0.02
-    skipped: int = 4
-    crossings: int = 7
-    corner_step: float = 3.0
-    reach: float = 3.0
-    scales: int = 37
-    full: float = 0.8
-    band: float = 0.03
-    believable: float = 0.02
-    clip: float = np.inf
-    bands: int = 8
-    lines: int = 8
-    slack: float = 2.0
-
-
-SETTINGS = LevelSettings()
-MEDIAN, SMALLEST = 0.455, 1e-300  # of a squared standard normal; a variance that stands for none
-MEDIAN_POWER = 0.693  # of an exponential distribution of mean one
 KINSHIP = 35 / 18  # neighbouring frequencies per independent one under a Hann taper
 SCORING, PRECISION, TIE = 30, 1e-8, 1e-12  # steps of Fisher scoring, relative change at its end, of equal spectra
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Residual:
-    """A residual (n,) with the torque's response to it. columns : (m, n) that a fit or a catalogue has taken out of it;
-    least : smallest variance of what the sensor adds, as the quantum of an encoder sets it; most_torque : largest
-    variance of the torque's white noise [Nm2], as the recorded torque itself shows it (`torque_floor`)."""
-
-    signal: Array
-    response: TorqueResponse
-    columns: Array | None = None
-    least: float = 0.0
-    most_torque: float = np.inf
-
-    @property
-    def sensed(self) -> Array:
-        """The residual of what the sensor shows, (n,)."""
-        derivation = self.response.derivation
-        return self.signal if derivation is None else derivation.centred_angle(self.signal)
-
-
-def torque_floor(torque: Array, speed: Array | None = None, settings: LevelSettings = SETTINGS) -> float:
-    """Variance of the white noise that a recorded torque (n,) can hold at most: the density of its highest octave.
-
-    speed : (n,) as recorded. A controller makes a torque of the sensor's noise. This torque does act, and is no error
-    of the recorded one; so what follows the speed there, by a gain of each band, does not count.
-    """
-    plain = _highest_octave(torque)
-    everything = float(np.median(np.abs(plain) ** 2)) / MEDIAN_POWER
-    if speed is None:
-        return everything
-    seen, bands = _highest_octave(speed), max(1, min(settings.bands, len(plain) // settings.lines))
-    left = [
-        _unexplained(one, by) for one, by in zip(np.array_split(plain, bands), np.array_split(seen, bands), strict=True)
-    ]
-    return min(everything, settings.slack * float(np.median(np.concatenate(left))) / MEDIAN_POWER)
-
-
-def _highest_octave(signal: Array) -> NDArray[np.complex128]:
-    """The spectrum of a signal (n,) under a Hann taper, scaled so that white noise has its variance."""
-    taper = hann(len(signal) + 2)[1:-1]
-    spectrum = np.fft.rfft(taper * (signal - signal.mean()))[1:] / np.sqrt(np.sum(taper**2))
-    return np.asarray(spectrum[len(spectrum) // 2 :])
-
-
-def _unexplained(lines: NDArray[np.complex128], by: NDArray[np.complex128]) -> Array:
-    """Power that one gain of other lines (m,) leaves of lines (m,), without what the gain takes of pure noise."""
-    gain = np.vdot(by, lines) / max(float(np.vdot(by, by).real), SMALLEST)
-    return np.asarray(np.abs(lines - gain * by) ** 2 * len(lines) / max(1, len(lines) - 1))
 
 
 def fit_levels(residuals: Sequence[Residual], settings: LevelSettings = SETTINGS) -> tuple[NoiseLevels, ...]:
@@ -188,20 +100,19 @@ class _Shares:
 
 
 def _shares(one: Residual, whiten: InnovationsFilter, shape: NoiseLevels, settings: LevelSettings) -> _Shares:
-    innovations = _Innovations.of(one, whiten, settings)
-    pole = shape.pole(one.response.sampling_time)
-    red = shape.red * (1.0 - pole**2) / np.abs(1.0 - pole * np.exp(-1j * innovations.omega)) ** 2
-    torque = innovations.gain * one.response.squared(innovations.omega) * (shape.torque + red)
-    edges = _band_edges(len(torque), settings)
-    power, output, torque = (_means(one, edges) for one in (innovations.power, innovations.gain, torque))
+    innovations = Innovations.of(one, whiten, settings)
+    white, red = innovations.of_the_torque(one, np.array([shape.corner]))
+    torque = shape.torque * white + shape.red * red[0]
+    edges = band_edges(len(torque), settings)
+    power, output, torque = (band_means(one, edges) for one in (innovations.power, innovations.gain, torque))
     return _Shares(power, output, torque, np.diff(np.append(edges, len(innovations.power))).astype(np.float64))
 
 
 def _scales(parts: Sequence[_Shares], shape: NoiseLevels, *, silent: bool, settings: LevelSettings) -> Array:
     """Factors on the torque's noise that are tried, about one or, where none was found, about what can just be seen."""
-    centre = 1.0
-    if silent:
-        centre = float(np.median([np.mean(part.power) / np.max(part.torque) for part in parts]))
+    centre, seen = 1.0, [part for part in parts if part.torque.any()]  # a motor that is held shows no torque
+    if silent and seen:
+        centre = float(np.median([np.mean(part.power) / np.max(part.torque) for part in seen]))
     return np.asarray(centre * np.geomspace(10.0**-settings.reach, 10.0**settings.reach, settings.scales))
 
 
@@ -318,95 +229,11 @@ def _corners(residuals: Sequence[Residual], settings: LevelSettings) -> Array:
 
 
 def _lines(one: Residual, whiten: InnovationsFilter, corners: Array, settings: LevelSettings) -> _Lines:
-    h = one.response.sampling_time
-    innovations = _Innovations.of(one, whiten, settings)
-    omega = innovations.omega
-    torque = innovations.gain * one.response.squared(omega)
-    poles = np.exp(-corners * h)
-    red = torque * (1.0 - poles**2)[:, None] / np.abs(1.0 - poles[:, None] * np.exp(-1j * omega)) ** 2
-    edges = _band_edges(len(omega), settings)
-    power, output, torque, red = (_means(one, edges) for one in (innovations.power, innovations.gain, torque, red))
-    return _Lines(power, output, torque, red, np.diff(np.append(edges, len(omega))).astype(np.float64))
-
-
-def _band_edges(lines: int, settings: LevelSettings) -> Index:
-    """First line of every band over which a spectrum is averaged: single lines, then bands of constant relative width.
-
-    Smooth shapes hardly change within a band, and a long record has no more bands than it needs.
-    """
-    ratio = 1.0 + settings.band
-    count = int(np.log(max(lines, 2)) / np.log(ratio)) + 2
-    edges = np.unique(np.minimum(np.round(ratio ** np.arange(count)).astype(np.intp) - 1, max(lines - 1, 0)))
-    return np.asarray(edges[: lines or 1])
-
-
-def _means(values: Array, edges: Index) -> Array:
-    """Means over bands of the last axis, (..., f) -> (..., bands)."""
-    if values.shape[-1] == 0:
-        return values
-    count = np.diff(np.append(edges, values.shape[-1]))
-    return np.asarray(np.add.reduceat(values, edges, axis=-1) / count)
-
-
-def whitened_lines(one: Residual, whiten: InnovationsFilter, settings: LevelSettings = SETTINGS) -> tuple[Array, Array]:
-    """Periodogram of a whitened residual at the frequencies that tell of its noise, and what noise of the filter's own
-    levels would show there, (f,) each."""
-    innovations, levels, h = _Innovations.of(one, whiten, settings), whiten.levels, one.response.sampling_time
-    omega, expected = innovations.omega, levels.output * innovations.gain
-    if levels.torque + levels.red > 0.0:
-        pole = levels.pole(h)
-        red = levels.red * (1.0 - pole**2) / np.abs(1.0 - pole * np.exp(-1j * omega)) ** 2
-        expected = expected + innovations.gain * one.response.squared(omega) * (levels.torque + red)
-    return innovations.power, expected
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Innovations:
-    """Periodogram of a whitened residual at the frequencies omega (f,) [rad per sample] that tell of its noise, and the
-    squared gain (f,) by which noise of the output gets there."""
-
-    omega: Array
-    power: Array
-    gain: Array
-
-    @classmethod
-    def of(cls, one: Residual, whiten: InnovationsFilter, settings: LevelSettings) -> _Innovations:
-        n = len(one.signal)
-        omega = 2 * np.pi * np.arange(1, n // 2 + 1) / n
-        innovations, left = whiten(one.signal), np.ones(n // 2)
-        if one.columns is not None and len(one.columns):
-            basis = _orthonormal(whiten(one.columns))
-            innovations = innovations - (basis @ innovations) @ basis
-            left = 1.0 - np.minimum(1.0, _periodogram(basis).sum(axis=0))
-        seen = np.flatnonzero(left > 1.0 - settings.full)
-        if one.columns is None:
-            seen = seen[seen >= settings.skipped]
-        power = _periodogram(_clipped(innovations, settings.clip))
-        return cls(omega[seen], power[seen], whiten.squared(omega[seen]) * left[seen])
-
-
-def _clipped(signal: Array, most: float) -> Array:
-    """A signal (n,) within so many robust standard deviations."""
-    if not np.isfinite(most):
-        return signal
-    limit = most * float(np.median(np.abs(signal))) / np.sqrt(MEDIAN)
-    return np.clip(signal, -limit, limit)
-
-
-def _periodogram(signals: Array) -> Array:
-    """Under a Hann taper, above frequency zero; that of white noise is its variance. (..., n) -> (..., n / 2)."""
-    n = signals.shape[-1]
-    taper = hann(n + 2)[1:-1]
-    return np.asarray(np.abs(np.fft.rfft(taper * signals)[..., 1:]) ** 2 / np.sum(taper**2))
-
-
-def _orthonormal(columns: Array) -> Array:
-    """Rows (r, n) that span the same as columns (m, n)."""
-    length = np.linalg.norm(columns, axis=1)
-    scaled = columns[length > 0] / length[length > 0, None]
-    values, vectors = np.linalg.eigh(scaled @ scaled.T)
-    kept = values > 1e-10 * values[-1] if len(values) else np.zeros(0, dtype=bool)
-    return np.asarray((vectors[:, kept] / np.sqrt(values[kept])).T @ scaled)
+    innovations = Innovations.of(one, whiten, settings)
+    torque, red = innovations.of_the_torque(one, corners)
+    edges = band_edges(len(torque), settings)
+    power, output, torque, red = (band_means(one, edges) for one in (innovations.power, innovations.gain, torque, red))
+    return _Lines(power, output, torque, red, np.diff(np.append(edges, len(innovations.power))).astype(np.float64))
 
 
 def whittle(power: Array, bases: Array, lines: Array | None = None) -> tuple[Array, float]:

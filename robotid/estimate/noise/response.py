@@ -16,6 +16,7 @@ from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.signals.derivation import Derivation
 from robotid.signals.record import Quantity
+from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
 
 WELL_APART = 1e8  # condition of the modes up to which half of the digits are left
 LINES = 4096  # frequencies whose matrices are in memory at once
@@ -34,6 +35,16 @@ class TorqueResponse:
     row: int
     sampling_time: float
     derivation: Derivation | None = None
+
+    def to_torques(self, torques: Array) -> Array:
+        """What torques (k, n) leave in the output, (k, n)."""
+        n = torques.shape[1]
+        columns = np.zeros((len(self.b), 1, n))
+        columns[:, 0, 1:2] = self.b[:, None]
+        impulse = solve_block_bidiagonal(self.A[:, :, None], columns)[self.row, 0]
+        spectra = np.fft.rfft(torques, 2 * n, axis=1) * np.fft.rfft(impulse, 2 * n)
+        found = np.fft.irfft(spectra, 2 * n, axis=1)[:, :n]
+        return found if self.derivation is None else self.derivation.speed(found)
 
     def squared(self, omega: Array) -> Array:
         """Squared magnitude from the torque to y. omega (n,) [rad per sample], none zero -> (n,).

@@ -161,13 +161,22 @@ class CoupledJoints:
                 value[at], to_states[np.ix_(at, axis.rows)] = own.value, own.to_states
         return EdgeDistances(value, to_states, None if columns is None else np.zeros((self.edges, columns.width, n)))
 
-    def force(self, x: Array, u: Array, s: Array, t: Array, theta: Array) -> Array:
+    def force(
+        self,
+        x: Array,
+        u: Array,
+        s: Array,
+        t: Array,
+        theta: Array,
+        linear: tuple[LinearPart, ...] | None = None,
+    ) -> Array:
         """Generalised force on every mass, (nv, n); where the body acts, what moves the mass as it does amid all
         others."""
         found = np.empty((self.masses, x.shape[1]))
         motion = self._motion(x, u, s, t, theta)
         for k, axis in enumerate(self._axes):
-            own = axis.joint.force(x[axis.rows], u[:, k], axis.modes(s, self.masses), t, theta[axis.at])
+            acting = x[axis.rows], u[:, k], axis.modes(s, self.masses), t, theta[axis.at]
+            own = axis.joint.force(*acting, None if linear is None else linear[k])
             own[axis.row - axis.joint.speeds.start] += axis.lever * motion.w[k]
             found[axis.coordinates] = own
         return found

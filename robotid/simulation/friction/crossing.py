@@ -29,7 +29,8 @@ CHANGE_TOLERANCE = 1e-5  # of the largest state there, likewise
 
 def linearise_steps(inputs: StepInputs, x0: Array, x1: Array) -> Steps:
     """All steps linearised at nodes x0 -> x1, (nx, n) each, crossings included."""
-    prepared = replace(inputs, linear=inputs.joint.linear_at(inputs.theta), torque_steps=None)
+    linear = inputs.joint.linear_at(inputs.theta) if inputs.linear is None else inputs.linear
+    prepared = replace(inputs, linear=linear, torque_steps=None)
     if inputs.torque_steps is None:
         return _advance(prepared, x0, x1, friction_mode(prepared, x0), MAX_CROSSINGS)
     steps = Steps.empty(inputs.joint.nx, inputs.width, x0.shape[1], stepped=True)
@@ -74,7 +75,7 @@ def _stepped(inputs: StepInputs, x0: Array, x1: Array) -> Steps:
     return Steps(total[:, :nx], rest.c, S, step.start, rest.end, np.stack([to_step, to_share], axis=1))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Crossing:
     """Where m steps leave their mode, to first order: row (m,) of the mode changes its sign at about share (m,) of the
     interval, near the node z (nx, m)."""
@@ -84,7 +85,7 @@ class Crossing:
     z: Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class SwitchingSurface:
     """The function that changes its sign at a crossing, of m steps.
 
@@ -126,7 +127,7 @@ def _regular_steps(inputs: StepInputs, x0: Array, x1: Array, mode: FrictionMode)
     return total
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Way:
     """The way of m steps without a crossing: states x0 -> x1 and their rates f0, f1 at both ends, (nx, m) each."""
 

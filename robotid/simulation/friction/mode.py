@@ -14,7 +14,7 @@ from robotid.model.array import Array, Index, Mask
 from robotid.simulation.friction.step import StepInputs
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class FrictionMode:
     """The mode of n steps.
 
@@ -50,6 +50,7 @@ def _break_away(inputs: StepInputs, x: Array, s: Array, j: int, still: Index) ->
     twice, both = np.tile(still, 2), np.repeat([1.0, -1.0], still.size)
     trial = s[:, twice]
     trial[j] = both
-    force = inputs.joint.force(x[:, twice], inputs.u[twice], trial, inputs.t[twice], inputs.theta)[j]
+    acting = x[:, twice], inputs.u[twice], trial, inputs.t[twice], inputs.theta
+    force = inputs.joint.force(*acting, inputs.linear)[j]
     ahead, back = np.split(force, 2)
     return np.where(ahead > 0.0, 1.0, np.where(back < 0.0, -1.0, 0.0)), (ahead <= 0.0) & (back >= 0.0)

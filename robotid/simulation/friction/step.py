@@ -41,7 +41,7 @@ class Mechanism(Protocol):
 
     def linear_at(self, theta: Array) -> Any: ...
 
-    def force(self, x: Array, u: Array, s: Array, t: Array, theta: Array) -> Array: ...
+    def force(self, x: Array, u: Array, s: Array, t: Array, theta: Array, linear: Any = None) -> Array: ...
 
     def directions(self, x: Array, s: Array, t: Array, theta: Array) -> Array: ...
 
@@ -64,7 +64,8 @@ class Mechanism(Protocol):
     ) -> Dynamics: ...
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+# Not frozen, as all that is made afresh for every step: freezing costs more than the arithmetic of a few of them.
+@dataclass(slots=True, eq=False)
 class StepInputs:
     """What acts during n steps.
 
@@ -109,7 +110,7 @@ def joined(parts: Sequence[StepInputs]) -> StepInputs:
     return replace(first, u=u, t=t, h=h, torque_steps=steps)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Steps:
     """Linearised steps x[n+1] = x1[n] + c + G (x[n] - x0[n]) + S dtheta about nodes x0, x1 (nx, n).
 

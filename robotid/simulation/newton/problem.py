@@ -10,6 +10,7 @@ import numpy as np
 from robotid.model.array import Array
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
+from robotid.model.linear_part import LinearPart
 from robotid.signals.torque_steps import TorqueSteps
 from robotid.simulation.friction.crossing import linearise_steps
 from robotid.simulation.friction.step import Mechanism, StepInputs, Steps
@@ -60,8 +61,8 @@ class Problem:
     """A joint under a given torque.
 
     theta : (p,); u : (n,) effective motor torque, constant over each of the n intervals but for torque_steps;
-    sampling_time [s]; guess : (nx, n + 1) of the nodes; begin [s] : time of the first node. The rest as of
-    `WindowProblem`.
+    sampling_time [s]; guess : (nx, n + 1) of the nodes; begin [s] : time of the first node; linear : what of the joint
+    is the same at every sample. The rest as of `WindowProblem`.
     """
 
     joint: Joint
@@ -73,7 +74,11 @@ class Problem:
     torque_steps: TorqueSteps | None = field(default=None, kw_only=True)
     max_failed_windows: int | None = field(default=None, kw_only=True)
     first_window: int = field(default=FIRST_WINDOW, kw_only=True)
+    linear: LinearPart = field(init=False)
     tolerance: ClassVar[float] = TOLERANCE
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "linear", self.joint.linear_at(self.theta))
 
     @property
     def intervals(self) -> int:
@@ -92,4 +97,4 @@ class Problem:
         h = self.sampling_time
         t = self.begin + np.arange(at.start, at.stop, dtype=np.float64) * h
         steps = None if self.torque_steps is None else self.torque_steps.take(at)
-        return StepInputs(self.joint, self.theta, self.u[at], t, h, columns, torque_steps=steps)
+        return StepInputs(self.joint, self.theta, self.u[at], t, h, columns, self.linear, steps)

@@ -73,6 +73,16 @@ def test_an_effect_that_is_taken_for_noise_of_the_torque_must_be_larger_to_score
     assert 1.02 * plain < size < 3.0 * plain
 
 
+def test_noise_that_cannot_matter_is_not_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At most it doubles the size: beyond twice of it, what is asked for anyway decides."""
+    seen, projected, at = through("motor.quadratic_friction")
+    plain = np.sqrt(ENERGY) / projected.visible_length(at)
+    size = least_scored(seen, projected, at, ENERGY, clean().data)
+    assert least_scored(seen, projected, at, ENERGY, clean().data, 1.9 * plain) == size
+    monkeypatch.setattr("robotid.diagnosis.search.least_scored.sensor_noise", None)
+    assert least_scored(seen, projected, at, ENERGY, clean().data, 2.0 * plain) <= 2.0 * plain
+
+
 def test_where_errors_of_the_torque_are_allowed_for_an_effect_is_no_part_of_them() -> None:
     seen, projected, at = through("motor.quadratic_friction")
     blunt = replace(clean().data, torque_errors="white")

@@ -13,8 +13,9 @@ from support.paper_joint import RATIO, STRUCTURE
 
 from robotid.catalogue import assemble
 from robotid.errors import NumericsError
-from robotid.estimate.noise.information import is_explained, noise_information
-from robotid.estimate.noise.levels import Residual, expected_levels, fit_levels
+from robotid.estimate.noise.information import SeenDerivatives, is_explained
+from robotid.estimate.noise.levels import expected_levels, fit_levels
+from robotid.estimate.noise.lines import Residual
 from robotid.estimate.noise.response import TorqueResponse, torque_response
 from robotid.estimate.noise.whitening import InnovationsFilter, NoiseLevels, innovations_filter
 from robotid.model.array import Array
@@ -148,7 +149,7 @@ def test_signals_are_filtered_row_by_row(origin: SpeedOrigin) -> None:
 def test_the_spread_of_an_estimate_is_that_of_repeated_draws(origin: SpeedOrigin) -> None:
     t = np.arange(SAMPLES) * SAMPLING_TIME
     columns = np.stack([np.sin(6 * t), np.sign(np.sin(4 * t)), np.cos(600 * t)])
-    found = noise_information(columns, response("rigid", origin), NoiseLevels(ANGLE**2, TORQUE**2))
+    found = SeenDerivatives.of(columns, response("rigid", origin)).information(NoiseLevels(ANGLE**2, TORQUE**2))
     drawn = np.stack([columns @ residual("rigid", origin, seed=k) for k in range(60)])
     assert np.sqrt(np.diag(found)) == pytest.approx(np.sqrt(np.mean(drawn**2, axis=0)), rel=0.3)
 

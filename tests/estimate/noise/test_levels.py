@@ -11,8 +11,10 @@ from scipy.linalg import expm
 from scipy.signal import lfilter
 from scipy.stats import kstest
 
-from robotid.estimate.noise.information import is_explained, noise_information
-from robotid.estimate.noise.levels import Residual, expected_levels, fit_levels, likely_levels, torque_floor, whittle
+from robotid.estimate.noise.floor import torque_floor
+from robotid.estimate.noise.information import SeenDerivatives, is_explained
+from robotid.estimate.noise.levels import expected_levels, fit_levels, likely_levels, whittle
+from robotid.estimate.noise.lines import Residual
 from robotid.estimate.noise.response import TorqueResponse
 from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 from robotid.model.array import Array
@@ -202,7 +204,7 @@ def test_the_spread_of_an_estimate_is_that_of_repeated_draws(output: str) -> Non
     rng, t = np.random.default_rng(8), np.arange(SAMPLES) * H
     columns = np.stack([np.sin(6 * t), np.sign(np.sin(4 * t)), t])
     levels = NoiseLevels(NOISE[output] ** 2, 0.02**2, 0.01**2, -np.log(0.99) / H)
-    told = noise_information(columns, joint(output), levels)
+    told = SeenDerivatives.of(columns, joint(output)).information(levels)
     drawn = np.stack([columns @ residual(output, rng, 0.02, 0.01, 0.99) for _ in range(60)])
     assert np.sqrt(np.diag(told)) == pytest.approx(np.sqrt(np.mean(drawn**2, axis=0)), rel=0.3)
 

@@ -8,15 +8,18 @@ import numpy as np
 import pytest
 from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
 
-from robotid.catalogue import assemble
+from robotid.catalogue import assemble, with_effect
 from robotid.errors import NumericsError
 from robotid.model.array import Array
+from robotid.model.companion import CompanionKind
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
+from robotid.signals.companion import Companion
 from robotid.signals.record import Record
+from robotid.simulation.in_turns import beside_all
 from robotid.simulation.newton import together
 from robotid.simulation.simulate import Start, simulate, simulate_together
-from robotid.simulation.trajectory import linearised_together, share_dynamics
+from robotid.simulation.trajectory import linearised_together, shared_dynamics
 
 TORQUE = {"slow": (1.3, 2.0), "fast": (9.0, 3.0), "short": (4.0, 2.5)}  # [Hz], [Nm]
 SAMPLES = {"slow": 900, "fast": 700, "short": 300}
@@ -76,7 +79,9 @@ def test_derivatives_together_are_those_of_each() -> None:
     one, theta = joint()
     found = list(simulate_together(one, theta, records(), [Start(np.zeros(one.nx))] * 3))
     wanted = DerivativeColumns((0, 1, 2), (0, 1))
-    for trajectory, steps in zip(found, linearised_together(found, wanted), strict=True):
+    every = shared_dynamics(found)
+    assert every is not None
+    for trajectory, steps in zip(found, linearised_together(found, wanted, every), strict=True):
         alone = trajectory.linearise(slice(0, len(trajectory.u) - 1), wanted)
         assert steps.S is not None
         assert alone.S is not None
@@ -87,5 +92,59 @@ def test_derivatives_together_are_those_of_each() -> None:
 def test_other_parameters_are_other_dynamics() -> None:
     one, theta = joint()
     first, other, _ = simulate_together(one, theta, records(), [Start(np.zeros(one.nx))] * 3)
-    assert share_dynamics([first, other])
-    assert not share_dynamics([first, replace(other, theta=1.01 * theta)])
+    assert shared_dynamics([first, other]) is not None
+    assert shared_dynamics([first, replace(other, theta=1.01 * theta)]) is None
+
+
+def accompanied() -> tuple[Record, ...]:
+    """Records that begin at other times, each with a motor angle and another axis of its own."""
+    made = []
+    for k, record in enumerate(records()):
+        t = np.arange(len(record)) * SAMPLING_TIME
+        swing = Companion.of(CompanionKind.ANGLE, np.sin(9.0 * t + k), SAMPLING_TIME)
+        angle = 2.0 * np.sin(5.0 * t + 2.0 * k)
+        made.append(replace(record, begin=3.7 * k, phi_m=angle, companions={"q2": swing}))
+    return tuple(made)
+
+
+BESIDE = {
+    "follows": ("motor.cogging",),
+    "reads": ("arm.pose_lever[q2]",),
+    "warms up": ("motor.cogging", "motor.thermal_friction"),
+}
+VALUES = {"motor.cogging.A": 0.05, "arm.pose_lever[q2].A": 200.0, "motor.thermal_friction.c": -0.3}
+
+
+@pytest.mark.parametrize("effects", BESIDE.values(), ids=BESIDE)
+def test_records_that_a_joint_stands_beside_move_as_each_alone(effects: tuple[str, ...]) -> None:
+    """Each by its own companion, at its own recorded angle, and in its own time."""
+    structure = STRUCTURE
+    for effect in effects:
+        structure = with_effect(structure, effect)
+    one = assemble(structure)
+    values = {name: value for name, value in (TRUTH | VALUES).items() if name in one.names}
+    theta = one.parameters().with_values(values).values
+    assert one.depends_on_record
+    starts = [Start(np.zeros(one.nx))] * 3
+    found = list(simulate_together(one, theta, accompanied(), starts))
+    for record, trajectory in zip(accompanied(), found, strict=True):
+        alone = simulate(one, theta, record, np.zeros(one.nx))
+        assert np.all(np.abs(trajectory.x - alone.x) < 1e-5 * np.abs(alone.x).max(axis=1, keepdims=True))
+        np.testing.assert_array_equal(trajectory.t, record.t)
+    every = shared_dynamics(found)
+    assert every is not None
+    wanted = DerivativeColumns(tuple(range(one.n_theta)))
+    for trajectory, steps in zip(found, linearised_together(found, wanted, every), strict=True):
+        single = trajectory.linearise(slice(0, len(trajectory.u) - 1), wanted)
+        assert single.S is not None
+        assert np.allclose(steps.S, single.S, rtol=1e-6, atol=1e-9 * np.abs(single.S).max())
+
+
+def test_companions_that_are_not_sampled_alike_go_one_by_one() -> None:
+    one = assemble(STRUCTURE.extended("arm.pose_lever[q2]"))
+    slow, fast, _ = accompanied()
+    fast = replace(fast, sampling_time=2 * SAMPLING_TIME)
+    assert beside_all([one.along(slow), one.along(fast)]) is None
+    theta = one.parameters().with_values(TRUTH).values
+    found = list(simulate_together(one, theta, [slow, fast], [Start(np.zeros(one.nx))] * 2))
+    np.testing.assert_array_equal(found[1].x, simulate(one, theta, fast, np.zeros(one.nx)).x)

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import repeat
 
 import numpy as np
 from scipy.signal import lfilter
@@ -102,6 +103,7 @@ def main() -> None:
     """Print a row a parameter."""
     parser = argparse.ArgumentParser(prog="study.coverage", description=__doc__)
     parser.add_argument("--seeds", type=int, default=200)
+    parser.add_argument("--first", type=int, default=0, help="the first seed")
     parser.add_argument("--only", action="append", default=[], help="experiment or noise; repeatable")
     parser.add_argument("--jobs", type=int, default=2)
     asked = parser.parse_args()
@@ -113,7 +115,8 @@ def main() -> None:
             for noise in NOISES:
                 if only and not (name in only and (noise in only or not only & set(NOISES))):
                     continue
-                errors = list(pool.map(estimate, *zip(*[(name, noise, s) for s in range(asked.seeds)], strict=True)))
+                seeds = range(asked.first, asked.first + asked.seeds)
+                errors = list(pool.map(estimate, repeat(name), repeat(noise), seeds))
                 for parameter in errors[0]:
                     z = np.array([one[parameter] for one in errors])
                     share = 100 * np.mean(np.abs(z) < QUANTILE)
