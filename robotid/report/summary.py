@@ -9,6 +9,7 @@ from math import isfinite
 from robotid.catalogue import EFFECTS
 from robotid.diagnosis.clock import RecordedLate
 from robotid.diagnosis.results import Cause, Diagnosis
+from robotid.diagnosis.verdict import SHAPELESS, UNEXPLAINED
 from robotid.estimate.result import End, Estimate, FitResult
 from robotid.extension.results import Extension, Score
 from robotid.model.companion import companion_of
@@ -32,9 +33,12 @@ def summary(findings: Findings) -> str:
 
 
 def remarks(findings: Findings) -> tuple[str, ...]:
-    """What to know of the fit beside the answer, a sentence each."""
-    fits = findings.fits
-    return () if fits is None else tuple(f"{capitalised(one)}." for one in fits.models[fits.best].remarks)
+    """What to know of the fit and of the diagnosis beside the answer, a sentence each; not what the answer tells."""
+    fits, found = findings.fits, findings.diagnosis
+    of_fit = () if fits is None else fits.models[fits.best].remarks
+    of_diagnosis = () if found is None or found.apart else found.remarks
+    doubts = (*of_fit, *(one for one in of_diagnosis if one not in (SHAPELESS, UNEXPLAINED)))
+    return tuple(f"{capitalised(one)}." for one in doubts)
 
 
 def robot_summary(axes: Mapping[str, Findings]) -> str:

@@ -9,6 +9,7 @@ from support.diagnosed import CLEAN, UNKNOWN
 from support.report_findings import findings, with_events
 
 from robotid.diagnosis.results import Misfit
+from robotid.diagnosis.verdict import SHAPELESS, UNEXPLAINED
 from robotid.estimate.result import End
 from robotid.report.findings import Findings
 from robotid.report.summary import remarks, summary
@@ -160,9 +161,19 @@ def test_doubts_of_the_fit_stand_beside_the_answer() -> None:
     assert fits is not None
     doubtful = replace(fits.models[fits.best], remarks=("motor.coulomb.Fc ended at its lower bound, 0",))
     f = replace(findings(), fits=replace(fits, models=fits.models | {fits.best: doubtful}))
-    assert remarks(f) == ("motor.coulomb.Fc ended at its lower bound, 0.",)
+    assert remarks(f) == ("motor.coulomb.Fc ended at its lower bound, 0.", *remarks(findings()))
     assert summary(f) == told()
-    assert remarks(findings()) == remarks(Findings("irb")) == ()
+    assert remarks(Findings("irb")) == ()
+
+
+@pytest.mark.parametrize(
+    ("remark", "stands"), [("the budget of 3 s is spent", True), (SHAPELESS, False), (UNEXPLAINED, False)]
+)
+def test_doubts_of_the_diagnosis_stand_there_too_unless_the_answer_tells_them(remark: str, stands: bool) -> None:
+    found = findings().diagnosis
+    assert found is not None
+    f = replace(findings(), diagnosis=replace(found, remarks=(remark,)))
+    assert (f"{remark[0].upper()}{remark[1:]}." in remarks(f)) is stands
 
 
 def test_a_fit_that_did_not_converge_is_told() -> None:
