@@ -36,7 +36,7 @@ from robotid.diagnosis.search.state import (
     misfit_energy,
     share_removed,
 )
-from robotid.diagnosis.search.torque_errors import leaves_only_noise
+from robotid.diagnosis.search.torque_errors import leaves_only_noise, prevail
 from robotid.diagnosis.search.unexplained import better_curve, with_unexplained, without_imitations
 from robotid.errors import NumericsError
 from robotid.interrupt import OutOfTime, check, deadline
@@ -135,7 +135,8 @@ def _settled(evidence: Evidence, event: Event, criteria: Criteria) -> Event:
 def _by_either_noise(evidence: Evidence, start: SearchState, criteria: Criteria, log: Log) -> SearchResult:
     """By the noise of the sensors where all that is known leaves no more than that, else by that of torque errors,
     which are white at first: red ones as large as a misfit leave little of it to be seen. By another noise where one
-    names nothing, and leaves more than noise of any colour."""
+    names nothing, and leaves more than noise of any colour, or mostly errors of the torque, beside which slow ones have
+    been given too much weight."""
     found: list[SearchResult] = []
     ways = _ways(evidence, start, criteria)
     for way in ways if start.data.noise_reached else [*ways[1:], ways[0]]:
@@ -143,8 +144,11 @@ def _by_either_noise(evidence: Evidence, start: SearchState, criteria: Criteria,
             found.append(find_causes(way(log), criteria, log))
         except OutOfTime:
             return _late(found[-1] if found else as_result(start))
-        if found[-1].causes or found[-1].late or leaves_only_noise(found[-1]):
+        if found[-1].causes or found[-1].late or (leaves_only_noise(found[-1]) and not prevail(found[-1])):
             return found[-1]
+        noise = next(filter(leaves_only_noise, found), None)
+        if noise is not None and found[-1].data.torque_errors == "coloured":
+            return noise
     return next((one for one in found if one.curve is not None), found[0])
 
 
