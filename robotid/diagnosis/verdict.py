@@ -13,21 +13,21 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.misfit.summary import MisfitLocation, locate_misfit
 from robotid.diagnosis.noise.noise_floor import Noise
 from robotid.diagnosis.refit.refitted_model import RefittedModel
+from robotid.diagnosis.remarks import UNEXPLAINED, remarks
 from robotid.diagnosis.results import Cause, DetectionLimit, Diagnosis, Misfit, Rejected, Verdict
 from robotid.diagnosis.search.agreement import Agreement
 from robotid.diagnosis.search.coloured import energy_a_sample
 from robotid.diagnosis.search.limits import detection_limits
 from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.search.state import AcceptedCause, SearchResult
-from robotid.diagnosis.search.torque_errors import is_swamped, leaves_only_noise, prevail, torque_errors
+from robotid.diagnosis.search.torque_errors import is_swamped
 from robotid.diagnosis.settings import VERDICT
 from robotid.estimate.fitted_model import FittedModel, Simulated, SimulatedSegment, joined
 from robotid.estimate.residual import measured_output
 from robotid.estimate.result import Estimate
 from robotid.model.array import Array
 from robotid.model.structure import changed
-from robotid.model.units import on_axis
-from robotid.numerals import listed, plain, portion
+from robotid.numerals import portion
 from robotid.parallel import each
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
@@ -35,17 +35,7 @@ from robotid.signals.trace import Trace, downsampled
 
 K = TypeVar("K")
 SAME = 1e-9  # relative: levels that are closer are one
-UNEXPLAINED = "the model does not simulate the records that it was fitted to: `robotid check` examines them"
 NOT_EXAMINED = "not examined: the time was up"
-SWAMPED = (
-    "what the model leaves may be errors of the torque, but of {}, {} % of what was recorded: whatever is missing would"
-    " not show; record a clearer torque, or a motion that is simulated better"
-)
-PASSES = (
-    "what the model leaves passes for errors of the torque of {}, {} % of what was recorded: an effect that is smaller,"
-    " or as slow as they are, would not show"
-)
-SHAPELESS = "the misfit is far above the noise, yet no curve along one variable explains much of it"
 
 
 def verdict(
@@ -105,7 +95,7 @@ def verdict(
         residuals={name: trace(runs[name], model) for name in runs},
         shape=None if found.curve is None else replace(found.curve.curve, order=found.curve_share),
         refitted=dict(zip(found.last.parameters.names, found.last.parameters.values.tolist(), strict=True)),
-        remarks=(_sized(SWAMPED, found),) if swamped else _remarks(word, found),
+        remarks=remarks(word, found, swamped=swamped),
         remaining_share=share,
         events=found.events,
         limits=limits,
@@ -181,33 +171,6 @@ def is_partial(share: float, misfit: float, remaining: float, floor: float) -> b
     in the unit of the output, where what remains is beyond the noise."""
     plain = remaining > floor and remaining**2 > VERDICT.partial_share * misfit**2
     return share > VERDICT.partial_share or plain
-
-
-def _sized(remark: str, found: SearchResult) -> str:
-    """A remark with how large the errors of the torque are."""
-    size, share = torque_errors(found)
-    unit = on_axis(linear=found.last.structure.linear)("Nm")
-    return remark.format(f"{plain(size, 2)} {unit}", plain(100.0 * share, 2))
-
-
-def _remarks(word: Verdict, found: SearchResult) -> tuple[str, ...]:
-    if word == "not explained":
-        return (UNEXPLAINED,)
-    joined, apart = listed(found.agreement.joined), listed(found.agreement.apart)
-    if word == "unknown" and apart:
-        return (
-            f"no parameters of the model simulate both the records of its fit and {apart}: something is missing that"
-            f" the former do not show; fit {apart}, too, to look for it",
-        )
-    if word == "unknown":
-        return (SHAPELESS,) if found.curve is None and not found.late else ()
-    remarks: tuple[str, ...] = (_sized(PASSES, found),) if leaves_only_noise(found) and prevail(found) else ()
-    if word == "clean" and joined:
-        remarks += (
-            f"the model simulates {joined} as well once it is fitted to them, too: the other records leave a parameter"
-            " uncertain",
-        )
-    return remarks
 
 
 def explains_nothing(model: FittedModel, simulated: Sequence[Simulated]) -> bool:

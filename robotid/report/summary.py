@@ -8,8 +8,8 @@ from math import isfinite
 
 from robotid.catalogue import EFFECTS
 from robotid.diagnosis.clock import RecordedLate
+from robotid.diagnosis.remarks import SHAPELESS, UNEXPLAINED
 from robotid.diagnosis.results import Cause, Diagnosis
-from robotid.diagnosis.verdict import SHAPELESS, UNEXPLAINED
 from robotid.estimate.result import End, Estimate, FitResult
 from robotid.extension.results import Extension, Score
 from robotid.model.companion import companion_of

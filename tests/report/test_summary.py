@@ -8,8 +8,8 @@ import pytest
 from support.diagnosed import CLEAN, UNKNOWN
 from support.report_findings import findings, with_events
 
+from robotid.diagnosis.remarks import SHAPELESS, UNEXPLAINED
 from robotid.diagnosis.results import Misfit
-from robotid.diagnosis.verdict import SHAPELESS, UNEXPLAINED
 from robotid.estimate.result import End
 from robotid.report.findings import Findings
 from robotid.report.summary import remarks, summary

@@ -1,0 +1,47 @@
+"""What to know beside a verdict, in sentences."""
+
+from __future__ import annotations
+
+from robotid.diagnosis.results import Verdict
+from robotid.diagnosis.search.state import SearchResult
+from robotid.diagnosis.search.torque_errors import leaves_only_noise, prevail, torque_errors
+from robotid.model.units import on_axis
+from robotid.numerals import listed, plain
+
+UNEXPLAINED = "the model does not simulate the records that it was fitted to: `robotid check` examines them"
+SWAMPED = (
+    "what the model leaves may be errors of the torque, but of {}, {} % of what was recorded: whatever is missing would"
+    " not show; record a clearer torque, or a motion that is simulated better"
+)
+PASSES = (
+    "what the model leaves passes for errors of the torque of {}, {} % of what was recorded: an effect that is smaller,"
+    " or as slow as they are, would not show"
+)
+APART = (
+    "no parameters of the model simulate both the records of its fit and {}: something is missing that the former do"
+    " not show; fit {}, too, to look for it"
+)
+JOINED = "the model simulates {} as well once it is fitted to them, too: the other records leave a parameter uncertain"
+SHAPELESS = "the misfit is far above the noise, yet no curve along one variable explains much of it"
+
+
+def remarks(word: Verdict, found: SearchResult, *, swamped: bool) -> tuple[str, ...]:
+    """What to know beside a verdict. swamped : errors of the torque may hide what is missing."""
+    if swamped:
+        return (_sized(SWAMPED, found),)
+    if word == "not explained":
+        return (UNEXPLAINED,)
+    joined, apart = listed(found.agreement.joined), listed(found.agreement.apart)
+    if word == "unknown":
+        if apart:
+            return (APART.format(apart, apart),)
+        return (SHAPELESS,) if found.curve is None and not found.late else ()
+    noise = (_sized(PASSES, found),) * (leaves_only_noise(found) and prevail(found))
+    return (*noise, *(JOINED.format(joined),) * (word == "clean" and bool(joined)))
+
+
+def _sized(remark: str, found: SearchResult) -> str:
+    """A remark with how large the errors of the torque are."""
+    size, share = torque_errors(found)
+    unit = on_axis(linear=found.last.structure.linear)("Nm")
+    return remark.format(f"{plain(size, 2)} {unit}", plain(100.0 * share, 2))
