@@ -16,7 +16,8 @@ from robotid.diagnosis.results import Diagnosis
 from robotid.diagnosis.search.agreement import Agreement
 from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.search.search import as_result
-from robotid.diagnosis.verdict import torque_errors, verdict
+from robotid.diagnosis.search.torque_errors import torque_errors
+from robotid.diagnosis.verdict import verdict
 from robotid.estimate.fitted_model import fitted_model
 from robotid.numerals import plain
 
