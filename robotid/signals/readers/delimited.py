@@ -50,9 +50,9 @@ class Layout:
 
     def number(self, cell: str) -> float | None:
         """What a cell says, nan where it is empty, None where it is no number."""
-        if GROUPED.fullmatch(cell):
-            mark = max(cell.rfind(","), cell.rfind("."))
-            return _number(re.sub(r"[.,]", "", cell[:mark]) + "." + cell[mark + 1 :])
+        if GROUPED.fullmatch(cell) and (_decimal_mark(cell) == ",") is self.comma:
+            whole, _, part = cell.rpartition(_decimal_mark(cell))
+            return _number(re.sub(r"[.,]", "", whole) + "." + part)
         return _number(cell.replace(",", ".") if self.comma else cell)
 
 
@@ -127,7 +127,7 @@ def _layout(path: Path, lines: Sequence[str]) -> Layout:
     if first is None:
         raise InputError("there are names but no samples", where=str(path), hint="record again, or name another file")
     names, units = _head(path, lines, [split[k] for k in content if k < first], first, width, delimiter)
-    comma = delimiter != "," and any("," in cell for k in content if k >= first for cell in split[k])
+    comma = delimiter != "," and _has_decimal_commas([cell for k in content if k >= first for cell in split[k]])
     return Layout(delimiter, comma, tuple(names), tuple(units), first)
 
 
@@ -152,6 +152,18 @@ def _trimmed(cells: list[str]) -> list[str]:
 def _is_row(cells: Sequence[str], delimiter: str | None) -> bool:
     numbers = sum(_is_number(cell, delimiter) or DATE.match(cell) is not None for cell in cells if cell)
     return numbers > 0 and 2 * numbers >= sum(bool(cell) for cell in cells)
+
+
+def _decimal_mark(grouped: str) -> str:
+    return max(".,", key=grouped.rfind)
+
+
+def _has_decimal_commas(cells: Sequence[str]) -> bool:
+    """Whether the comma stands before decimals, as one that is not between thousands does."""
+    grouped = [cell for cell in cells if GROUPED.fullmatch(cell)]
+    plain = [cell for cell in cells if not GROUPED.fullmatch(cell)]
+    commas = any(_decimal_mark(cell) == "," for cell in grouped) and not any("." in cell for cell in plain)
+    return commas or any("," in cell for cell in plain)
 
 
 def _is_number(cell: str, delimiter: str | None) -> bool:
