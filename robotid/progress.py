@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Begun:
-    """A stage has begun."""
+    """A stage has begun; without a name, one has ended and none is at work."""
 
     stage: str
 

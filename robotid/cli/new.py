@@ -24,6 +24,7 @@ from robotid.signals.correction import corrected
 from robotid.signals.joining import joined
 from robotid.signals.plausibility import Axis, check_records
 from robotid.signals.proposal import Proposal, propose
+from robotid.signals.proposed_time import GIVE_SAMPLING_TIME
 from robotid.signals.quality import Recordings
 from robotid.signals.readers import read
 from robotid.signals.units import UNITS
@@ -68,7 +69,8 @@ def write_configuration(
     found = _scaled(_asked(data, dict(map(_pair, chosen))), scales)
     if found.sampling_time is None and sampling_time is None:
         hint = "say how many seconds are between two samples, such as --sampling-time 0.001"
-        raise ConfigError("no time column was found", where=_named(data), hint=hint)
+        what = next(one.partition(";")[0] for one in found.remarks if one.endswith(GIVE_SAMPLING_TIME))
+        raise ConfigError(what, where=_named(data), hint=hint)
     found = _plausible(path, found, sampling_time)
     atomic_write(path, _configuration(path, found, sampling_time))
     print_tables([_guessed(found)])

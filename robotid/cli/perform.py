@@ -22,7 +22,7 @@ from robotid.pipeline.lock import locked
 from robotid.pipeline.report_page import findings_of
 from robotid.pipeline.run import Run, Runs, runs_of
 from robotid.pipeline.table import COLLECT, PRODUCTS, REPORT, STAGES, VALIDATE
-from robotid.progress import Log
+from robotid.progress import Begun, Log
 from robotid.report.tables import by_axis
 from robotid.report.tables import check as check_view
 from robotid.report.tables.table import Json, Table
@@ -76,6 +76,8 @@ def _perform(stage: str | None, run: Runs, options: StageOptions) -> None:
         try:
             for outcome in _outcomes(stage, run, options, log, checked.append):
                 done.append(outcome)
+                if log is not None:
+                    log(Begun(""))  # or a stage would be said to go on after the line of its end
                 print_message(_line(outcome), quiet=options.quiet or options.dry_run)
                 for axis, error in outcome.failures.items():
                     print_message(f"{outcome.stage}: axis {axis} goes no further: {error}", quiet=options.quiet)

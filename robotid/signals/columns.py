@@ -109,7 +109,8 @@ def ending(name: str) -> tuple[str, Unit | None]:
         # mNm would be torn apart, and the s of a unit that is unknown taken for seconds
         unit = parse(written[2])
         return (short(written[1]), unit) if unit is not None else ("_".join(words), None)
-    if any(word in CURRENTS for word in words) and words[-1] in (*CURRENTS, "a"):
+    last = next((word for word in reversed(words) if not word.isdecimal()), "")
+    if any(word in CURRENTS for word in words) and last in (*CURRENTS, "a"):
         return "_".join(words[:-1] if words[-1] == "a" else words), UNITS["A"]
     for count in range(min(3, len(words) - 1), 0, -1):
         tail = "_".join(words[-count:])

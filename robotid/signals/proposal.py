@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from robotid.errors import RobotidError
 from robotid.model.array import Array
 from robotid.signals.columns import ALIASES, NEEDED, Column, ending
 from robotid.signals.joining import joined
+from robotid.signals.proposed_time import dated, sampling_time
 from robotid.signals.readers import read
 from robotid.signals.readers.table import Table
-from robotid.signals.sampling import usual_step
 from robotid.signals.units import UNITS, parse
 
 WORDS = {
@@ -108,13 +107,20 @@ def propose(*paths: Path, chosen: Mapping[str, str] | None = None) -> Proposal:
             columns[signal] = fitting[0].column
             remarks += _said(signal, fitting)
         elif signal in NEEDED:
-            remarks.append(f"no column looks like {signal}; {table.offer()}")
+            alone = ", and a speed alone is not enough" if signal == "phi_m" and _has_speed(guesses) else ""
+            remarks.append(f"no column looks like {signal}{alone}; {table.offer()}")
     if "phi_m" in columns and (clock := table.clock(columns["phi_m"].name)) is not None:
         columns = {"t": Column(clock)} | columns
-    h = _sampling_time(table, columns.get("t"), remarks)
+    if "t" in columns and "t" not in named:
+        columns["t"] = dated(table, columns["t"], remarks)
+    h = sampling_time(table, columns.get("t"), remarks)
     if "ref" in columns and columns["ref"].unit is None:
         columns["ref"] = replace(columns["ref"], unit=_followed(table, columns, remarks))
     return Proposal(paths, columns, h, tuple(remarks), axes=_axes(table, columns))
+
+
+def _has_speed(guesses: Sequence[_Guess]) -> bool:
+    return any(guess.signal == "dphi_m" for guess in guesses)
 
 
 def _axes(table: Table, columns: Mapping[str, Column]) -> tuple[dict[str, Column], ...]:
@@ -231,7 +237,8 @@ def _unsteadiness(values: Array) -> float:
 def _guess(table: Table, name: str) -> _Guess | None:
     stem, suffix = ending(name)
     unit = parse(table.units.get(name, "")) or suffix
-    signal, certainty = _signal(stem, set(stem.split("_")), SIGNAL[unit.quantity] if unit else None)
+    words = {word.rstrip("0123456789") or word for word in stem.split("_")} | set(stem.split("_"))
+    signal, certainty = _signal(stem, words, SIGNAL[unit.quantity] if unit else None)
     if signal is None:
         return None
     scale = 1.0 if unit is not None and unit.raw else None
@@ -265,21 +272,3 @@ def _said(signal: str, fitting: list[_Guess]) -> list[str]:
         what = "torque" if signal == "tau_m" else "SI"
         remarks.append(f"{column.name} is in {column.unit}; give the {what} per {column.unit} as scale")
     return remarks
-
-
-def _sampling_time(table: Table, column: Column | None, remarks: list[str]) -> float | None:
-    h = None if column is None else _usual_step(table, column)
-    if h is None:
-        remarks.append("no time column was found; give sampling_time")
-    elif h >= 0.5 and column is not None and column.unit is None:
-        remarks.append(f"{column.name} steps by {h:g}; give its unit if it does not count seconds")
-    return h
-
-
-def _usual_step(table: Table, column: Column) -> float | None:
-    try:
-        t: Array = table.pick(column.name, column.column) * UNITS[column.unit or "s"].factor
-    except RobotidError:
-        return None
-    t = t[np.isfinite(t)]
-    return usual_step(t) if len(t) > 1 and np.median(np.diff(t)) > 0 else None

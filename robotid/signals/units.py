@@ -39,7 +39,7 @@ _FACTORS: dict[str, dict[str, float]] = {
         "rev/s": 2 * pi,
         "rpm": pi / 30,
     },
-    "torque": {"Nm": 1.0, "mNm": 1e-3, "Ncm": 1e-2, "kNm": 1e3},
+    "torque": {"Nm": 1.0, "mNm": 1e-3, "Nmm": 1e-3, "Ncm": 1e-2, "kNm": 1e3},
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
     "speed": {"m/s": 1.0, "mm/s": 1e-3, "um/s": 1e-6, "m/min": 1 / 60, "mm/min": 1e-3 / 60},
     "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3},

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from contextlib import nullcontext
 from io import StringIO
 from pathlib import Path
 from typing import cast
@@ -17,7 +18,8 @@ import pytest
 from rich.console import Console
 from support.paths import ROOT
 
-from robotid.cli import progress
+from robotid.cli import perform, progress
+from robotid.cli.app import main
 from robotid.cli.progress import Watch, live_display, watching
 from robotid.numerals import duration
 from robotid.progress import Begun, Iteration, Progress, Step
@@ -229,6 +231,27 @@ def test_no_silence_is_long(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
     clock.now += 20.0
     lines.beat()
     assert capsys.readouterr().err.count("\n") == 1, "an iteration is a line, too"
+
+
+def test_a_stage_that_has_ended_is_not_said_to_go_on(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clock, events = Clock(), list[object]()
+    monkeypatch.setattr(progress, "Watch", lambda: Watch(clock))
+    lines = progress._Lines()
+
+    def noted(event: Begun | Progress | Step) -> None:
+        events.append(event)
+        lines(event)
+
+    monkeypatch.setattr(perform, "watching", lambda **_: nullcontext(noted))
+    assert main(("excite", str(ROOT / "configs" / "smoke.yaml"), "--out", str(tmp_path))) == 0
+    assert events[0] == Begun("excite")
+    assert events[-1] == Begun("")
+    capsys.readouterr()
+    clock.now += 100.0
+    lines.beat()
+    assert capsys.readouterr().err == ""
 
 
 def test_the_heartbeat_ends_with_its_block() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -81,6 +82,69 @@ def test_what_is_not_there_is_said(tmp_path: Path) -> None:
 def test_a_time_that_may_be_milliseconds(tmp_path: Path) -> None:
     found = proposal(tmp_path, "time,torque,angle", step=1)
     assert "time steps by 1; give its unit if it does not count seconds" in found.remarks
+
+
+@pytest.mark.parametrize(
+    ("head", "first", "tick", "unit", "scale"),
+    [
+        ("milliseconds since 1970", 1_714_560_000_000, 1e-3, "ms", None),
+        ("microseconds since 1970", 1_714_560_000_000_000, 1e-6, "us", None),
+        ("nanoseconds since 1970", 1_714_560_000_000_000_000, 1e-9, "ns", None),
+        ("100 ns since 1601, as Windows does", 133_590_336_000_000_000, 1e-7, None, 1e-7),
+    ],
+)
+def test_a_time_that_is_a_date(
+    head: str, first: int, tick: float, unit: str | None, scale: float | None, tmp_path: Path
+) -> None:
+    step = round(0.002 / tick)
+    rows = [f"{first + k * step},{k % 7}.5,{k % 5}.5" for k in range(100)]
+    (tmp_path / "log.csv").write_text("\n".join(["Timestamp,torque,angle", *rows]))
+    found = propose(tmp_path / "log.csv")
+    assert found.columns["t"] == Column("Timestamp", unit=unit, scale=scale)
+    assert found.sampling_time == pytest.approx(0.002, rel=1e-3)
+    assert f"Timestamp counts {head}" in found.remarks
+
+
+def test_seconds_are_left_as_they_are(tmp_path: Path) -> None:
+    rows = [f"{1_714_560_000 + k * 0.002:.3f},{k % 7}.5,{k % 5}.5" for k in range(100)]
+    (tmp_path / "log.csv").write_text("\n".join(["time,torque,angle", *rows]))
+    assert propose(tmp_path / "log.csv").columns["t"] == Column("time")
+
+
+@pytest.mark.parametrize(
+    ("stamp", "said"),
+    [
+        (lambda k: "12:00:01", "the time column Time stands still"),
+        (lambda k: f"12:00:{k // 50:02d}", "the time column Time has 4 times for 200 samples"),
+        (lambda k: f"{300 - k}", "time runs backward in column Time"),
+    ],
+    ids=["still", "coarse", "backward"],
+)
+def test_why_a_time_column_tells_no_sampling_time(stamp: Callable[[int], str], said: str, tmp_path: Path) -> None:
+    rows = [f"{stamp(k)};{k % 7}.5;{k % 5}.5" for k in range(200)]
+    (tmp_path / "log.csv").write_text("\n".join(["Time;torque;angle", *rows]))
+    assert f"{said}; give sampling_time" in propose(tmp_path / "log.csv").remarks
+
+
+def test_a_speed_is_no_angle(tmp_path: Path) -> None:
+    found = proposal(tmp_path, "time,torque,speed [rpm]")
+    assert "no column looks like phi_m, and a speed alone is not enough; it holds time, torque, speed" in found.remarks
+
+
+def test_numbers_at_the_end_of_words_are_no_part_of_them(tmp_path: Path) -> None:
+    found = proposal(tmp_path, "%time,field.header.seq,field.position0,field.velocity0,field.effort0")
+    assert {signal: column.name for signal, column in found.columns.items()} == {
+        "t": "%time",
+        "tau_m": "field.effort0",
+        "phi_m": "field.position0",
+        "dphi_m": "field.velocity0",
+    }
+
+
+def test_a_current_with_a_number_is_in_amperes(tmp_path: Path) -> None:
+    found = proposal(tmp_path, "timestamp,actual_q_0,actual_qd_0,actual_current_0")
+    assert found.columns["tau_m"] == Column("actual_current_0", unit="A", scale=1.0)
+    assert "actual_current_0 is in A; give the torque per A as scale" in found.remarks
 
 
 def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:

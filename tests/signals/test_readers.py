@@ -332,3 +332,32 @@ def test_a_last_line_that_breaks_off_is_left_out_and_said(row: str, tmp_path: Pa
     (tmp_path / "a.csv").write_text(text + "\n")
     with pytest.raises(InputError, match="2 columns where the names promise 3"):
         read(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        't,phi\n"1,000.5","-1,234,567.25"\n"1,001.5",998.0\n',
+        "t;phi\n1.000,5;-1.234.567,25\n1.001,5;998,0\n",
+        "t;phi\n1,000.5;-1,234,567.25\n1,001.5;998.0\n",
+    ],
+)
+def test_marks_between_thousands(text: str, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(text)
+    table = read(tmp_path / "a.csv")
+    assert table.columns["t"] == pytest.approx([1000.5, 1001.5])
+    assert table.columns["phi"] == pytest.approx([-1_234_567.25, 998.0])
+
+
+def test_a_number_with_one_mark_has_two_meanings(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text('t,phi\n0.5,"998"\n1.5,"1,000"\n')
+    with pytest.raises(InputError, match='"1,000" is not a number'):
+        read(tmp_path / "a.csv")
+
+
+def test_pairs_of_time_and_value_under_keys(tmp_path: Path) -> None:
+    head = "Name\ttorque\tName\tangle\nUnit\tNm\tUnit\trad\n\n"
+    (tmp_path / "a.csv").write_text(head + "0\t1\t0\t2\n1\t3\t1\t4\n")
+    with pytest.raises(InputError, match="has a time column of its own") as caught:
+        read(tmp_path / "a.csv")
+    assert "one time column" in str(caught.value)

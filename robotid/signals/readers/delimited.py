@@ -11,13 +11,13 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 
 from robotid.errors import InputError, printable
 from robotid.model.array import Array, Index
+from robotid.signals.readers.dates import DATE, MISSING, seconds_of
 from robotid.signals.readers.room import require_room
 from robotid.signals.readers.table import Table
 from robotid.signals.units import parse
@@ -25,15 +25,11 @@ from robotid.signals.units import parse
 SUFFIXES = (".csv", ".tsv", ".txt")
 
 UNIT = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|/\s+(\S+))$")
-MISSING = {"", "nan", "na", "n/a", "null", "none", "-", "--"}
 IN_MEMORY = 8  # times a text's own size that its lines and numbers take
-DATE = re.compile(
-    r"(?:(?P<day>\d{4}-\d\d-\d\d|\d{4}/\d\d/\d\d|\d\d\.\d\d\.\d{4})[T ]|(?=\d\d:\d\d:))"
-    r"(?P<clock>\d\d:\d\d(?::\d\d)?)(?:[.,](?P<part>\d{1,9}))?\s?(?P<zone>Z|[+-]\d\d:?\d\d)?$"
-)
-"""A day and a time, or a time with its seconds alone. 01/05/2024 is none: it has two meanings."""
 BLANKS = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?(?:\s+[+-]?\d+(?:,\d+)?(?:[eE][+-]?\d+)?)+\s*$")
 """Numbers with decimal commas and blanks between them."""
+GROUPED = re.compile(r"[+-]?\d{1,3}(?:(?:,\d{3})+\.\d+|(?:\.\d{3})+,\d+)")
+"""A number with marks between its thousands and another one before its decimals. 1,000 alone has two meanings."""
 HEAD_LINES = 60  # lines from which the layout is guessed
 CHUNK = 16_000_000  # characters of a text that are in memory as lines at once
 
@@ -54,6 +50,9 @@ class Layout:
 
     def number(self, cell: str) -> float | None:
         """What a cell says, nan where it is empty, None where it is no number."""
+        if GROUPED.fullmatch(cell) and (_decimal_mark(cell) == ",") is self.comma:
+            whole, _, part = cell.rpartition(_decimal_mark(cell))
+            return _number(re.sub(r"[.,]", "", whole) + "." + part)
         return _number(cell.replace(",", ".") if self.comma else cell)
 
 
@@ -82,7 +81,7 @@ def read(path: Path) -> Table:
     text = {j: cell for j, cell in text.items() if j not in dates}
     values = _slow(path, cells, rows, layout, dict.fromkeys((*text, *dates), ""))
     table = _table(path, layout, values, np.array(rows), text)
-    times = {layout.names[j] or "time": _seconds(path, [row[j] for row in cells], rows) for j in dates}
+    times = {layout.names[j] or "time": seconds_of(path, [row[j] for row in cells], rows) for j in dates}
     seconds = {printable(name): values for name, (_, values) in times.items()}
     origins = {printable(name): zero for name, (zero, _) in times.items()}
     units = table.units | dict.fromkeys(seconds, "s")
@@ -128,7 +127,7 @@ def _layout(path: Path, lines: Sequence[str]) -> Layout:
     if first is None:
         raise InputError("there are names but no samples", where=str(path), hint="record again, or name another file")
     names, units = _head(path, lines, [split[k] for k in content if k < first], first, width, delimiter)
-    comma = delimiter != "," and any("," in cell for k in content if k >= first for cell in split[k])
+    comma = delimiter != "," and _has_decimal_commas([cell for k in content if k >= first for cell in split[k]])
     return Layout(delimiter, comma, tuple(names), tuple(units), first)
 
 
@@ -151,9 +150,25 @@ def _trimmed(cells: list[str]) -> list[str]:
 
 
 def _is_row(cells: Sequence[str], delimiter: str | None) -> bool:
-    plain = (cell.replace(",", ".") if delimiter != "," else cell for cell in cells if cell)
-    numbers = sum(_number(cell) is not None or DATE.match(cell) is not None for cell in plain)
+    numbers = sum(_is_number(cell, delimiter) or DATE.match(cell) is not None for cell in cells if cell)
     return numbers > 0 and 2 * numbers >= sum(bool(cell) for cell in cells)
+
+
+def _decimal_mark(grouped: str) -> str:
+    return max(".,", key=grouped.rfind)
+
+
+def _has_decimal_commas(cells: Sequence[str]) -> bool:
+    """Whether the comma stands before decimals, as one that is not between thousands does."""
+    grouped = [cell for cell in cells if GROUPED.fullmatch(cell)]
+    plain = [cell for cell in cells if not GROUPED.fullmatch(cell)]
+    commas = any(_decimal_mark(cell) == "," for cell in grouped) and not any("." in cell for cell in plain)
+    return commas or any("," in cell for cell in plain)
+
+
+def _is_number(cell: str, delimiter: str | None) -> bool:
+    plain = cell.replace(",", ".") if delimiter != "," else cell
+    return _number(plain) is not None or GROUPED.fullmatch(cell) is not None
 
 
 def _number(cell: str) -> float | None:
@@ -170,6 +185,11 @@ def _head(
 ) -> tuple[list[str], list[str]]:
     """Names and units above the first row; names may also stand in a comment."""
     rows = [cells for cells in above if len(_trimmed(cells)) >= width]
+    if rows and _are_pairs(rows):
+        what = "every line above the numbers has a key before each signal, which has a time column of its own"
+        raise InputError(
+            what, where=str(path), hint="export one time column, and one line with the names of all columns"
+        )
     comment = next((line for line in reversed(lines[:first]) if line.lstrip().startswith("#")), "")
     if not rows and len(_split(comment, delimiter)) >= width:
         rows = [_split(comment.lstrip().removeprefix("#").strip(), delimiter)]
@@ -180,6 +200,12 @@ def _head(
     if len(rows) > 1 and all(parse(cell.strip("[]()")) or cell in ("", "-") for cell in units):
         return _named(path, rows[-2], [cell.strip("[]()") for cell in units])
     return _named(path, rows[-1], [""] * len(units))
+
+
+def _are_pairs(above: Sequence[list[str]]) -> bool:
+    """Whether the same key stands before every value in all lines, as an oscilloscope writes its channels."""
+    rows = [_trimmed(cells) for cells in above]
+    return all(len(cells) > 3 and cells[0] and len({*cells[::2]}) == 1 for cells in rows)
 
 
 def without_unit(name: str) -> tuple[str, str]:
@@ -244,46 +270,6 @@ def _cells(path: Path, lines: Sequence[str], rows: list[int], layout: Layout) ->
             hint = "put ; between the columns if , is the decimal mark" if comma else "correct or remove the line"
             raise InputError(what, where=f"{path}:{k + 1}", hint=hint)
     return cells
-
-
-def _seconds(path: Path, cells: Sequence[str], rows: Sequence[int]) -> tuple[float, Array]:
-    """The second since 1970 of the first date, and seconds from it (n,), nan where a cell is empty. A date without a
-    zone is taken for one in UTC. Raises InputError for a cell that is no date."""
-    ticks = np.full(len(cells), np.iinfo(np.int64).min, dtype=np.int64)
-    with_day = any((first := DATE.match(cell)) and first["day"] for cell in cells[:HEAD_LINES])
-    for k, cell in enumerate(cells):
-        if cell.lower() in MISSING or cell == "NaT":
-            continue
-        found = DATE.match(cell)
-        try:
-            ticks[k] = _nanoseconds(found) if found and bool(found["day"]) is with_day else _fail(cell)
-        except ValueError:
-            hint = "write all dates alike, such as 2024-05-01 12:00:00.125"
-            raise InputError(f'"{cell}" is not a date', where=f"{path}:{rows[k] + 1}", hint=hint) from None
-    known = ticks > np.iinfo(np.int64).min
-    if not known.any():
-        raise InputError("no date is known", where=str(path), hint="give sampling_time instead of a time column")
-    zero = int(ticks[known][0] // 10**9) * 10**9
-    seconds = np.full(len(cells), np.nan)
-    seconds[known] = (ticks[known] - zero) * 1e-9
-    return zero * 1e-9, seconds
-
-
-def _fail(cell: str) -> int:
-    raise ValueError(cell)
-
-
-def _nanoseconds(found: re.Match[str]) -> int:
-    """A date in nanoseconds since 1970, a time alone since midnight. Raises ValueError where there is no such date."""
-    day = (found["day"] or "1970-01-01").replace("/", "-")
-    day = day if "." not in day else "-".join(reversed(day.split(".")))
-    clock = found["clock"] if found["clock"].count(":") == 2 else found["clock"] + ":00"
-    whole = datetime.fromisoformat(f"{day}T{clock}").replace(tzinfo=UTC)
-    seconds = int(whole.timestamp())
-    if found["zone"] not in (None, "Z"):
-        zone = found["zone"].replace(":", "")
-        seconds -= int(f"{zone[0]}1") * (int(zone[1:3]) * 3600 + int(zone[3:5]) * 60)
-    return seconds * 10**9 + int((found["part"] or "0").ljust(9, "0"))
 
 
 def _is_text(cells: Sequence[str], layout: Layout) -> bool:
