@@ -44,7 +44,13 @@ class ColouredNoise:
     def explained(self) -> bool:
         """Whether these noises are all that the residuals show, by the joint's linear response or, where that leaves
         something, by simulations."""
-        return all(map(self._explains, self.segments, self.simulated, self.residuals))
+        return self.linearly_explained or all(map(self._explains, self.segments, self.simulated, self.residuals))
+
+    @cached_property
+    def linearly_explained(self) -> bool:
+        """The same by the joint's linear response alone."""
+        pairs = zip(self.segments, self.residuals, strict=True)
+        return all(is_explained(seen, one.whitening.levels, tolerance=NOISE.tolerance) for one, seen in pairs)
 
     def _explains(self, segment: Segment, simulated: SimulatedSegment, seen: Residual) -> bool:
         levels = segment.whitening.levels

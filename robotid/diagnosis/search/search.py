@@ -225,11 +225,13 @@ def _completed(
         return result
     try:
         log("comparing the records held out")
-        by, usual = (coloured, left.energy) if coloured.noise_reached else (result.data, usual_energy(result))
+        ours, coloured_by = (result.data, usual_energy(result)), (coloured, left.energy)
+        by, usual = coloured_by if left.noise.linearly_explained else ours  # a test by it all would see no change
         changes = find_record_changes(result.last, by, max(1.0, usual), criteria.significance)
         result = replace(result, changes=changes)
         if changes or result.causes or result.curve is not None:
             return result
+        by, usual = coloured_by if coloured.noise_reached else ours
         return replace(result, agreement=agreement(result.last, by, max(1.0, usual)))
     except OutOfTime:
         return replace(result, late=True, unexamined=(CHANGES,))

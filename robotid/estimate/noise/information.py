@@ -25,6 +25,7 @@ from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
 
 SURPRISE = 4.0  # standard deviations of the mean of an octave of the whitened spectrum that pass for chance
 RANK = 1e-13  # smallest eigenvalue that counts, of the largest
+BURSTS, QUIET = 1.5, 0.5  # times the linear noise, that are bursts; of the quietest draw, below which there are none
 OCTAVE = 8  # lines of the narrowest one
 
 
@@ -91,17 +92,20 @@ def is_explained(
     """Whether noise of these levels is all that a residual shows: no octave of its whitened spectrum stands out.
 
     tolerance : by how much of the noise an octave may differ though it is no chance; drawn : gives residuals (n,) that
-    such noise makes of a joint that is not linear, if need be. An octave is as loud as these are, where that is louder.
+    such noise makes of a joint that is not linear, if need be. An octave may then be as loud as these are on average;
+    and where each of them is louder than the linear joint, the bursts that shifted reversals leave must be there.
     """
     whiten = innovations_filter(one.response, levels)
     seen, lines = _octaves(one, whiten, settings)
     chance = np.maximum(tolerance, SURPRISE / np.sqrt(lines / 2.0))
     if np.all(np.abs(seen - 1.0) <= chance):
         return True
-    made = [_octaves(replace(one, signal=signal), whiten, settings)[0] for signal in drawn()]
-    if not made:
+    made = np.array([_octaves(replace(one, signal=signal), whiten, settings)[0] for signal in drawn()])
+    if not made.size:
         return False
-    return bool(np.all(np.abs(seen / np.maximum(1.0, np.mean(made, axis=0)) - 1.0) <= chance))
+    loud = bool(np.any(seen / np.maximum(1.0, made.mean(axis=0)) - 1.0 > chance))
+    quietest = made.min(axis=0)
+    return not loud and not np.any((quietest > BURSTS) & (seen < QUIET * quietest))
 
 
 def _octaves(one: Residual, whiten: InnovationsFilter, settings: LevelSettings) -> tuple[Array, Array]:
