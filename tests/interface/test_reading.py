@@ -112,7 +112,7 @@ BAD: dict[str, tuple[Callable[[], Any], str]] = {
     ),
     "two speeds": (lambda: rid.read(LOG | SPEEDS), "say which by speed=..., or that there is none by speed=None"),
     "lengths": (lambda: rid.read(short("torque")), "columns differ in length: "),
-    "unknown unit": (lambda: rid.read(LOG, torque="torque [Nmm]"), 'there is no unit "Nmm"; did you mean Nm?'),
+    "unknown unit": (lambda: rid.read(LOG, torque="torque [Nmx]"), 'there is no unit "Nmx"; did you mean Nm?'),
     "volts": (
         lambda: rid.read(VOLTS, torque="u_volt"),
         'write torque=rid.Column("u_volt", scale=...) with the Nm per V',

@@ -53,7 +53,8 @@ def test_other_words_are_no_units(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "factor"), [("deg", pi / 180), ("rpm", 2 * pi / 60), ("rev", 2 * pi), ("mNm", 1e-3), ("mm", 1e-3)]
+    ("name", "factor"),
+    [("deg", pi / 180), ("rpm", 2 * pi / 60), ("rev", 2 * pi), ("mNm", 1e-3), ("Nmm", 1e-3), ("mm", 1e-3)],
 )
 def test_factors(name: str, factor: float) -> None:
     assert UNITS[name].factor == pytest.approx(factor, rel=1e-15)
