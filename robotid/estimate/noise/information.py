@@ -21,7 +21,6 @@ from robotid.estimate.noise.response import TorqueResponse
 from robotid.estimate.noise.settings import SETTINGS, LevelSettings
 from robotid.estimate.noise.whitening import InnovationsFilter, NoiseLevels, innovations_filter
 from robotid.model.array import Array
-from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
 
 SURPRISE = 4.0  # standard deviations of the mean of an octave of the whitened spectrum that pass for chance
 RANK = 1e-13  # smallest eigenvalue that counts, of the largest
@@ -50,10 +49,7 @@ class SeenDerivatives:
             if np.isfinite(through).all():
                 return cls(jacobian, through, response.sampling_time)
         n = jacobian.shape[1]
-        columns = np.zeros((len(response.b), 1, n))
-        columns[:, 0, 1:2] = response.b[:, None]
-        impulse = solve_block_bidiagonal(response.A[:, :, None], columns)[response.row, 0]
-        spectra = np.fft.rfft(jacobian, 2 * n, axis=1) * np.fft.rfft(impulse, 2 * n).conj()
+        spectra = np.fft.rfft(jacobian, 2 * n, axis=1) * np.fft.rfft(response.impulse(n), 2 * n).conj()
         return cls(jacobian, np.fft.irfft(spectra, 2 * n, axis=1)[:, :n], response.sampling_time)
 
     def information(self, levels: NoiseLevels) -> Array:

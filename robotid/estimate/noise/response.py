@@ -36,13 +36,16 @@ class TorqueResponse:
     sampling_time: float
     derivation: Derivation | None = None
 
+    def impulse(self, n: int) -> Array:
+        """What a torque of one in the first of n samples leaves in y, (n,)."""
+        columns = np.zeros((len(self.b), 1, n))
+        columns[:, 0, 1:2] = self.b[:, None]
+        return np.asarray(solve_block_bidiagonal(self.A[:, :, None], columns)[self.row, 0])
+
     def to_torques(self, torques: Array) -> Array:
         """What torques (k, n) leave in the output, (k, n)."""
         n = torques.shape[1]
-        columns = np.zeros((len(self.b), 1, n))
-        columns[:, 0, 1:2] = self.b[:, None]
-        impulse = solve_block_bidiagonal(self.A[:, :, None], columns)[self.row, 0]
-        spectra = np.fft.rfft(torques, 2 * n, axis=1) * np.fft.rfft(impulse, 2 * n)
+        spectra = np.fft.rfft(torques, 2 * n, axis=1) * np.fft.rfft(self.impulse(n), 2 * n)
         found = np.fft.irfft(spectra, 2 * n, axis=1)[:, :n]
         return found if self.derivation is None else self.derivation.speed(found)
 
