@@ -13,7 +13,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from robotid.model.array import Array
-from robotid.signals.record import OPERATORS, Record, SpeedOrigin
+from robotid.signals.record import OPERATORS, Quantity, Record, SpeedOrigin
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,9 +24,10 @@ class Derivation:
     sampling_time: float
 
     @classmethod
-    def of(cls, record: Record) -> Derivation | None:
-        """That of a record's speed; None where the speed was measured."""
-        return cls(record.speed_origin, record.sampling_time) if record.speed_is_derived else None
+    def of(cls, record: Record, output: Quantity = "speed") -> Derivation | None:
+        """That of an output of a record; None where it was measured, as an angle always is."""
+        derived = output == "speed" and record.speed_is_derived
+        return cls(record.speed_origin, record.sampling_time) if derived else None
 
     def speed(self, angle: Array) -> Array:
         """The derived speed. angle (..., n) -> (..., n)."""

@@ -30,7 +30,7 @@ def drawn_residuals(one: SimulatedSegment, levels: NoiseLevels, output: Quantity
 
     levels.output is that of the angle where the record's speed was derived from it.
     """
-    rng, found = np.random.default_rng(SEED), list[Array]()
+    rng, found, derivation = np.random.default_rng(SEED), list[Array](), Derivation.of(one.record, output)
     for _ in range(NOISE.draws):
         error = _torque_error(rng, levels, len(one.record), one.record.sampling_time)
         sensed = np.sqrt(levels.output) * rng.standard_normal(len(one.record))
@@ -38,7 +38,6 @@ def drawn_residuals(one: SimulatedSegment, levels: NoiseLevels, output: Quantity
             moved = _moved(one, error, output)
         except NumericsError:
             continue
-        derivation = Derivation.of(one.record) if output == "speed" else None
         found.append(moved + (sensed if derivation is None else derivation.speed(sensed)))
     return found
 

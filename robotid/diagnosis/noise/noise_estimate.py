@@ -100,7 +100,7 @@ def _white_as_left(left: Sequence[SimulatedSegment], output: Quantity, sensors: 
     """Noises as large as what is left shows them, none smaller than the sensors' own (Whittle 1953)."""
     found = []
     for one in left:
-        derivation = Derivation.of(one.record) if output == "speed" else None
+        derivation = Derivation.of(one.record, output)
         seen = residual_spectrum(one.trajectory, one.residual, output, derivation)
         found.append(likeliest_levels(seen.power[ABSORBED:], seen.shapes[:, ABSORBED:]))
     typical = float(np.median([f[0] for f in found]))

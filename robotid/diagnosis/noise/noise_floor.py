@@ -109,7 +109,7 @@ def _room_for_torque(seen: Spectrum, output: float, torque: float) -> float:
 
 def _best_levels(segment: SimulatedSegment, output: Quantity) -> _Shown:
     """From the residual as a whole where it is noise; else from what shows the noise best, and the spectrum of that."""
-    record, derivation = segment.record, Derivation.of(segment.record) if output == "speed" else None
+    record, derivation = segment.record, Derivation.of(segment.record, output)
     residual = segment.residual
     whole = residual_spectrum(segment.trajectory, residual, output, derivation)
     levels, source = spectrum_levels(whole), whole

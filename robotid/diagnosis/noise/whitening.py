@@ -49,7 +49,7 @@ def whitening(joint: Joint, theta: Array, output: Quantity, record: Record, leve
 
 def sensed_variance(record: Record, output: Quantity, variance: float) -> float:
     """Variance of the noise of what the sensor shows, where that of the output is known."""
-    derivation = Derivation.of(record) if output == "speed" else None
+    derivation = Derivation.of(record, output)
     return variance if derivation is None else variance / derivation.gain
 
 
@@ -63,7 +63,7 @@ def with_typical_noise(
     """
     found, filters = [], [segment.whitening for segment in segments]
     for record in records:
-        derivation = Derivation.of(record) if output == "speed" else None
+        derivation = Derivation.of(record, output)
         usual = float(np.median([one.output_noise(derivation) for one in filters]))
         levels = replace(filters[0].levels, output=usual)
         own = joint.in_record(theta, record.name)

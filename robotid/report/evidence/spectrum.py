@@ -63,7 +63,7 @@ def _noise(run: Simulated, output: Quantity) -> Array:
     """Power density of the noise at the same frequencies."""
     first, residual = run.segments(output)[0], _residual(run, output)
     levels = noise_levels(run.segments(output), output)
-    derivation = Derivation.of(run.record) if output == "speed" else None
+    derivation = Derivation.of(run.record, output)
     seen = residual_spectrum(first.trajectory, residual, output, derivation)
     own, torque = (np.mean([getattr(one, name) ** 2 for one in levels]) for name in ("output", "torque"))
     density = own + torque * seen.response
