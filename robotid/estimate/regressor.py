@@ -21,6 +21,7 @@ from robotid.signals.differentiate import Kinematics, ParallelFilter
 from robotid.signals.record import Record
 
 MAX_KEPT = 1_000_000  # samples of a record whose motion is kept from one regression to the next
+MAX_KEPT_COLUMNS = 4_000_000  # samples of all columns of a record that are kept: each grid point of an effect has some
 MAX_DEVIATION = 1e-6  # distance, in parts of its length, at which one column is the multiple of another
 
 
@@ -54,8 +55,8 @@ class Merged:
 @dataclass(slots=True, eq=False)
 class FilteredRecord:
     """A record through a parallel filter. What regressions of several models on it have in common is worked out once:
-    the motion, of records that are short enough to keep it, and the filtered columns, by effect, values of its
-    parameters and parameter."""
+    the motion, of records that are short enough to keep it, and filtered columns, by effect, values of its parameters
+    and parameter, as many as there is room for."""
 
     record: Record
     parallel: ParallelFilter
@@ -126,9 +127,12 @@ def regress_on(filtered: FilteredRecord, joint: Joint, parameters: Parameters) -
 
 def _filtered(filtered: FilteredRecord, column: Array, key: tuple[str, tuple[float, ...], int, bool]) -> Array:
     """A column through the filter, at once, so that no unfiltered column is kept."""
-    if key not in filtered.columns:
-        filtered.columns[key] = filtered.apply(column)
-    return filtered.columns[key]
+    found = filtered.columns.get(key)
+    if found is None:
+        found = filtered.apply(column)
+        if (len(filtered.columns) + 1) * len(column) <= MAX_KEPT_COLUMNS:  # those of the first model come first
+            filtered.columns[key] = found
+    return found
 
 
 def friction_power(joint: Joint, parameters: Parameters, record: Record, parallel: ParallelFilter) -> float:
