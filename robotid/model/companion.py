@@ -131,11 +131,13 @@ class SmoothCourse(Course):
 
 @dataclass(slots=True, eq=False)
 class CompanionsAt:
-    """Companions at times t (n,), each worked out once: value, rate and acceleration (3, n) by name."""
+    """Companions at times t (n,), each worked out once: value, rate and acceleration (3, n) by name, of the motor's
+    angle the value (n,) alone."""
 
     courses: Mapping[str, Course]
     t: Array
     known: dict[str, Array] = field(default_factory=dict)
+    known_angle: Array | None = None
 
     @property
     def time(self) -> Array:
@@ -146,9 +148,9 @@ class CompanionsAt:
     @property
     def motor_angle(self) -> Array:
         """The recorded angle of the motor, (n,)."""
-        if MOTOR_ANGLE not in self.known:
-            self.known[MOTOR_ANGLE] = self.courses[MOTOR_ANGLE].value(self.t)
-        return self.known[MOTOR_ANGLE]
+        if self.known_angle is None:
+            self.known_angle = self.courses[MOTOR_ANGLE].value(self.t)
+        return self.known_angle
 
     def __call__(self, name: str) -> Array:
         if name not in self.known:
