@@ -44,18 +44,22 @@ class ColouredNoise:
     def explained(self) -> bool:
         """Whether these noises are all that the residuals show, by the joint's linear response or, where that leaves
         something, by simulations."""
-        return self.linearly_explained or all(map(self._explains, self.segments, self.simulated, self.residuals))
+        return all(linearly or self._explains(k) for k, linearly in enumerate(self._linearly))
 
-    @cached_property
+    @property
     def linearly_explained(self) -> bool:
         """The same by the joint's linear response alone."""
-        pairs = zip(self.segments, self.residuals, strict=True)
-        return all(is_explained(seen, one.whitening.levels, tolerance=NOISE.tolerance) for one, seen in pairs)
+        return all(self._linearly)
 
-    def _explains(self, segment: Segment, simulated: SimulatedSegment, seen: Residual) -> bool:
-        levels = segment.whitening.levels
-        drawn = partial(drawn_residuals, simulated, levels, self.output)
-        return is_explained(seen, levels, tolerance=NOISE.tolerance, drawn=drawn)
+    @cached_property
+    def _linearly(self) -> tuple[bool, ...]:
+        pairs = zip(self.segments, self.residuals, strict=True)
+        return tuple(is_explained(seen, one.whitening.levels, tolerance=NOISE.tolerance) for one, seen in pairs)
+
+    def _explains(self, k: int) -> bool:
+        levels = self.segments[k].whitening.levels
+        drawn = partial(drawn_residuals, self.simulated[k], levels, self.output)
+        return is_explained(self.residuals[k], levels, tolerance=NOISE.tolerance, drawn=drawn)
 
 
 def coloured_noise(segments: Sequence[SimulatedSegment], columns: Sequence[Array], output: Quantity) -> ColouredNoise:
