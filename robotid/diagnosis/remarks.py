@@ -36,8 +36,12 @@ def remarks(word: Verdict, found: SearchResult, *, swamped: bool) -> tuple[str, 
         if apart:
             return (APART.format(apart, apart),)
         return (SHAPELESS,) if found.curve is None and not found.late else ()
-    noise = (_sized(PASSES, found),) * (leaves_only_noise(found) and prevail(found))
-    return (*noise, *(JOINED.format(joined),) * (word == "clean" and bool(joined)))
+    sentences = []
+    if leaves_only_noise(found) and prevail(found):
+        sentences.append(_sized(PASSES, found))
+    if word == "clean" and joined:
+        sentences.append(JOINED.format(joined))
+    return tuple(sentences)
 
 
 def _sized(remark: str, found: SearchResult) -> str:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.settings import EVENTS
+from robotid.diagnosis.noise.noise_estimate import TorqueErrors
 from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refitted_model import RefittedModel
@@ -69,7 +70,7 @@ def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState 
     if plain is None:
         with deadline(None):
             log("searching with the events in the records")
-        plain = _by_either_noise(evidence, begun, criteria, log)
+        plain = _by_each_noise(evidence, begun, criteria, log)
     return result if plain.late or _needs_events(result, plain) else plain
 
 
@@ -97,7 +98,7 @@ def _beside_events(
         result = None
         if seen is None or not seen.leading:
             known = None if events else plain
-            result = known or _by_either_noise(evidence, start, criteria, log)
+            result = known or _by_each_noise(evidence, start, criteria, log)
             plain = plain if events else result
             late = more and bool(result.causes) and not result.late
             least = ACCEPTANCE.unknown_share * misfit_energy(result.first, result.data)
@@ -132,39 +133,34 @@ def _settled(evidence: Evidence, event: Event, criteria: Criteria) -> Event:
     return event
 
 
-def _by_either_noise(evidence: Evidence, start: SearchState, criteria: Criteria, log: Log) -> SearchResult:
+def _by_each_noise(evidence: Evidence, start: SearchState, criteria: Criteria, log: Log) -> SearchResult:
     """By the noise of the sensors where all that is known leaves no more than that, else by that of torque errors,
     which are white at first: red ones as large as a misfit leave little of it to be seen. By another noise where one
     names nothing, and leaves more than noise of any colour, or mostly errors of the torque, beside which slow ones have
     been given too much weight."""
+    beyond: tuple[TorqueErrors, ...] = ("white", "coloured")
     found: list[SearchResult] = []
-    ways = _ways(evidence, start, criteria)
-    for way in ways if start.data.noise_reached else [*ways[1:], ways[0]]:
+    for errors in (None, *beyond) if start.data.noise_reached else (*beyond, None):
         try:
-            found.append(find_causes(way(log), criteria, log))
+            begun = start if errors is None else _beside_torque_errors(errors, evidence, criteria, log)
+            found.append(find_causes(begun, criteria, log))
         except OutOfTime:
             return _late(found[-1] if found else as_result(start))
         if found[-1].causes or found[-1].late or (leaves_only_noise(found[-1]) and not prevail(found[-1])):
             return found[-1]
         noise = next(filter(leaves_only_noise, found), None)
-        if noise is not None and found[-1].data.torque_errors == "coloured":
+        if noise is not None and errors == "coloured":
             return noise
     return next((one for one in found if one.curve is not None), found[0])
 
 
-def _ways(evidence: Evidence, start: SearchState, criteria: Criteria) -> list[Callable[[Log], SearchState]]:
-    """States from which causes are sought: by the noise of the sensors, beside white errors of the torque, and beside
-    coloured ones."""
-
-    def white(log: Log) -> SearchState:
+def _beside_torque_errors(errors: TorqueErrors, evidence: Evidence, criteria: Criteria, log: Log) -> SearchState:
+    """The state in which a search beside such errors of the torque begins."""
+    if errors == "white":
         log("allowing for errors of the torque")
-        return first_state(evidence, criteria, torque_errors="white")
-
-    def coloured(log: Log) -> SearchState:
-        log("allowing for slow errors of the torque")
-        return settled_state(evidence, criteria)
-
-    return [lambda _: start, white, coloured]
+        return first_state(evidence, criteria, torque_errors=errors)
+    log("allowing for slow errors of the torque")
+    return settled_state(evidence, criteria)
 
 
 def find_causes(start: SearchState, criteria: Criteria, log: Log) -> SearchResult:
@@ -217,22 +213,24 @@ def _completed(
             result = without_imitations(result, imitated, start.data)
         left = left_by(result.last)
         coloured = in_colour(result.last, result.data, left.noise)
-        causes = _by_one_noise(result.causes, result.first, result.last, coloured) if coloured.noise_reached else None
-        result = replace(result, coloured=coloured, causes=result.causes if causes is None else causes)
+        result = replace(result, coloured=coloured)
+        if coloured.noise_reached:
+            causes = _by_one_noise(result.causes, result.first, result.last, coloured)
+            result = replace(result, causes=causes)
     except OutOfTime:
         return replace(result, late=True, unexamined=(UNEXPLAINED, CHANGES))
     if RECORD_CHANGE in criteria.skip:
         return result
     try:
         log("comparing the records held out")
-        ours, coloured_by = (result.data, usual_energy(result)), (coloured, left.energy)
-        by, usual = coloured_by if left.noise.linearly_explained else ours  # a test by it all would see no change
-        changes = find_record_changes(result.last, by, max(1.0, usual), criteria.significance)
+        sought, any_colour = (result.data, max(1.0, usual_energy(result))), (coloured, max(1.0, left.energy))
+        # noise that only simulations explain is so blunt that no change would be seen beside it
+        by = any_colour if left.noise.linearly_explained else sought
+        changes = find_record_changes(result.last, *by, criteria.significance)
         result = replace(result, changes=changes)
         if changes or result.causes or result.curve is not None:
             return result
-        by, usual = coloured_by if coloured.noise_reached else ours
-        return replace(result, agreement=agreement(result.last, by, max(1.0, usual)))
+        return replace(result, agreement=agreement(result.last, *(any_colour if coloured.noise_reached else sought)))
     except OutOfTime:
         return replace(result, late=True, unexamined=(CHANGES,))
 

@@ -190,9 +190,9 @@ def share_removed(
     """Share of the first model's misfit energy that a step removes from the fitted segments: by the noise as it is in
     these data, or of the plain squared error; None : the latter where that noise covers the misfit, but of all energy
     by it where it is coloured, for of slow errors of the torque the plain squared error is mostly their own."""
-    covered = plain is None and is_covered(first, data)
-    coloured = covered and data.torque_errors == "coloured"
-    misfit = _energy_by_noise if coloured else _measure(plain=covered if plain is None else plain)
+    covered = is_covered(first, data) if plain is None else plain
+    coloured = plain is None and covered and data.torque_errors == "coloured"
+    misfit = Segment.energy if coloured else _measure(plain=covered)
     whole, left, then = (
         sum(misfit(segment, one.residual) for segment, one in zip(data.fitted, model.fitted, strict=True))
         for model in (first, before, after)
@@ -207,10 +207,6 @@ def _measure(*, plain: bool) -> Callable[[Segment, Array], float]:
 
 def _plain_misfit(segment: Segment, residual: Array) -> float:
     return float(residual @ residual)
-
-
-def _energy_by_noise(segment: Segment, residual: Array) -> float:
-    return segment.energy(residual)
 
 
 def _misfit_beyond_noise(segment: Segment, residual: Array) -> float:

@@ -143,7 +143,7 @@ def check_four_events_are_set_aside() -> None:
         patch.setattr(searching, "largest_event", lambda *_: SeenEvent(replace(PUSH, std=0.001), leading=True))
         patch.setattr(searching, "_settled", lambda _, event, __: event)
         patch.setattr(searching, "without_event", lambda evidence, _: evidence)
-        patch.setattr(searching, "_by_either_noise", lambda *_: result)
+        patch.setattr(searching, "_by_each_noise", lambda *_: result)
         found = searching.search(Evidence(SimpleNamespace(), [], []), Criteria(), lambda _: None)  # type: ignore[arg-type]
     assert len(found.events) == 4
 
