@@ -138,9 +138,10 @@ def _by_each_noise(evidence: Evidence, start: SearchState, criteria: Criteria, l
     which are white at first: red ones as large as a misfit leave little of it to be seen. By another noise where one
     names nothing, and leaves more than noise of any colour, or mostly errors of the torque, beside which slow ones have
     been given too much weight."""
-    beyond: tuple[TorqueErrors, ...] = ("white", "coloured")
     found: list[SearchResult] = []
-    for errors in (None, *beyond) if start.data.noise_reached else (*beyond, None):
+    reached: tuple[TorqueErrors, ...] = (None, "coloured")  # no white error shows beside the sensors' noise there
+    beyond: tuple[TorqueErrors, ...] = ("white", "coloured", None)
+    for errors in reached if start.data.noise_reached else beyond:
         try:
             begun = start if errors is None else _beside_torque_errors(errors, evidence, criteria, log)
             found.append(find_causes(begun, criteria, log))

@@ -194,8 +194,8 @@ def test_what_differs_on_a_record_held_out_is_told_with_its_size() -> None:
     [
         (True, {None: "cause"}, [None], None),
         (True, {None: "noise"}, [None], None),  # nothing is missing
-        (True, {}, [None, "white", "coloured"], None),
-        (True, {"coloured": "cause"}, [None, "white", "coloured"], "coloured"),
+        (True, {}, [None, "coloured"], None),
+        (True, {"coloured": "cause"}, [None, "coloured"], "coloured"),
         (False, {"white": "cause", None: "cause"}, ["white"], "white"),
         (False, {"white": "noise", None: "cause"}, ["white"], "white"),
         (False, {"white": "torque errors", None: "cause"}, ["white", "coloured"], "white"),
