@@ -281,3 +281,13 @@ def test_a_model_with_another_known_torque_is_filtered_anew() -> None:
         parameters = hold(joint.parameters(), {"motor.coulomb.Fc": Fc})
         found, one = fit_rigid_on([filtered], joint, parameters), fit_rigid(joint, parameters, [record], parallel)
         assert found.guesses == one.guesses
+
+
+def test_what_there_is_no_room_for_is_filtered_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    record, parallel = rigid_record(), ParallelFilter(20.0)
+    joint = assemble(Structure(FRICTION))
+    alone, filtered = fit_rigid(joint, joint.parameters(), [record], parallel), FilteredRecord(record, parallel)
+    monkeypatch.setattr("robotid.estimate.regressor.MAX_KEPT_COLUMNS", 2 * len(record))
+    for _ in range(2):
+        assert fit_rigid_on([filtered], joint, joint.parameters()).guesses == alone.guesses
+        assert len(filtered.columns) == 2

@@ -53,3 +53,4 @@ def test_only_a_record_without_a_sensor_of_speed_has_one() -> None:
     record = Record("r", "estimate", "both", H, still, still, still, speed_origin="backward difference")
     assert Derivation.of(record) == Derivation("backward difference", H)
     assert Derivation.of(replace(record, speed_origin="sensor")) is None
+    assert Derivation.of(record, "position") is None
