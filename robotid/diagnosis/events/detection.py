@@ -10,6 +10,7 @@ import numpy as np
 from robotid.diagnosis.events.bins import BinnedRecord, Known, binned, even_edges, known_columns
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.events.shapes import FRICTION, Shape, best_shapes, significance, strength
+from robotid.diagnosis.events.wander import beside_wander
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.scoring.scan import Scan
 from robotid.model.array import Array
@@ -136,6 +137,8 @@ def _judged(one: _Placed, plain: Known, beside: Known, others: Sequence[BinnedRe
     seen, shape, name = one.seen, one.shape, one.seen.record
     (left,) = binned(beside, {name: seen.edges})
     p, usual = significance(left, shape, tries, [other for other in others if other.record != name])
+    if shape.kind != "drift":  # which is a wander: it is compared with waves that a wander makes
+        p = max(p, beside_wander(left, shape, tries))
     found, ends = strength(seen, shape), seen.edges[[shape.first, shape.last]]
     event = Event(
         record=name,

@@ -25,6 +25,10 @@ class EventSettings:
     pieces: int = 12  # of a record, simulated afresh: an event soon leads a whole record astray
     max_resizings: int = 3  # of an event, each beside the parameters refitted without it
     max_events: int = 4  # that are set aside: a record with more is no record of a machine at work
+    memories: tuple[float, ...] = (0.01, 0.1, 1.0, 10.0)  # of a torque that wanders, over the length of the record
+    least_wander: float = 1e-2  # of the noise's variance: the smallest level of it that is tried
+    most_wander: float = 1e8  # and the largest
+    levels: int = 41  # of it
     dependent: float = 1e-9  # relative eigenvalue from which a direction of all known columns counts as none
     least_left: float = 1e-4  # of an event's energy that known columns must leave, lest it is one of their effects
 

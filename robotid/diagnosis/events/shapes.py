@@ -141,12 +141,13 @@ def _like_steps(rest: BinnedRecord, shape: Shape, span: Array) -> Array:
 
 
 def _like_drifts(rest: BinnedRecord, shape: Shape) -> Array:
-    """Energies of slow waves, half a period more each."""
+    """Energies of slow waves, half a period more each, as a torque that wanders at random would have them in a drift:
+    its waves are the smaller the shorter they are (Kosambi 1943; Karhunen 1947; Loève 1948)."""
     at = Shape("drift", shape.column, 0, rest.count).weights(rest.edges)
     found = []
     for halves in range(2, EVENTS.drift_ways + 2):
         w, k = np.cos(np.pi * halves * at), shape.column
         size = float(w @ rest.product[k, :, k] @ w)
         if size > EVENTS.least_left * float(w**2 @ rest.whole[k]):
-            found.append(float(w @ rest.moment[k]) ** 2 / size)
+            found.append(halves**2 * float(w @ rest.moment[k]) ** 2 / size)
     return np.array(found)

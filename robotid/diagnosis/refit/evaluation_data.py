@@ -43,8 +43,11 @@ class EvaluationData:
 
     def energy(self, fitted: Sequence[SimulatedSegment], validation: Sequence[SimulatedSegment]) -> float:
         """The same of all segments."""
-        validating = zip(self.validation, validation, strict=True)
-        return self.fitted_energy(fitted) + sum(segment.energy(one.residual) for segment, one in validating)
+        return self.fitted_energy(fitted) + self.validation_energy(validation)
+
+    def validation_energy(self, validation: Sequence[SimulatedSegment]) -> float:
+        """The same of the segments that were held out."""
+        return sum(segment.energy(one.residual) for segment, one in zip(self.validation, validation, strict=True))
 
 
 def _samples(segments: Iterable[Segment]) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.applied import event_torque, without_events
-from robotid.diagnosis.events.detection import find_event, placed_events
+from robotid.diagnosis.events.detection import PlacedEvents, find_event, placed_events
 from robotid.diagnosis.events.pieces import scan_pieces, simulated_pieces
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
@@ -45,22 +45,23 @@ def largest_event(
     criteria: Criteria,
     scores: Sequence[Score] = (),
     least: float = 0.0,
+    *,
+    any_share: bool = False,
 ) -> SeenEvent | None:
     """The largest event that a model leaves, None where there is none, nothing to explain, or no time for it; and where
-    it is known from less work that it would not lead or would explain less than `least`.
+    it is known from less work that it would explain less than `least` or, unless it may have any share of the misfit,
+    that it would not lead.
 
     scores : of candidates on whole records, best first, which tell what the event is to be compared with. The records
     are simulated in pieces, those that validate among them: an event there would be counted against every cause.
     """
-    if not leaves_something(model, data) or CERTAINLY * (model.energy + model.validation_energy) < least:
+    if not leaves_something(model, data) or CERTAINLY * data.energy(model.fitted, model.validation) < least:
         return None
     missing = candidates(model.structure, model.output, criteria.skip)
     try:
         pieces = simulated_pieces(evidence.model, model, (*data.fitted, *data.validation))
         placed = placed_events(scans(pieces, model.unknowns, ()))
-        if placed.energy < least or not leads(placed.energy, 0.0, placed.share):
-            return None
-        if not leads(placed.energy, _rival_among(pieces, model, _best(scores, missing)), placed.share):
+        if placed.energy < least or not (any_share or _may_lead(placed, pieces, model, _best(scores, missing))):
             return None
         seen = scans(pieces, model.unknowns, missing)
     except (NumericsError, OutOfTime):
@@ -79,6 +80,17 @@ def _best(scores: Sequence[Score], missing: Sequence[EffectCandidate]) -> list[E
         if one.candidate in known:
             found.setdefault(one.candidate.name, known[one.candidate])
     return list(found.values())[:RIVALS]
+
+
+def _may_lead(
+    placed: PlacedEvents, pieces: Sequence[SegmentFit], model: RefittedModel, some: Sequence[EffectCandidate]
+) -> bool:
+    """Whether the largest event may lead, as far as some candidates tell."""
+
+    def beside(rival: float) -> bool:
+        return leads(placed.energy, rival, placed.share)
+
+    return beside(0.0) and beside(_rival_among(pieces, model, some))
 
 
 def _rival_among(pieces: Sequence[SegmentFit], model: RefittedModel, some: Sequence[EffectCandidate]) -> float:
@@ -140,8 +152,11 @@ def leads(energy: float, rival: float, share: float) -> bool:
 
 def leaves_something(model: RefittedModel, data: EvaluationData) -> bool:
     """Whether the residuals of a model have more energy than noise has by chance, on the fitted or on the validation
-    segments."""
-    pairs = ((model.energy, data.samples), (model.validation_energy, data.validation_samples))
+    segments. data : by whose noise."""
+    pairs = (
+        (data.fitted_energy(model.fitted), data.samples),
+        (data.validation_energy(model.validation), data.validation_samples),
+    )
     return any(energy > n + EVENTS.chance * np.sqrt(2.0 * n) for energy, n in pairs)
 
 

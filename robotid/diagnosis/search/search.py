@@ -65,6 +65,8 @@ def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState 
         begun = begun or first_state(evidence, criteria)
         begun = begun if begun.rounds else _scored(begun, criteria, log)
     result, plain = _beside_events(evidence, criteria, log, begun)
+    if not (result.causes or result.events or result.late or leaves_only_noise(result)):
+        return _beside_lesser_event(evidence, result, begun, criteria, log)
     if not (result.events and result.causes) or result.late:
         return result
     if plain is None:
@@ -101,9 +103,10 @@ def _beside_events(
             result = known or _by_each_noise(evidence, start, criteria, log)
             plain = plain if events else result
             late = more and bool(result.causes) and not result.late
-            least = ACCEPTANCE.unknown_share * misfit_energy(result.first, result.data)
+            least = ACCEPTANCE.unknown_share * misfit_energy(result.first, start.data)
             scores = result.rounds[-1].scores if late else ()
-            seen = largest_event(evidence, result.last, result.data, criteria, scores, least) if late else None
+            # By the noise of the sensors: as an error of the torque an event would be part of the noise.
+            seen = largest_event(evidence, result.last, start.data, criteria, scores, least) if late else None
             if seen is None or not seen.leading or seen.energy < least:
                 return (replace(result, events=tuple(events)) if events else result), plain
         try:
@@ -119,6 +122,31 @@ def _beside_events(
             found = _late(as_result(start)) if result is None else replace(result, late=True)
             unexamined = (EVENT.format(seen.event.record, plain_number(seen.event.start)), *found.unexamined)
             return replace(found, unexamined=unexamined, events=tuple(events)), plain
+
+
+def _beside_lesser_event(
+    evidence: Evidence, found: SearchResult, start: SearchState, criteria: Criteria, log: Log
+) -> SearchResult:
+    """What is found once an event is set aside that is but a part of what is missing, where event and causes leave no
+    more than noise; else what was found without. start : the first state of the evidence."""
+    log("looking for an event beside causes")
+    least = ACCEPTANCE.unknown_share * misfit_energy(start.first, start.data)
+    seen = largest_event(evidence, start.first, start.data, criteria, least=least, any_share=True)
+    if seen is None:
+        return found
+    try:
+        event = _settled(evidence, seen.event, criteria)
+        if abs(event.torque) < ACCEPTANCE.amplitude_sigma * event.std:
+            return found
+        without = without_event(evidence, event)
+        begun = _scored(first_state(without, criteria), criteria, log)
+        again = replace(_by_each_noise(without, begun, criteria, log), events=(event,))
+    except NumericsError:
+        return found
+    except OutOfTime:
+        what = EVENT.format(seen.event.record, plain_number(seen.event.start))
+        return replace(found, late=True, unexamined=(what, *found.unexamined))
+    return again if again.causes and leaves_only_noise(again) else found
 
 
 def _settled(evidence: Evidence, event: Event, criteria: Criteria) -> Event:

@@ -37,10 +37,12 @@ def test_an_event_is_found_with_its_time_and_size(event: Event) -> None:
 
 
 def test_a_push_beside_a_missing_effect_is_found_too() -> None:
-    seen = found(PUSH, "stribeck")
+    push = replace(PUSH, torque=0.08)  # what the effect leaves wanders, and a smaller one might be a part of that
+    seen = found(push, "stribeck")
     assert seen is not None
     assert (seen.event.record, seen.event.kind) == ("slow", "bump")
-    assert seen.event.torque == pytest.approx(PUSH.torque, rel=0.4)
+    assert (seen.event.start, seen.event.end) == pytest.approx((push.start, push.end), abs=0.02)
+    assert seen.event.torque == pytest.approx(push.torque, rel=0.1)
 
 
 @pytest.mark.parametrize("lacking", ["nothing", "stribeck"])

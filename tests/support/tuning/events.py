@@ -15,6 +15,7 @@ from robotid.diagnosis.events.bins import BinnedRecord, _basis, even_edges
 from robotid.diagnosis.events.detection import _cut, _Placed, hopeful, is_its_own
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.events.shapes import TORQUE, Shape, _like_drifts, best_shapes, significance, strength
+from robotid.diagnosis.events.wander import _likeliest, tried_levels
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.search import search as searching
 from robotid.diagnosis.search.data import Evidence
@@ -78,6 +79,43 @@ def check_a_step_is_judged_by_six_others() -> None:
 @sees(EVENTS, "drift_ways")
 def check_a_drift_is_judged_by_five_waves() -> None:
     assert len(_like_drifts(spike(1.0), Shape("drift", TORQUE, 0, 48))) == 5
+
+
+def _wandering(memory: float, level: float) -> tuple[BinnedRecord, Array]:
+    """A record of whose torque a process is all that shows, and what it left in each bin."""
+    rng, count = np.random.default_rng(5), 48
+    t = np.arange(count) / count
+    root = np.linalg.cholesky(level * np.exp(-np.abs(t[:, None] - t) / memory) + 1e-12 * np.eye(count))
+    torque = root @ rng.standard_normal(count)
+    moment = np.stack([torque + rng.standard_normal(count), rng.standard_normal(count)])
+    return binned(moment), moment.ravel()
+
+
+def _found(memory: float) -> float:
+    """How many times longer than the forty-first the largest wave of such a record's torque is found to be, in variances."""
+    seen, left = _wandering(memory, 1e4)
+    variances, _ = _likeliest(left, np.eye(48, 96), seen.edges)
+    return float(variances.max() / np.sort(variances)[-41])
+
+
+@sees(EVENTS, "memories")
+def check_a_torque_that_wanders_has_one_of_four_memories() -> None:
+    assert (_found(0.01), _found(0.1), _found(10.0)) == pytest.approx((1.6, 81.0, 37e3), rel=0.1)
+
+
+@sees(EVENTS, "least_wander")
+def check_the_smallest_wander_is_a_hundredth_of_the_noise() -> None:
+    assert tried_levels()[1] == pytest.approx(1e-2)
+
+
+@sees(EVENTS, "most_wander")
+def check_the_largest_wander_is_a_hundred_million_times_the_noise() -> None:
+    assert tried_levels()[-1] == pytest.approx(1e8)
+
+
+@sees(EVENTS, "levels")
+def check_a_wander_is_tried_at_four_levels_a_decade() -> None:
+    assert tried_levels()[2] / tried_levels()[1] == pytest.approx(10**0.25)
 
 
 @sees(EVENTS, "dependent")
