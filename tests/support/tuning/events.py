@@ -92,7 +92,7 @@ def _wandering(memory: float, level: float) -> tuple[BinnedRecord, Array]:
 
 
 def _found(memory: float) -> float:
-    """How many times longer than the forty-first the largest wave of such a record's torque is found to be, in variances."""
+    """Variance of the largest wave of such a record's torque, as it is found, over that of the forty-first."""
     seen, left = _wandering(memory, 1e4)
     variances, _ = _likeliest(left, np.eye(48, 96), seen.edges)
     return float(variances.max() / np.sort(variances)[-41])
