@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from robotid.diagnosis.results import Verdict
 from robotid.diagnosis.search.state import SearchResult
-from robotid.diagnosis.search.torque_errors import leaves_only_noise, prevail, torque_errors
+from robotid.diagnosis.search.torque_errors import passing, torque_errors
 from robotid.model.units import on_axis
 from robotid.numerals import listed, plain
 
@@ -37,7 +37,7 @@ def remarks(word: Verdict, found: SearchResult, *, swamped: bool) -> tuple[str, 
             return (APART.format(apart, apart),)
         return (SHAPELESS,) if found.curve is None and not found.late else ()
     sentences = []
-    if leaves_only_noise(found) and prevail(found):
+    if passing(found) > 0.0:
         sentences.append(_sized(PASSES, found))
     if word == "clean" and joined:
         sentences.append(JOINED.format(joined))

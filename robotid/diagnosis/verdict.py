@@ -20,7 +20,7 @@ from robotid.diagnosis.search.coloured import energy_a_sample
 from robotid.diagnosis.search.limits import detection_limits
 from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.search.state import AcceptedCause, SearchResult
-from robotid.diagnosis.search.torque_errors import is_swamped
+from robotid.diagnosis.search.torque_errors import is_swamped, passing
 from robotid.diagnosis.settings import VERDICT
 from robotid.estimate.fitted_model import FittedModel, Simulated, SimulatedSegment, joined
 from robotid.estimate.residual import measured_output
@@ -100,6 +100,7 @@ def verdict(
         events=found.events,
         limits=limits,
         apart=found.agreement.apart,
+        torque_errors=0.0 if swamped else passing(found),
     )
 
 

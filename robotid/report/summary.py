@@ -208,7 +208,7 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
     unit = f.units(d.unit)
     noise = f"{significant(d.noise_floor, 2) if d.noise_floor > ROUNDING else 0} {unit}"
     if d.verdict == "clean":
-        yield f"What it leaves is noise of {noise} RMS: there is nothing else to explain."
+        yield f"What it leaves is {_only_noise(f, d, noise)}"
         yield from _wrong_elsewhere(f, d)
         yield from _invisible(d)
         return
@@ -223,7 +223,7 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
         return
     if d.verdict == "named" and not d.causes:
         yield from _happened(f, d)
-        yield f"Without it {d.model} leaves noise of {noise} RMS: there is nothing else to explain."
+        yield f"Without it {d.model} leaves {_only_noise(f, d, noise)}"
         yield from _invisible(d)
         return
     yield f"beyond noise of {noise} it is wrong by {significant(d.misfit, 2)} {unit} RMS{_place(f, d)}."
@@ -271,6 +271,14 @@ def _wrong_elsewhere(f: Findings, d: Diagnosis) -> Iterator[str]:
             f"On {_records(list(wrong))}, held out of the fit, it is wrong by {size} {f.units(d.unit)} RMS beyond the"
             " noise, for reasons that the records of the fit do not show."
         )
+
+
+def _only_noise(f: Findings, d: Diagnosis, noise: str) -> str:
+    """What a model without a cause leaves, as the end of a sentence. noise : its size, with the unit."""
+    if not d.torque_errors:
+        return f"noise of {noise} RMS: there is nothing else to explain."
+    errors = f"errors of the torque of {significant(d.torque_errors, 2)} {f.units('Nm')}"
+    return f"{noise} RMS, no more than {errors} would: nothing stands out of these."
 
 
 def _invisible(d: Diagnosis) -> Iterator[str]:

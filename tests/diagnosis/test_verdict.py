@@ -81,10 +81,11 @@ def test_errors_of_the_torque_that_make_most_of_what_is_left_are_told(monkeypatc
     found = as_result(begun(made, QUICK).scored(QUICK))
     found = replace(found, coloured=replace(with_red_noise(found.data, 1e-4), noise_reached=True))
     for most in (False, True):
-        monkeypatch.setattr("robotid.diagnosis.remarks.prevail", lambda _, most=most: most)
+        monkeypatch.setattr("robotid.diagnosis.search.torque_errors.prevail", lambda _, most=most: most)
         d = verdict(fitted_model(fitted(made)), simulated(made), found, QUICK)
         assert d.verdict == "clean"
         assert ("passes for errors of the torque of 0.01 Nm" in "".join(d.remarks)) == most
+        assert d.torque_errors == pytest.approx(0.01 if most else 0.0, rel=0.01)
 
 
 def with_red_noise(data: EvaluationData, variance: float) -> EvaluationData:

@@ -101,6 +101,12 @@ def test_a_fit_with_an_event_in_the_record_is_told_from_that_which_accounts_for_
 def test_clean_and_unknown_are_answers() -> None:
     clean = told(diagnosis=CLEAN, extension=replace(findings().extension, added=()))
     assert "What it leaves is noise of 0.01 rad/s RMS: there is nothing else to explain." in clean
+    slow = told(diagnosis=replace(CLEAN, torque_errors=0.162), extension=None)
+    sized = (
+        "What it leaves is 0.01 rad/s RMS, no more than errors of the torque of 0.16 Nm would: nothing stands out of"
+    )
+    assert sized in slow
+    assert "nothing else to explain" not in slow
     assert clean.endswith("stands in the table of limits; gear.backlash cannot be seen in them at all.")
     unknown = told(diagnosis=UNKNOWN, extension=None)
     assert "No effect of the catalogue explains it, so the cause is unknown;" in unknown

@@ -19,8 +19,10 @@ from robotid.model.array import Array
 
 
 def beside_wander(seen: BinnedRecord, shape: Shape, tries: int) -> float:
-    """p-value of a bump or a step among so many being absent, beside a torque that wanders; one where next to nothing is
-    known of it. seen : its record, the event in it."""
+    """p-value of a bump or a step among so many being absent, beside a torque that wanders; one where nothing is known.
+
+    seen : its record, the event in it.
+    """
     count = seen.count
     values, vectors = np.linalg.eigh(seen.product.reshape(2 * count, 2 * count))
     kept = values > EVENTS.dependent * values[-1]

@@ -103,7 +103,7 @@ def _beside_events(
             result = known or _by_each_noise(evidence, start, criteria, log)
             plain = plain if events else result
             late = more and bool(result.causes) and not result.late
-            least = ACCEPTANCE.unknown_share * misfit_energy(result.first, start.data)
+            least = ACCEPTANCE.unknown_share * misfit_energy(result.first, start.data) if late else 0.0
             scores = result.rounds[-1].scores if late else ()
             # By the noise of the sensors: as an error of the torque an event would be part of the noise.
             seen = largest_event(evidence, result.last, start.data, criteria, scores, least) if late else None

@@ -31,6 +31,12 @@ def prevail(found: SearchResult) -> bool:
     return caused > noise
 
 
+def passing(found: SearchResult) -> float:
+    """Standard deviation of the errors of the torque for which all that the last model leaves passes [Nm], zero where
+    it is more than noise, or mostly noise of the output."""
+    return torque_errors(found)[0] if leaves_only_noise(found) and prevail(found) else 0.0
+
+
 def _squared_errors(found: SearchResult) -> tuple[float, float]:
     """What errors of the torque cause of the squared error of the last model on the records of its fit, and the noise
     of their output."""

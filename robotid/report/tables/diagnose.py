@@ -55,6 +55,7 @@ def document(diagnosis: Diagnosis) -> Json:
         "rejected": [rejected_document(one) for one in diagnosis.rejected],
         "remaining": diagnosis.remaining,
         "remaining_share": diagnosis.remaining_share,
+        "torque_errors": diagnosis.torque_errors,
         "limits": {one.effect: _limit(one) for one in diagnosis.limits},
         "shape": None if diagnosis.shape is None else _curve(diagnosis.shape, torque),
         "records": {
@@ -82,6 +83,8 @@ def sentence(diagnosis: Diagnosis) -> str:
     """The verdict."""
     d, unit = diagnosis, diagnosis.unit
     if d.verdict == "clean":
+        if d.torque_errors:
+            return f"{d.model} leaves no more than {_passing(d)} would, {rms(d.noise_floor, 2)} {unit}"
         return f"{d.model} leaves nothing to explain beyond the noise of {rms(d.noise_floor, 2)} {unit}"
     if d.verdict == "not explained":
         wrong = f"it is wrong by {rms(d.misfit, 2)} {unit}"
@@ -89,7 +92,8 @@ def sentence(diagnosis: Diagnosis) -> str:
     causes = ", and ".join(map(_clause, d.causes))
     if d.verdict == "named" and not d.causes:
         happened = ", and ".join(_on_axis(d, _happened(event, _torque_unit(d))) for event in d.events)
-        return f"{d.model} leaves nothing to explain but what happened once: {happened}"
+        rest = f"no more than {_passing(d)} would" if d.torque_errors else "nothing to explain"
+        return f"{d.model} leaves {rest} but what happened once: {happened}"
     if d.verdict in ("named", "partly named"):
         among = " among others" if d.verdict == "partly named" else ""
         return f"{d.model} lacks{among} {causes}{remainder(d)}"
@@ -99,6 +103,11 @@ def sentence(diagnosis: Diagnosis) -> str:
     place = "" if d.shape is None else f"; it follows the {_on_axis(d, variable_of(d.shape))} best"
     known = f"{d.model} lacks {causes}, and more" if causes else f"{d.model} is wrong by {rms(d.misfit, 2)} {unit}"
     return f"{known} that no effect of the catalogue explains{place}"
+
+
+def _passing(d: Diagnosis) -> str:
+    """The errors of the torque for which all that is left passes."""
+    return f"errors of the torque of {rms(d.torque_errors, 2)} {_torque_unit(d)}"
 
 
 def _on_axis(d: Diagnosis, text: str) -> str:

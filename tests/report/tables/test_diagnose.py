@@ -139,6 +139,10 @@ def test_rounding_is_shown_as_nothing(capsys: pytest.CaptureFixture[str]) -> Non
     [
         (CLEAN, "m3 leaves nothing to explain beyond the noise of 0.01 rad/s"),
         (
+            replace(CLEAN, torque_errors=0.162),
+            "m3 leaves no more than errors of the torque of 0.16 Nm would, 0.01 rad/s",
+        ),
+        (
             NAMED,
             "m3 lacks motor.stribeck (or motor.presliding: these data cannot tell), which explains 97.0 %, "
             "and record_change.day2.arm.inertia.J, which explains 2.0 % of day2; 3.0 % of the misfit's energy remains, "
@@ -154,7 +158,7 @@ def test_rounding_is_shown_as_nothing(capsys: pytest.CaptureFixture[str]) -> Non
             "m3 is wrong by 0.13 rad/s that no effect of the catalogue explains; it follows the motor angle best",
         ),
     ],
-    ids=["clean", "named", "partly named", "unknown"],
+    ids=["clean", "clean beside torque errors", "named", "partly named", "unknown"],
 )
 def test_the_verdict_in_a_sentence(diagnosis: Diagnosis, sentence: str) -> None:
     assert diagnose.sentence(diagnosis) == sentence
