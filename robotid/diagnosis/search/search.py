@@ -45,6 +45,7 @@ from robotid.model.structure import RECORD_CHANGE
 from robotid.numerals import plain as plain_number
 
 EVENT = "what happened once in {} at {} s"
+ONCE = "what happened once beside causes"
 FURTHER = "further causes"
 UNEXPLAINED = "what no effect explains"
 CHANGES = "what differs on the records held out"
@@ -66,7 +67,7 @@ def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState 
         begun = begun if begun.rounds else _scored(begun, criteria, log)
     result, plain = _beside_events(evidence, criteria, log, begun)
     if not (result.causes or result.events or result.late or leaves_only_noise(result)):
-        return _beside_lesser_event(evidence, result, begun, criteria, log)
+        return _beside_lesser_events(evidence, result, begun, criteria, log)
     if not (result.events and result.causes) or result.late:
         return result
     if plain is None:
@@ -111,7 +112,7 @@ def _beside_events(
                 return (replace(result, events=tuple(events)) if events else result), plain
         try:
             event = _settled(evidence, seen.event, criteria)
-            settled = abs(event.torque) < ACCEPTANCE.amplitude_sigma * event.std
+            settled = _is_uncertain(event)
             if not settled:
                 without = without_event(evidence, event)
                 start, evidence = first_state(without, criteria), without
@@ -124,29 +125,38 @@ def _beside_events(
             return replace(found, unexamined=unexamined, events=tuple(events)), plain
 
 
-def _beside_lesser_event(
+def _beside_lesser_events(
     evidence: Evidence, found: SearchResult, start: SearchState, criteria: Criteria, log: Log
 ) -> SearchResult:
-    """What is found once an event is set aside that is but a part of what is missing, where event and causes leave no
-    more than noise; else what was found without. start : the first state of the evidence."""
-    log("looking for an event beside causes")
-    least = ACCEPTANCE.unknown_share * misfit_energy(start.first, start.data)
-    seen = largest_event(evidence, start.first, start.data, criteria, least=least, any_share=True)
-    if seen is None:
-        return found
+    """What is found once events are set aside each of which is but a part of what is missing, where they and causes
+    leave no more than noise; else what was found without. start : the first state of the evidence."""
+    log("looking for events beside causes")
+    events = list[Event]()
     try:
-        event = _settled(evidence, seen.event, criteria)
-        if abs(event.torque) < ACCEPTANCE.amplitude_sigma * event.std:
+        while len(events) < EVENTS.max_events:
+            least = ACCEPTANCE.unknown_share * misfit_energy(start.first, start.data)
+            seen = largest_event(evidence, start.first, start.data, criteria, least=least, any_share=True)
+            if seen is None:
+                break
+            event = _settled(evidence, seen.event, criteria)
+            if _is_uncertain(event):
+                break
+            evidence = without_event(evidence, event)
+            start = first_state(evidence, criteria)
+            events.append(event)
+        if not events:
             return found
-        without = without_event(evidence, event)
-        begun = _scored(first_state(without, criteria), criteria, log)
-        again = replace(_by_each_noise(without, begun, criteria, log), events=(event,))
+        again = _by_each_noise(evidence, _scored(start, criteria, log), criteria, log)
     except NumericsError:
         return found
     except OutOfTime:
-        what = EVENT.format(seen.event.record, plain_number(seen.event.start))
-        return replace(found, late=True, unexamined=(what, *found.unexamined))
-    return again if again.causes and leaves_only_noise(again) else found
+        return replace(found, late=True, unexamined=(ONCE, *found.unexamined))
+    return replace(again, events=tuple(events)) if leaves_only_noise(again) else found
+
+
+def _is_uncertain(event: Event) -> bool:
+    """Whether an event's size may be none."""
+    return abs(event.torque) < ACCEPTANCE.amplitude_sigma * event.std
 
 
 def _settled(evidence: Evidence, event: Event, criteria: Criteria) -> Event:
