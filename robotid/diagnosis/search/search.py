@@ -33,8 +33,10 @@ from robotid.diagnosis.search.state import (
     Log,
     SearchResult,
     SearchState,
+    is_covered,
     is_plain,
     misfit_energy,
+    share_of_removed,
     share_removed,
 )
 from robotid.diagnosis.search.torque_errors import leaves_only_noise, prevail
@@ -254,8 +256,9 @@ def _completed(
         coloured = in_colour(result.last, result.data, left.noise)
         result = replace(result, coloured=coloured)
         if coloured.noise_reached:
-            causes = _by_one_noise(result.causes, result.first, result.last, coloured)
-            result = replace(result, causes=causes)
+            slight = is_covered(result.first, coloured) and not prevail(result)
+            causes = _by_one_noise(result.causes, result.first, result.last, coloured, slight=slight)
+            result = replace(result, causes=causes, slight=slight)
     except OutOfTime:
         return replace(result, late=True, unexamined=(UNEXPLAINED, CHANGES))
     if RECORD_CHANGE in criteria.skip:
@@ -317,14 +320,21 @@ def as_result(state: SearchState) -> SearchResult:
 
 
 def _by_one_noise(
-    causes: Sequence[AcceptedCause], first: RefittedModel, last: RefittedModel, data: EvaluationData
+    causes: Sequence[AcceptedCause],
+    first: RefittedModel,
+    last: RefittedModel,
+    data: EvaluationData,
+    *,
+    slight: bool = False,
 ) -> tuple[AcceptedCause, ...]:
     """The causes with what each explains beside those before it by the noise as it shows at last; when they were found
     it was taken for larger, and shares by different noises do not add up. The last one is measured by the model at the
-    end, so that all shares and what remains make one."""
+    end, so that all shares and what remains make one. slight : as of `SearchResult`."""
     models = [*(cause.after for cause in causes[:-1]), last]
     left, plain = [1.0], is_plain(first, data)
     for model in models[: len(causes)]:
-        left.append(min(left[-1], 1.0 - share_removed(first, first, model, data, plain=plain)))
+        removed = share_removed(first, first, model, data, plain=plain)
+        share = share_of_removed(first, model, last, data) if slight else removed
+        left.append(min(left[-1], 1.0 - share))
     shares = [before - after for before, after in pairwise(left)]
     return tuple(replace(cause, explained=share) for cause, share in zip(causes, shares, strict=True))

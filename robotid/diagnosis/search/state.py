@@ -119,7 +119,8 @@ class SearchResult:
     for, candidates by name, then the rest in words; late : whether the time was up before the end. events : what
     happened once; all else is of records without them. coloured : the data by noise of any colour, as the last model
     leaves it; None where time ran out before. agreement : whether the last model can be that of the validation
-    records, too, sought where nothing else was found.
+    records, too, sought where nothing else was found. slight : the misfit was no more than chance makes of the energy
+    of noise, and the causes leave nothing else: shares are of what they remove.
     """
 
     data: EvaluationData
@@ -136,6 +137,7 @@ class SearchResult:
     events: tuple[Event, ...] = ()
     coloured: EvaluationData | None = None
     agreement: Agreement = field(default_factory=Agreement)
+    slight: bool = False
 
     @property
     def remaining_share(self) -> float:
@@ -149,16 +151,18 @@ class SearchResult:
 
     def explained_by_record(self) -> dict[str, float]:
         """Share of the first model's misfit energy that all causes remove, of each record, by the noise that shows at
-        last, or plainly as of `is_plain`."""
+        last, or plainly as of `is_plain`; of a slight misfit all or nothing."""
         data = self.judging
         segments = (*data.fitted, *data.validation)
         before, after = (*self.first.fitted, *self.first.validation), (*self.last.fitted, *self.last.validation)
-        misfit = _measure(plain=is_plain(self.first, data))
+        misfit = Segment.energy if self.slight else _measure(plain=is_plain(self.first, data))
         whole, removed = dict[str, float](), dict[str, float]()
         for segment, one, other in zip(segments, before, after, strict=True):
             name, energy = segment.record.name, misfit(segment, one.residual)
             whole[name] = whole.get(name, 0.0) + energy
             removed[name] = removed.get(name, 0.0) + energy - misfit(segment, other.residual)
+        if self.slight:
+            return {name: float(share > 0.0) for name, share in removed.items()}
         return {name: float(np.clip(removed[name] / max(whole[name], 1e-9), 0.0, 1.0)) for name in whole}
 
 
@@ -198,6 +202,12 @@ def share_removed(
         for model in (first, before, after)
     )
     return float(np.clip((left - then) / max(whole, 1e-300), 0.0, 1.0))
+
+
+def share_of_removed(first: RefittedModel, model: RefittedModel, last: RefittedModel, data: EvaluationData) -> float:
+    """Share that a model removes of what the last one removes of the first one's energy on the fitted segments."""
+    energy, then, least = (data.fitted_energy(one.fitted) for one in (first, model, last))
+    return float(np.clip((energy - then) / max(energy - least, 1e-300), 0.0, 1.0))
 
 
 def _measure(*, plain: bool) -> Callable[[Segment, Array], float]:

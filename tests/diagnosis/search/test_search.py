@@ -251,6 +251,18 @@ def test_an_event_that_causes_explain_is_none(monkeypatch: pytest.MonkeyPatch) -
     assert result.last.parameters["motor.stribeck.dFs"] == pytest.approx(0.15, rel=0.05)
 
 
+def test_a_small_effect_that_leaves_noise_explains_all_that_was_missing() -> None:
+    """Its energy is no more than chance makes of that of the noise: of the squared error it removes next to nothing."""
+    made = records({"motor.stribeck.dFs": 0.012, "motor.stribeck.vs": 1.0})
+    growth = searched(made, QUICK)
+    d = told(made, growth)
+    assert growth.slight
+    assert d.verdict == "named"
+    assert [(cause.effect, cause.explained) for cause in d.causes] == [("motor.stribeck", 1.0)]
+    assert d.remaining_share == 0.0
+    assert {one.explained_after for one in d.records.values()} == {1.0}
+
+
 @pytest.mark.parametrize("size", [0.05, 0.08, 0.2], ids=["lost in torque errors", "of lesser share", "of most"])
 def test_an_event_beside_a_cause_is_told(size: float) -> None:
     """It is seen once the cause is there, and the noise of the sensors behind it; or beside the cause; or before it."""
