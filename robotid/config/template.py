@@ -54,7 +54,7 @@ records:
   - name: $record
     role: estimate                 # or validate: held out of every fit
     # use: rigid                   # which initialisation it serves: rigid (slow, wide), flex (rich), both
-    $path # relative to this file; .csv .tsv .mat .h5 .npz
+    $path # relative to this file; .csv .tsv .lvm .jsonl .mat .h5 .npz
 $columns
   # - name: second                 # a record that no fit has seen tells what the model is worth
   #   role: validate

@@ -65,8 +65,8 @@ def read(
 ) -> Dataset:
     """Read one log or several into a dataset of records in SI units.
 
-    source : a file (.csv .tsv .txt .mat .h5 .npz, with an extra also .parquet .mcap .db3 .mf4), a pandas data frame, a
-    mapping of names to arrays (n,), or a list of these, each a record.
+    source : a file (.csv .tsv .txt .lvm .jsonl .json .mat .h5 .npz, with an extra also .parquet .mcap .db3 .mf4), a
+    pandas data frame, a mapping of names to arrays (n,), or a list of these, each a record.
     name : of the record, by default that of the file, and of a record from a frame or arrays "record". role :
     "estimate" serves the fit, "validate" is held out of it. use : which initialisation the record serves, "rigid",
     "flex" or "both". sampling_time [s] : instead of a time column. linear : the axis slides rather than turns.

@@ -147,8 +147,9 @@ CASES = [
     Case(
         "unknown_suffix",
         "t,tau_m\n",
-        'FILE: no reader for the format ".xlsx"; known are '
-        ".csv, .db3, .h5, .hdf5, .mat, .mcap, .mdf, .mf4, .npz, .parquet, .pq, .tsv, .txt",
+        'FILE: no reader for the format ".xlsx"; export it as CSV, or name a file of '
+        ".csv, .db3, .h5, .hdf5, .json, .jsonl, .lvm, .mat, .mcap, .mdf, .mf4, .ndjson, "
+        ".npz, .parquet, .pq, .tsv, .txt",
         file="day1.xlsx",
     ),
     Case(

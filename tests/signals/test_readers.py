@@ -211,7 +211,8 @@ def test_a_matrix_may_lie_either_way(axes: tuple[int, int]) -> None:
 
 def test_every_suffix_has_one_reader() -> None:
     known = formats()
-    plain, extra = {".csv", ".tsv", ".txt", ".mat", ".h5", ".hdf5", ".npz"}, {".parquet", ".pq", ".mcap", ".db3"}
+    plain = {".csv", ".tsv", ".txt", ".lvm", ".json", ".jsonl", ".ndjson", ".mat", ".h5", ".hdf5", ".npz"}
+    extra = {".parquet", ".pq", ".mcap", ".db3"}
     assert set(known) == plain | extra | {".mf4", ".mdf"}
     assert len(known) == sum(len(module.SUFFIXES) for module in set(known.values()))
 
@@ -361,3 +362,22 @@ def test_pairs_of_time_and_value_under_keys(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="has a time column of its own") as caught:
         read(tmp_path / "a.csv")
     assert "one time column" in str(caught.value)
+
+
+def test_a_struct_that_names_itself_as_dspace_writes_it(tmp_path: Path) -> None:
+    signal = [("Name", object), ("Data", object)]
+    y = np.empty((1, 2), dtype=signal)
+    y[0] = [("Model Root/joint/torque", 2 * T), ("angle", 3 * T)]
+    path = tmp_path / "a.mat"
+    savemat(path, {"log": {"X": {"Name": "time", "Data": T}, "Y": y}})
+    assert set(read(path).columns) == {"log.X.time.Data", "log.Y.torque.Data", "log.Y.angle.Data"}
+    y[0, 1]["Name"] = "torque"
+    savemat(path, {"log": {"Y": y}})
+    assert set(read(path).columns) == {"log.Y.0.Data", "log.Y.1.Data"}
+
+
+def test_hexadecimal_samples_are_refused_by_that(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("t,tau,phi\n0.0,0x0F7E,0xFFFF0001\n0.1,0x0F7F,0xFFFF0002\n")
+    with pytest.raises(InputError, match='hexadecimal, "0x0F7E"'):
+        read(path)

@@ -38,7 +38,7 @@ def read(path: Path) -> Table:
         raise InputError("this is a compressed file of a ROS 2 bag", where=str(path), hint="name its folder")
     known = formats()
     if path.suffix.lower() not in known:
-        hint = f"known are {', '.join(sorted(known))}"
+        hint = f"export it as CSV, or name a file of {', '.join(sorted(known))}"
         raise InputError(f'no reader for the format "{path.suffix}"', where=str(path), hint=hint)
     table: Table = known[path.suffix.lower()].read(path)
     return table

@@ -30,6 +30,7 @@ BLANKS = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?(?:\s+[+-]?\d+(?:,\d+)?(?:
 """Numbers with decimal commas and blanks between them."""
 GROUPED = re.compile(r"[+-]?\d{1,3}(?:(?:,\d{3})+\.\d+|(?:\.\d{3})+,\d+)")
 """A number with marks between its thousands and another one before its decimals. 1,000 alone has two meanings."""
+HEXADECIMAL = re.compile(r"0[xX][0-9a-fA-F]+")
 HEAD_LINES = 60  # lines from which the layout is guessed
 CHUNK = 16_000_000  # characters of a text that are in memory as lines at once
 
@@ -61,7 +62,11 @@ def read(path: Path) -> Table:
 
     Raises InputError with the line of the first cell that is no number, or row that is too short or too long.
     """
-    content = _text(path)
+    return parsed(path, text(path))
+
+
+def parsed(path: Path, content: str) -> Table:
+    """The same of the text of a file."""
     if "\r" in content:
         content = content.replace("\r\n", "\n").replace("\r", "\n")
     layout = _layout(path, next(_chunks(content)))
@@ -74,13 +79,13 @@ def read(path: Path) -> Table:
     cells = _cells(path, lines, rows, layout)
     rows = [k for k, row in zip(rows, cells, strict=True) if any(row)]
     cells = [row for row in cells if any(row)]
-    text = {
+    words = {
         j: cells[0][j] for j in range(len(layout.names)) if _is_text([row[j] for row in cells[:HEAD_LINES]], layout)
     }
-    dates = [j for j, cell in text.items() if DATE.match(cell)]
-    text = {j: cell for j, cell in text.items() if j not in dates}
-    values = _slow(path, cells, rows, layout, dict.fromkeys((*text, *dates), ""))
-    table = _table(path, layout, values, np.array(rows), text)
+    dates = [j for j, cell in words.items() if DATE.match(cell)]
+    words = {j: cell for j, cell in words.items() if j not in dates}
+    values = _slow(path, cells, rows, layout, dict.fromkeys((*words, *dates), ""))
+    table = _table(path, layout, values, np.array(rows), words)
     times = {layout.names[j] or "time": seconds_of(path, [row[j] for row in cells], rows) for j in dates}
     seconds = {printable(name): values for name, (_, values) in times.items()}
     origins = {printable(name): zero for name, (zero, _) in times.items()}
@@ -98,7 +103,7 @@ def _finished(text: str, layout: Layout) -> tuple[str, tuple[str, ...]]:
     return before, (f"the last line breaks off after {len(cells)} of {len(layout.names)} columns, and is left out",)
 
 
-def _text(path: Path) -> str:
+def text(path: Path) -> str:
     """UTF-8, UTF-16 where it says so, else what Windows writes."""
     require_room(path, "it", IN_MEMORY * path.stat().st_size)
     raw = path.read_bytes()
@@ -125,6 +130,10 @@ def _layout(path: Path, lines: Sequence[str]) -> Layout:
     width = Counter(len(_trimmed(split[k])) for k in content[-HEAD_LINES // 2 :]).most_common(1)[0][0]
     first = next((k for k in content if len(_trimmed(split[k])) == width and _is_row(split[k], delimiter)), None)
     if first is None:
+        hexadecimal = next((cell for k in content for cell in split[k] if HEXADECIMAL.fullmatch(cell)), None)
+        if hexadecimal is not None:
+            what = f'the samples are hexadecimal, "{hexadecimal}", which does not tell their sign'
+            raise InputError(what, where=str(path), hint="export decimal numbers")
         raise InputError("there are names but no samples", where=str(path), hint="record again, or name another file")
     names, units = _head(path, lines, [split[k] for k in content if k < first], first, width, delimiter)
     comma = delimiter != "," and _has_decimal_commas([cell for k in content if k >= first for cell in split[k]])

@@ -1,6 +1,7 @@
 """MATLAB files: version 4 and 5 by scipy, version 7.3 as the HDF5 that it is.
 
-Structs become dotted names, the entries of cells and struct arrays numbers counted from 0.
+Structs become dotted names, the entries of cells and struct arrays numbers counted from 0, or what their own field Name
+says, as dSPACE writes it.
 """
 
 from __future__ import annotations
@@ -132,12 +133,23 @@ def _walk(name: str, value: Any, depth: int = 0) -> Iterator[tuple[str, Array]]:
         return
     if hasattr(value, "_fieldnames"):
         for key in value._fieldnames:
-            yield from _walk(f"{name}.{key}", getattr(value, key), depth + 1)
+            inner = getattr(value, key)
+            called = _own_name(inner)
+            yield from _walk(f"{name}.{key}.{called}" if called else f"{name}.{key}", inner, depth + 1)
     elif isinstance(value, np.ndarray) and value.dtype.kind == "O":
-        for i, item in enumerate(value.flat[:MOST_ENTRIES]):
-            yield from _walk(f"{name}.{i}", item, depth + 1)
+        entries = list(value.flat[:MOST_ENTRIES])
+        own = [_own_name(item) for item in entries]
+        told = all(own) and len({*own}) == len(own)
+        for i, item in enumerate(entries):
+            yield from _walk(f"{name}.{own[i] if told else i}", item, depth + 1)
     elif isinstance(value, np.ndarray):
         yield from numeric(name, value)
+
+
+def _own_name(item: Any) -> str:
+    """What a struct of Name and Data is called there, without the blocks that it is in; empty for any other."""
+    name = getattr(item, "Name", "") if {"Name", "Data"} <= {*getattr(item, "_fieldnames", ())} else ""
+    return name.rsplit("/", 1)[-1].strip(' "').replace(".", "_") if isinstance(name, str) else ""
 
 
 def _modern(path: Path) -> Iterator[tuple[str, Deferred]]:
