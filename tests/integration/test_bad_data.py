@@ -138,7 +138,11 @@ CASES = [
         "the file has no names: give the position under columns, such as tau_m: 0; they are 0 to 2",
         exit_code=2,
     ),
-    Case("name_twice", "t,tau_m,tau_m\n0,1,2\n", 'FILE: two columns are called "tau_m"; rename one'),
+    Case(
+        "name_twice",
+        "t,tau_m,tau_m\n0,1,2\n",
+        'FILE: two columns are called "tau_m", and differ; rename one; of several time columns, export one',
+    ),
     Case(
         "not_text",
         lambda path: path.write_bytes(b"PK\x03\x04\x00\x00") and None,

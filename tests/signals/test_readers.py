@@ -381,3 +381,28 @@ def test_hexadecimal_samples_are_refused_by_that(tmp_path: Path) -> None:
     path.write_text("t,tau,phi\n0.0,0x0F7E,0xFFFF0001\n0.1,0x0F7F,0xFFFF0002\n")
     with pytest.raises(InputError, match='hexadecimal, "0x0F7E"'):
         read(path)
+
+
+@pytest.mark.parametrize("units", ["ms;Nm;ms;deg\n", ""], ids=["units", "names alone"])
+def test_times_that_stand_before_every_signal_are_one_column(units: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(f"Time;Torque;Time;Position\n{units}0;1;0;2\n2;3;2;4\n")
+    table = read(path)
+    assert list(table.columns) == ["Time", "Torque", "Position"]
+    assert table.units == ({"Time": "ms", "Torque": "Nm", "Position": "deg"} if units else {})
+    assert np.array_equal(table.pick("Time"), [0.0, 2.0])
+    assert table.at_position("3") == "Position"
+    path.write_text(f"Time;Torque;Time;Position\n{units}0;1;1;2\n2;3;3;4\n")
+    with pytest.raises(InputError, match=r'two columns are called "Time", and differ; .* export one'):
+        read(path)
+
+
+def test_dates_that_stand_before_every_signal_are_one_column(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    first, second = "2024-05-01 10:00:00.000", "2024-05-01 10:00:00.250"
+    path.write_text(f"Time;Torque;Time;Position\n{first};1;{first};2\n{second};3;{second};4\n")
+    assert np.array_equal(read(path).pick("Time"), [0.0, 0.25])
+    late = "2024-05-01 10:00:00.500"
+    path.write_text(f"Time;Torque;Time;Position\n{first};1;{second};2\n{second};3;{late};4\n")
+    with pytest.raises(InputError, match='two columns are called "Time", and differ'):
+        read(path)

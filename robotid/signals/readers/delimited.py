@@ -86,9 +86,12 @@ def parsed(path: Path, content: str) -> Table:
     words = {j: cell for j, cell in words.items() if j not in dates}
     values = _slow(path, cells, rows, layout, dict.fromkeys((*words, *dates), ""))
     table = _table(path, layout, values, np.array(rows), words)
-    times = {layout.names[j] or "time": seconds_of(path, [row[j] for row in cells], rows) for j in dates}
-    seconds = {printable(name): values for name, (_, values) in times.items()}
-    origins = {printable(name): zero for name, (zero, _) in times.items()}
+    times = [(printable(layout.names[j] or "time"), *seconds_of(path, [row[j] for row in cells], rows)) for j in dates]
+    dated = _once(path, [(name, np.concatenate([[zero], values])) for name, zero, values in times])
+    seconds, origins = (
+        {name: one[1:] for name, one in dated.items()},
+        {name: float(one[0]) for name, one in dated.items()},
+    )
     units = table.units | dict.fromkeys(seconds, "s")
     return replace(table.with_columns(seconds), units=units, origins=origins, remarks=unfinished)
 
@@ -194,7 +197,7 @@ def _head(
 ) -> tuple[list[str], list[str]]:
     """Names and units above the first row; names may also stand in a comment."""
     rows = [cells for cells in above if len(_trimmed(cells)) >= width]
-    if rows and _are_pairs(rows):
+    if _are_pairs(rows) and not _are_units(rows[-1]):
         what = "every line above the numbers has a key before each signal, which has a time column of its own"
         raise InputError(
             what, where=str(path), hint="export one time column, and one line with the names of all columns"
@@ -206,15 +209,19 @@ def _head(
     if not rows:
         return [str(k) for k in range(width)], [""] * width
     units = rows[-1]
-    if len(rows) > 1 and all(parse(cell.strip("[]()")) or cell in ("", "-") for cell in units):
-        return _named(path, rows[-2], [cell.strip("[]()") for cell in units])
-    return _named(path, rows[-1], [""] * len(units))
+    if len(rows) > 1 and _are_units(units):
+        return _named(rows[-2], [cell.strip("[]()") for cell in units])
+    return _named(rows[-1], [""] * len(units))
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    return all(parse(cell.strip("[]()")) or cell in ("", "-") for cell in cells)
 
 
 def _are_pairs(above: Sequence[list[str]]) -> bool:
     """Whether the same key stands before every value in all lines, as an oscilloscope writes its channels."""
     rows = [_trimmed(cells) for cells in above]
-    return all(len(cells) > 3 and cells[0] and len({*cells[::2]}) == 1 for cells in rows)
+    return len(rows) > 1 and all(len(cells) > 3 and cells[0] and len({*cells[::2]}) == 1 for cells in rows)
 
 
 def without_unit(name: str) -> tuple[str, str]:
@@ -225,15 +232,12 @@ def without_unit(name: str) -> tuple[str, str]:
     return (match[1], unit) if match and match[1] and (match[2] or parse(unit)) else (name, "")
 
 
-def _named(path: Path, names: Sequence[str], units: Sequence[str]) -> tuple[list[str], list[str]]:
+def _named(names: Sequence[str], units: Sequence[str]) -> tuple[list[str], list[str]]:
     """Names without the units that they carry. A name that would come twice without its unit keeps it."""
     names = _trimmed(list(names))
     plain, carried = zip(*map(without_unit, names), strict=True) if names else ((), ())
     count = Counter(plain)
     kept = [name if count[short] > 1 else short for name, short in zip(names, plain, strict=True)]
-    twice = next((name for name, times in Counter(kept).items() if times > 1 and name), None)
-    if twice is not None:
-        raise InputError(f'two columns are called "{twice}"', where=str(path), hint="rename one")
     below = [*units, *[""] * (len(names) - len(units))]
     found = [unit or own for unit, own in zip(carried, below, strict=False)]
     return kept, found
@@ -306,9 +310,20 @@ def _table(path: Path, layout: Layout, values: Array, rows: Index, text: dict[in
         raise InputError("no column holds numbers", where=str(path), hint="record again, or name another file")
     return Table(
         str(path),
-        {printable(name): np.ascontiguousarray(values[:, j]) for j, name in numbers.items()},
+        _once(path, [(printable(name), np.ascontiguousarray(values[:, j])) for j, name in numbers.items()]),
         {printable(name): layout.units[j] for j, name in numbers.items() if layout.units[j]},
         rows.astype(np.float64) + 1,
         {layout.names[j]: cell for j, cell in text.items()},
         order=tuple(printable(name or "time") for name in layout.names),
     )
+
+
+def _once(path: Path, columns: Sequence[tuple[str, Array]]) -> dict[str, Array]:
+    """Columns by name. The same samples may stand there twice, as the times that a drive writes before every signal.
+    Raises InputError for others of the same name."""
+    found: dict[str, Array] = {}
+    for name, values in columns:
+        if not np.array_equal(found.setdefault(name, values), values, equal_nan=True):
+            hint = "rename one; of several time columns, export one"
+            raise InputError(f'two columns are called "{name}", and differ', where=str(path), hint=hint)
+    return found
