@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from robotid.model.array import Array, Index
+from robotid.model.array import Array, Index, taken
 
 
 class CompanionKind(StrEnum):
@@ -75,7 +75,7 @@ class Course:
         # fmin and fmax, for the instant of a crossing is nan where an iterate overflows
         position = np.fmax(np.fmin((t - self.begin) / self.sampling_time, float(last)), 0.0)
         k = np.minimum(position.astype(np.intp), max(last - 1, 0))
-        return samples[:, k], samples[:, np.minimum(k + 1, last)], position - k
+        return taken(samples, k), taken(samples, np.minimum(k + 1, last)), position - k
 
     def _around_in_turns(self, samples: Array, turns: Turns, t: Array) -> tuple[Array, Array, Array]:
         """The same of several recordings."""
@@ -83,7 +83,7 @@ class Course:
         last, first = turns.last[own], turns.first[own]
         position = np.fmax(np.fmin((t - turns.begin[own]) / self.sampling_time, last), 0.0)
         k = np.minimum(position.astype(np.intp), np.maximum(last - 1, 0))
-        return samples[:, first + k], samples[:, first + np.minimum(k + 1, last)], position - k
+        return taken(samples, first + k), taken(samples, first + np.minimum(k + 1, last)), position - k
 
     def first(self, n: int) -> Array:
         """Value at its first n samples, (n,), the last one held."""

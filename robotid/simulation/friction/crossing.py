@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robotid.model.array import Array, Index, Mask, blocks
+from robotid.model.array import Array, Index, Mask, blocks, taken
 from robotid.model.linear_algebra import product
 from robotid.simulation.friction.mode import FrictionMode, friction_mode
 from robotid.simulation.friction.regular_step import regular_steps
@@ -38,7 +38,7 @@ def linearise_steps(inputs: StepInputs, x0: Array, x1: Array) -> Steps:
     for at, advance in ((np.flatnonzero(~changes), _held), (np.flatnonzero(changes), _stepped)):
         if at.size:
             stepping = replace(prepared, torque_steps=inputs.torque_steps).take(at)
-            steps.put(at, advance(stepping, x0[:, at], x1[:, at]))
+            steps.put(at, advance(stepping, taken(x0, at), taken(x1, at)))
     return steps
 
 
@@ -108,10 +108,10 @@ def _advance(inputs: StepInputs, x0: Array, x1: Array, mode: FrictionMode, max_c
     crosses = _switching_functions(inputs, reached, mode.s) * mode.s < 0.0
     where = np.flatnonzero(crosses.any(axis=0))
     if where.size:
-        part, now, crosses = inputs.take(where), mode.take(where), crosses[:, where]
-        way = Way(x0[:, where], reached[:, where], steps.start[:, where], steps.end[:, where])
+        part, now, crosses = inputs.take(where), mode.take(where), taken(crosses, where)
+        way = Way(*(taken(one, where) for one in (x0, reached, steps.start, steps.end)))
         crossing = _first_crossing(part, now, way, crosses)
-        steps.put(where, _cross(part, way.x0, x1[:, where], now, crossing, max_crossings - 1))
+        steps.put(where, _cross(part, way.x0, taken(x1, where), now, crossing, max_crossings - 1))
     return steps
 
 
@@ -162,20 +162,28 @@ def _first_crossing(inputs: StepInputs, mode: FrictionMode, way: Way, crosses: M
     straight = np.where(crosses, before / np.where(crosses, before - after, 1.0), np.inf)
     row = np.argmin(straight, axis=0)
     share = np.clip(straight[row, steps], 0.0, 1.0)
-    bare = replace(inputs, columns=None)
-    start, end = (_switching_surface(bare, x, mode.s, row) for x in (way.x0, way.x1))
-    d0, d1 = (inputs.h * (at.slopes * f).sum(axis=0) for at, f in ((start, way.f0), (end, way.f1)))
+    (start, to_start), (end, to_end) = (
+        _value_and_rate(inputs, x, f, mode.s, row) for x, f in ((way.x0, way.f0), (way.x1, way.f1))
+    )
+    d0, d1 = inputs.h * to_start, inputs.h * to_end
     # from rest and to it again: the start is a root, and not meant
-    back = (start.value == 0.0) & (d0 * end.value < 0.0)
-    share = np.where(back, d0 / np.where(back, d0 - end.value, 1.0), share)
+    back = (start == 0.0) & (d0 * end < 0.0)
+    share = np.where(back, d0 / np.where(back, d0 - end, 1.0), share)
     for _ in range(ROOT_ITERATIONS):
-        value, slope = (
-            _cubic(share, start.value, end.value, d0, d1),
-            _cubic_slope(share, start.value, end.value, d0, d1),
-        )
+        value, slope = _cubic(share, start, end, d0, d1), _cubic_slope(share, start, end, d0, d1)
         slope = slope - np.where(back, value / np.where(share == 0.0, 1.0, share), 0.0)
         share = np.clip(share - value / np.where(slope == 0.0, np.inf, slope), 0.0, 1.0)
     return Crossing(row, share, way.at(share, inputs.h))
+
+
+def _value_and_rate(inputs: StepInputs, x: Array, f: Array, s: Array, row: Index) -> tuple[Array, Array]:
+    """What row (m,) of the mode changes its sign with, at x (nx, m), and its rate where these have the rates f, (m,)
+    each."""
+    if not inputs.joint.edges:  # it is a speed, and there is no slope to multiply with
+        at = inputs.joint.speeds.start + row, np.arange(len(row))
+        return x[at], f[at]
+    surface = _switching_surface(replace(inputs, columns=None), x, s, row)
+    return surface.value, (surface.slopes * f).sum(axis=0)
 
 
 def _switching_functions(inputs: StepInputs, x: Array, s: Array) -> Array:
@@ -224,7 +232,7 @@ def _switching_surface(inputs: StepInputs, x: Array, s: Array, row: Index) -> Sw
     at = np.flatnonzero(row >= joint.masses)
     if at.size:
         edge, here = row[at] - joint.masses, np.arange(at.size)
-        edges = joint.distance_slopes(x[:, at], s[:, at], inputs.t[at], inputs.theta, inputs.columns)
+        edges = joint.distance_slopes(taken(x, at), taken(s, at), inputs.t[at], inputs.theta, inputs.columns)
         value[at], slopes[:, at] = edges.value[edge, here], edges.to_states[edge, :, here].T
         if response is not None and edges.to_columns is not None:
             response[:, at] = edges.to_columns[edge, :, here].T

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotid.model.array import Array, Index, Mask
+from robotid.model.array import Array, Index, Mask, taken
 from robotid.simulation.friction.step import StepInputs
 
 
@@ -27,7 +27,7 @@ class FrictionMode:
 
     def take(self, where: Index | slice) -> FrictionMode:
         """The mode of the steps at these indices."""
-        return FrictionMode(self.s[:, where], None if self.sticking is None else self.sticking[:, where])
+        return FrictionMode(taken(self.s, where), None if self.sticking is None else taken(self.sticking, where))
 
 
 def friction_mode(inputs: StepInputs, x: Array, sides: Array | None = None) -> FrictionMode:
@@ -48,9 +48,9 @@ def _break_away(inputs: StepInputs, x: Array, s: Array, j: int, still: Index) ->
     """Direction in which coordinate j starts to slip, and whether it sticks instead, (m,) each, at the m steps `still`
     that begin at rest: it slips where the force overcomes the friction against that very direction."""
     twice, both = np.tile(still, 2), np.repeat([1.0, -1.0], still.size)
-    trial = s[:, twice]
+    trial = taken(s, twice)
     trial[j] = both
-    acting = x[:, twice], inputs.u[twice], trial, inputs.t[twice], inputs.theta
+    acting = taken(x, twice), inputs.u[twice], trial, inputs.t[twice], inputs.theta
     force = inputs.joint.force(*acting, inputs.linear)[j]
     ahead, back = np.split(force, 2)
     return np.where(ahead > 0.0, 1.0, np.where(back < 0.0, -1.0, 0.0)), (ahead <= 0.0) & (back >= 0.0)
