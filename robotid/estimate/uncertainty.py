@@ -149,6 +149,7 @@ def _seen(problem: OutputError, theta: Array, k: int, one: _RecordDerivatives) -
     own, derivation = problem.joint.in_record(theta, record.name), Derivation.of(record)
     response = torque_response(problem.joint.along(record), own, record.sampling_time, problem.output, derivation)
     passage = TorquePassage.of(one.trajectory, problem.output, derived=response.derivation is not None)
+    passage = passage.kept() if one.whole is not None else passage  # the information is asked of the same steps
     floor, found = torque_floor(record.tau_m, record.dphi_m), []
     for at, derivatives in one.sampled:
         taken = np.concatenate([derivatives, reversal_columns(record, one.trajectory, response, at)])

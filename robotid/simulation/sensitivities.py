@@ -5,7 +5,8 @@ Both directions use the triangular system of the simulation with other right-han
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -101,34 +102,55 @@ def force_gradient(trajectory: Trajectory, row: int, weights: Array) -> Array:
     """
     masses = trajectory.joint.masses
     wanted, gradient = DerivativeColumns(forces=tuple(range(masses))), np.zeros((masses, len(trajectory.u)))
-    for at, effects, later in _adjoint_blocks(trajectory, row, weights[None], wanted):
+    for at, effects, later in _adjoint_blocks(row, weights[None], linearised(trajectory, wanted)):
         gradient[:, at] = np.einsum("ijn,in->jn", effects[:, :masses], later[:, 0])
     return gradient
 
 
-def torque_gradient(trajectory: Trajectory, row: int, weights: Array) -> Array:
-    """Derivatives of the sums of weights (m, n) times state `row` to the motor's torque in every interval, (m, n)."""
+@dataclass(frozen=True, slots=True, eq=False)
+class LinearisedSteps:
+    """What an adjoint solve asks of k intervals: G (nx, nx, k), and the derivatives S (nx, s, k) of the states at
+    their ends to what is wanted and, last, to the torque."""
+
+    at: slice
+    G: Array
+    S: Array
+
+
+def linearised(trajectory: Trajectory, wanted: DerivativeColumns | None = None) -> Iterator[LinearisedSteps]:
+    """All steps of a trajectory, block by block from the last to the first."""
+    for at in reversed(list(blocks(len(trajectory.u) - 1, BLOCK))):
+        check()
+        steps = trajectory.linearise(at, wanted or DerivativeColumns())
+        assert steps.S is not None
+        yield LinearisedSteps(at, steps.G, steps.S)
+
+
+def torque_gradient(
+    trajectory: Trajectory, row: int, weights: Array, known: Sequence[LinearisedSteps] | None = None
+) -> Array:
+    """Derivatives of the sums of weights (m, n) times state `row` to the motor's torque in every interval, (m, n).
+
+    known : the `linearised` steps, where several such gradients are asked of one trajectory.
+    """
     gradient = np.zeros(weights.shape)
-    for at, effects, later in _adjoint_blocks(trajectory, row, weights, DerivativeColumns()):
+    for at, effects, later in _adjoint_blocks(row, weights, linearised(trajectory) if known is None else known):
         gradient[:, at] = np.einsum("in,imn->mn", effects[:, -1], later)
     return gradient
 
 
-def _adjoint_blocks(
-    trajectory: Trajectory, row: int, weights: Array, wanted: DerivativeColumns
-) -> Iterator[tuple[slice, Array, Array]]:
-    """Intervals, from the last to the first, with the derivatives (nx, k, their number) of the states at the end of
-    each to what is wanted and to its torque, and those of the sums (m,) to these states, (nx, m, their number)."""
-    joint, n = trajectory.joint, len(trajectory.u)
-    after = np.zeros((joint.nx, len(weights)))
-    after[row] = weights[:, -1]
-    for at in reversed(list(blocks(n - 1, BLOCK))):
-        check()
-        steps = trajectory.linearise(at, wanted)
-        assert steps.S is not None
-        right_side = np.zeros((joint.nx, len(weights), at.stop - at.start + 1))
+def _adjoint_blocks(row: int, weights: Array, steps: Iterable[LinearisedSteps]) -> Iterator[tuple[slice, Array, Array]]:
+    """Intervals with S of their steps, and the derivatives of the sums (m,) to the states at the end of each, (nx, m,
+    their number)."""
+    after: Array | None = None
+    for one in steps:
+        at, d = one.at, len(one.G)
+        if after is None:
+            after = np.zeros((d, len(weights)))
+            after[row] = weights[:, -1]
+        right_side = np.zeros((d, len(weights), at.stop - at.start + 1))
         right_side[row, :, :-1] = weights[:, at]
         right_side[:, :, -1] = after
-        z = solve_block_bidiagonal(steps.G, right_side, adjoint=True)
-        yield at, steps.S, z[:, :, 1:]
+        z = solve_block_bidiagonal(one.G, right_side, adjoint=True)
+        yield at, one.S, z[:, :, 1:]
         after = z[:, :, 0]

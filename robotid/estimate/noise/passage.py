@@ -8,9 +8,10 @@ as it was simulated, linear about every sample (Filippov 1988 at the reversals).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from scipy.signal.windows import hann
 
 from robotid.estimate.noise.lines import Innovations, Residual
@@ -19,7 +20,7 @@ from robotid.estimate.noise.settings import SETTINGS, LevelSettings
 from robotid.estimate.noise.whitening import InnovationsFilter
 from robotid.model.array import Array, Index
 from robotid.signals.record import Quantity
-from robotid.simulation.sensitivities import torque_gradient
+from robotid.simulation.sensitivities import LinearisedSteps, linearised, torque_gradient
 from robotid.simulation.trajectory import Trajectory
 
 PER_OCTAVE = 4  # bands in which the spectra of torque and output are averaged
@@ -31,12 +32,14 @@ AT_ONCE = 4_000_000  # samples of probes in memory
 class TorquePassage:
     """From the torque of every sample to the output at every sample, or to the angle that a speed is derived from.
 
-    row : the state that is shown; summed : whether the angle is the sum of this state, by trapezoids.
+    row : the state that is shown; summed : whether the angle is the sum of this state, by trapezoids. steps : of the
+    trajectory, linearised, where they are kept.
     """
 
     trajectory: Trajectory
     row: int
     summed: bool = False
+    steps: tuple[LinearisedSteps, ...] | None = None
 
     @classmethod
     def of(cls, trajectory: Trajectory, output: Quantity, *, derived: bool) -> TorquePassage:
@@ -54,10 +57,16 @@ class TorquePassage:
             weights[:, 1:] += later[:, 1:]
             weights[:, :-1] += later[:, 1:]
             weights *= self.trajectory.sampling_time / 2
-        return torque_gradient(self.trajectory, self.row, weights)
+        return torque_gradient(self.trajectory, self.row, weights, self.steps)
+
+    def kept(self) -> TorquePassage:
+        """The same with its steps, for several adjoint solves: nx (nx + 1) numbers a sample."""
+        return self if self.steps is not None else replace(self, steps=tuple(linearised(self.trajectory)))
 
     def part(self, at: slice) -> TorquePassage:
         """That of these samples alone."""
+        if at == slice(0, len(self.trajectory.u)):
+            return self
         return TorquePassage(self.trajectory.part(at), self.row, self.summed)
 
 
@@ -70,7 +79,7 @@ def passed_noise(
     all of them: from line to line their phases advance by all angles of a circle (Schroeder 1970), so that what two
     neighbours have in common cancels.
     """
-    n = len(one.signal)
+    n, passage = len(one.signal), passage.kept()
     innovations = Innovations.of(one, whiten, settings)
     number = np.round(innovations.omega * n / (2 * np.pi)).astype(np.intp)
     edges = _octave_parts(n // 2)
@@ -78,16 +87,17 @@ def passed_noise(
     bands = np.searchsorted(upper - 1, number)
     inner = np.unique(np.append(0, _octave_parts(n)))  # lines of the padded spectrum of the torque
     shown = np.zeros((len(upper), len(inner) - 1))
-    step = max(1, AT_ONCE // (2 * n))
+    step, taper = max(1, AT_ONCE // (2 * n)), hann(n + 2)[1:-1]
+    taper /= np.sqrt(np.mean(taper**2))
     for first in range(0, len(upper), step):
         chosen = range(first, min(first + step, len(upper)))
-        probes = np.concatenate([_probes(number[bands == k], n) for k in chosen])
+        probes = taper * np.concatenate([_probes(number[bands == k], n) for k in chosen])
         probes -= (probes @ innovations.basis.T) @ innovations.basis
         weights = whiten.transposed(probes)
         if one.response.derivation is not None:
             weights = one.response.derivation.speed_adjoint(weights)
         with np.errstate(over="ignore", invalid="ignore"):  # of a motion that is unstable
-            power = np.abs(np.fft.rfft(passage.adjoint(weights), 2 * n)) ** 2 / n
+            power = np.abs(scipy.fft.rfft(passage.adjoint(weights), 2 * n)) ** 2 / n
         power[:, [0, -1]] /= 2.0
         shown[first : chosen.stop] = np.add.reduceat(power, inner[:-1], axis=1).reshape(len(chosen), 2, -1).mean(axis=1)
     if not np.isfinite(shown).all():
@@ -109,10 +119,10 @@ def _octave_parts(lines: int) -> Array:
 
 
 def _probes(lines: Index, n: int) -> Array:
-    """Two signals (2, n) a quarter of a turn apart, whose products with a signal have as mean square the mean power of
-    the signal at these lines under a Hann taper."""
-    taper, m = hann(n + 2)[1:-1], len(lines)
+    """Two signals (2, n) a quarter of a turn apart, whose products with a signal under a taper have as mean square the
+    mean power of that at these lines."""
+    m = len(lines)
     spectrum = np.zeros(n // 2 + 1, dtype=np.complex128)
     spectrum[lines] = np.exp(1j * np.cumsum(np.pi / 2 + 2 * np.pi * np.arange(m) / max(1, m - 1)))
     spectra = np.stack([spectrum, 1j * spectrum])
-    return np.asarray(taper * np.fft.irfft(spectra, n) * n / np.sqrt(2.0 * m * np.sum(taper**2)))
+    return np.asarray(scipy.fft.irfft(spectra, n) * np.sqrt(n / (2.0 * m)))

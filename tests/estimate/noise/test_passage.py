@@ -60,6 +60,20 @@ def errors(red: bool, seed: int, size: float = 1e-5) -> Array:
     return size * (lfilter([np.sqrt(1 - POLE**2)], [1.0, -POLE], white) if red else white)[2000:]
 
 
+@pytest.mark.parametrize("derived", [False, True], ids=["measured", "derived"])
+def test_steps_that_are_kept_are_linearised_once(derived: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    passage = TorquePassage.of(simulated(), "speed", derived=derived)
+    n = len(simulated().u)
+    weights = np.random.default_rng(3).standard_normal((2, n))
+    expected = passage.adjoint(weights)
+    kept = passage.kept()
+    assert kept.kept() is kept
+    assert kept.part(slice(0, n)) is kept
+    assert kept.part(slice(0, n // 2)).steps is None  # the last steps of a part are others
+    monkeypatch.setattr(Trajectory, "linearise", None)
+    np.testing.assert_array_equal(kept.adjoint(weights), expected)
+
+
 @pytest.mark.parametrize("red", [False, True], ids=["white", "red"])
 @pytest.mark.parametrize("derived", [False, True], ids=["measured", "derived"])
 def test_the_spectrum_is_that_of_repeated_simulations(*, red: bool, derived: bool) -> None:
