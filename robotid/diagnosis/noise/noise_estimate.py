@@ -11,13 +11,12 @@ import numpy as np
 from robotid.diagnosis.noise.colour import coloured_noise
 from robotid.diagnosis.noise.noise_floor import Noise, noise_levels
 from robotid.diagnosis.noise.settings import NOISE
-from robotid.diagnosis.noise.spectrum import likeliest_levels, residual_spectrum
+from robotid.diagnosis.noise.spectrum import likeliest_levels, segment_spectrum
 from robotid.diagnosis.noise.whitening import Segment, sensed_variance, whitening
 from robotid.estimate.covariance import ABSORBED
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.estimate.noise.whitening import NoiseLevels
 from robotid.model.array import Array
-from robotid.signals.derivation import Derivation
 from robotid.signals.record import Quantity
 
 TorqueErrors = Literal["white", "coloured"] | None
@@ -100,8 +99,7 @@ def _white_as_left(left: Sequence[SimulatedSegment], output: Quantity, sensors: 
     """Noises as large as what is left shows them, none smaller than the sensors' own (Whittle 1953)."""
     found = []
     for one in left:
-        derivation = Derivation.of(one.record, output)
-        seen = residual_spectrum(one.trajectory, one.residual, output, derivation)
+        seen = segment_spectrum(one, output)
         found.append(likeliest_levels(seen.power[ABSORBED:], seen.shapes[:, ABSORBED:]))
     typical = float(np.median([f[0] for f in found]))
     least = NOISE.rest_share**2 * typical

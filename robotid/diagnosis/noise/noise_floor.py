@@ -16,14 +16,13 @@ from robotid.diagnosis.noise.settings import NOISE
 from robotid.diagnosis.noise.spectrum import (
     KINSHIP,
     Spectrum,
-    residual_spectrum,
+    segment_spectrum,
     steady_spectrum,
     whittle,
 )
 from robotid.estimate.covariance import ABSORBED
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array
-from robotid.signals.derivation import Derivation
 from robotid.signals.record import Quantity
 
 
@@ -85,11 +84,13 @@ def _agreed_torque_variance(noise: Sequence[Spectrum]) -> float:
     """Variance of the torque's noise with which an output noise of its own explains each spectrum, 0 without any."""
     power = np.concatenate([seen.power[ABSORBED:] for seen in noise])
     response = np.concatenate([seen.response[ABSORBED:] for seen in noise])
-    own = np.repeat(np.eye(len(noise)), [len(seen.power) - ABSORBED for seen in noise], axis=1)
+    sensors = np.concatenate([seen.shapes[0, ABSORBED:] for seen in noise])
+    own = np.repeat(np.eye(len(noise)), [len(seen.power) - ABSORBED for seen in noise], axis=1) * sensors
     (*levels, torque), cost = whittle(power, np.vstack([own, response]))
     _, cost_without = whittle(power, own)
     agree = all(
-        seen.explained_by(level + torque * seen.response, seen.bands) for seen, level in zip(noise, levels, strict=True)
+        seen.explained_by(np.array([level, torque]) @ seen.shapes, seen.bands)
+        for seen, level in zip(noise, levels, strict=True)
     )
     return float(torque) if agree and cost_without - cost > NOISE.torque_hint else 0.0
 
@@ -98,26 +99,26 @@ def _room_for_torque(seen: Spectrum, output: float, torque: float) -> float:
     """The largest variance of the torque's noise, up to `torque`, for which a spectrum has room beside the output's: a
     misfit can only add to what noise does in a band, where that depends on the torque at all."""
     wide = [band for band in seen.bands if band.stop - band.start >= NOISE.min_band_lines]
-    power, response = (np.array([part[band].mean() for band in wide]) for part in (seen.power, seen.response))
-    telling = torque * response > NOISE.hidden_share * output
+    parts = (seen.power, output * seen.shapes[0], seen.response)
+    power, sensed, response = (np.array([part[band].mean() for band in wide]) for part in parts)
+    telling = torque * response > NOISE.hidden_share * sensed
     if seen.weight is not None:
         # an angle's response falls so steeply that a border band with a little too little power would leave no room
         lines = np.array([band.stop - band.start for band in wide])
         power = power * (1.0 + NOISE.band_surprise * np.sqrt(KINSHIP / lines))
-    return max(0.0, float(np.min((power - output)[telling] / response[telling], initial=torque)))
+    return max(0.0, float(np.min((power - sensed)[telling] / response[telling], initial=torque)))
 
 
 def _best_levels(segment: SimulatedSegment, output: Quantity) -> _Shown:
     """From the residual as a whole where it is noise; else from what shows the noise best, and the spectrum of that."""
-    record, derivation = segment.record, Derivation.of(segment.record, output)
-    residual = segment.residual
-    whole = residual_spectrum(segment.trajectory, residual, output, derivation)
+    record, residual = segment.record, segment.residual
+    whole = segment_spectrum(segment, output)
     levels, source = spectrum_levels(whole), whole
     period = round(record.period / record.sampling_time) if record.period else len(residual)
     if not levels.alone and 2 * period <= len(residual):
         settled = residual[period if 3 * period <= len(residual) else 0 :]
         difference = (settled[period:] - settled[:-period]) / np.sqrt(2.0)
-        source = residual_spectrum(segment.trajectory, difference, output, derivation)
+        source = segment_spectrum(segment, output, difference)
         levels = replace(spectrum_levels(source), band=levels.band)
     if not levels.alone and len(residual) >= 2 * NOISE.min_band_lines * NOISE.record_parts:
         steady = spectrum_levels(steady_spectrum(whole, residual))
@@ -134,26 +135,28 @@ def spectrum_levels(seen: Spectrum) -> Levels:
         above = slice(bands[k].start, None)
         shapes = seen.shapes[:, above]
         levels, cost = whittle(seen.power[above], shapes)
-        if seen.explained_by(levels[0] + levels[1] * seen.response, bands[k:]):
+        if seen.explained_by(levels @ seen.shapes, bands[k:]):
             break
     else:
         k += 1
     alone, cost_alone = whittle(seen.power[above], shapes[:1])
     level, torque = (alone[0], 0.0) if cost_alone - cost < NOISE.torque_evidence else levels
-    level = max(float(level), NOISE.hidden_share * min(float(seen.power[band].mean()) for band in bands))
+    quietest = min(float(seen.power[band].mean() / seen.shapes[0, band].mean()) for band in bands)
+    level = max(float(level), NOISE.hidden_share * quietest)
     torque = _room_for_torque(seen, level, float(torque)) if k > 0 else torque
     return Levels(level, float(torque), k, k == 0)
 
 
 def _noise(seen: Spectrum, levels: Levels, torque: float) -> Noise:
     """A noise is not larger than what is seen, and of the torque's a fit takes what is in the lowest frequencies."""
-    alone = levels.band == 0
-    density: Array = levels.output + torque * seen.response
+    alone, shown = levels.band == 0, 1.0 if seen.weight is None else seen.weight
+    density: Array = np.array([levels.output, torque]) @ seen.shapes
+    # an encoder's errors gather where the motor moves, and the taper shows other parts of a record more than its ends
+    tapered, untapered = np.sum(shown * density), np.sum(shown * (levels.output + torque * seen.response))
     density[:ABSORBED] = np.minimum(density, seen.power)[:ABSORBED] if alone else density[ABSORBED]
-    power = seen.power
-    if seen.weight is not None:
-        density, power = seen.weight * density, seen.weight * power
+    density, power = shown * density, shown * seen.power
     sums = [(density[band].sum(), power[band].sum()) for band in (slice(ABSORBED), *seen.bands)]
-    total = sum(expected if alone else min(expected, shown) for expected, shown in sums)
-    floor = np.sqrt(min(total, power.sum()) / len(density))
+    total = sum(expected if alone else min(expected, found) for expected, found in sums)
+    share = untapered / tapered if tapered > 0.0 else 1.0
+    floor = np.sqrt(share * min(total, power.sum()) / len(density))
     return Noise(float(np.sqrt(levels.output)), float(np.sqrt(torque)), float(floor), alone)

@@ -20,6 +20,10 @@ class NoiseSettings:
     clip: float = 3.0  # robust standard deviations: of a normal noise a two-hundredth of the energy lies beyond
     tolerance: float = 1.5  # of the noise in an octave, which may exceed it: no noise is quite as white or red as that
     draws: int = 8  # of a noise through a simulation: an octave's mean to a third of its chance
+    encoder_turns: int = 8  # fractions of a quantum: of a sawtooth, all harmonics below the eighth then count alike
+    encoder_band: float = (
+        0.1  # relative width over which an encoder's spectrum is averaged: a quarter of the octaves' chance
+    )
     failed_windows: int = 10  # in 4000 samples of such a simulation: with more it is not worth its time
     rest_share: float = 0.25  # of the typical output noise: a record that shows less was at rest
     unexplained_energy: float = 2.0  # over that of noise: beyond it, something is left that nothing known explains

@@ -1,21 +1,24 @@
 """The spectrum of a residual, as a sum of noises whose shapes are known where they arise.
 
-White noise of the output is flat; white noise of the recorded torque has the shape of the joint's squared response.
-Where a speed is derived from an angle, the spectrum is that of the angle, in which the sensor's noise is flat.
+White noise of the output is flat; white noise of the recorded torque has the shape of the joint's squared response; an
+encoder's follows from the motion. Where a speed is derived from an angle, the spectrum is that of the angle, in which
+the sensor's white noise is flat.
 Levels of such shapes are found by Whittle's likelihood (Whittle 1953).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 from scipy.optimize import nnls
 
+from robotid.diagnosis.noise.quantisation import quantisation_spectrum
 from robotid.diagnosis.noise.settings import NOISE
 from robotid.estimate.covariance import ABSORBED, impulse_response, zero_order_hold_response
+from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.estimate.noise.response import torque_response
 from robotid.model.array import Array
 from robotid.signals.derivation import Derivation
@@ -32,18 +35,20 @@ LEAST = 1e-30  # of the mean power: a model that leaves a line without any, as o
 class Spectrum:
     """Periodogram of a residual and squared response of the joint to its torque, (m,) each, at the same frequencies.
 
-    The output's noise has the same level at every frequency. weight (m,) : by which the output shows these spectra, its
-    mean over the frequencies one; None, and it shows them as they are.
+    sensor (m,) : spectrum of the sensor's noise of unit variance, as it shows under the taper; None, and it has the
+    same level at every frequency. weight (m,) : by which the output shows these spectra, its mean over the frequencies
+    one; None, and it shows them as they are.
     """
 
     power: Array
     response: Array
     weight: Array | None = None
+    sensor: Array | None = None
 
     @property
     def shapes(self) -> Array:
         """Spectra of unit noise of the output and of the torque, (2, m)."""
-        return np.stack([np.ones_like(self.response), self.response])
+        return np.stack([np.ones_like(self.response) if self.sensor is None else self.sensor, self.response])
 
     @property
     def bands(self) -> list[slice]:
@@ -85,6 +90,18 @@ def residual_spectrum(
     return Spectrum(power if weight is None else power / weight, response, weight)
 
 
+def segment_spectrum(segment: SimulatedSegment, output: Quantity, residual: Array | None = None) -> Spectrum:
+    """Spectrum of a segment's residual, or of another (n,) of the same motion, in which an encoder has the noise that
+    follows from the motion."""
+    residual, record = segment.residual if residual is None else residual, segment.record
+    seen = residual_spectrum(segment.trajectory, residual, output, Derivation.of(record, output))
+    encoder = quantisation_spectrum(record, output)
+    if encoder is None:
+        return seen
+    fine, own = (np.linspace(0.0, 0.5, m) for m in (len(seen.power), len(encoder)))
+    return replace(seen, sensor=np.interp(fine, own, encoder))
+
+
 def _tapered(spectrum: Array) -> Array:
     """A spectrum (m,) as it shows under a Hann taper, which lets neighbouring frequencies into each: not even at the
     zeros of a difference is there nothing."""
@@ -121,7 +138,8 @@ def steady_spectrum(seen: Spectrum, residual: Array) -> Spectrum:
     fine = np.linspace(0, 0.5, len(seen.response))
     if seen.weight is not None:
         power = power / _tapered(np.interp(frequency, fine, seen.weight))
-    return Spectrum(power / 2, np.interp(frequency, fine, seen.response))
+    sensor = None if seen.sensor is None else np.interp(frequency, fine, seen.sensor)
+    return Spectrum(power / 2, np.interp(frequency, fine, seen.response), sensor=sensor)
 
 
 def whittle(power: Array, shapes: Array) -> tuple[Array, float]:

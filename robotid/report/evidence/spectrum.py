@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from robotid.diagnosis.noise.noise_floor import noise_levels
-from robotid.diagnosis.noise.spectrum import residual_spectrum
+from robotid.diagnosis.noise.spectrum import segment_spectrum
 from robotid.errors import NumericsError
-from robotid.estimate.fitted_model import Simulated
+from robotid.estimate.fitted_model import Simulated, SimulatedSegment
 from robotid.model.array import Array
-from robotid.signals.derivation import Derivation
 from robotid.signals.record import Quantity
 
 BINS_A_DECADE = 12  # over which a periodogram is averaged, so that two spectra can be distinguished
@@ -63,10 +62,9 @@ def _noise(run: Simulated, output: Quantity) -> Array:
     """Power density of the noise at the same frequencies."""
     first, residual = run.segments(output)[0], _residual(run, output)
     levels = noise_levels(run.segments(output), output)
-    derivation = Derivation.of(run.record, output)
-    seen = residual_spectrum(first.trajectory, residual, output, derivation)
+    seen = segment_spectrum(SimulatedSegment(run.record, first.trajectory, residual), output)
     own, torque = (np.mean([getattr(one, name) ** 2 for one in levels]) for name in ("output", "torque"))
-    density = own + torque * seen.response
+    density = np.array([own, torque]) @ seen.shapes
     return np.asarray(2 * run.record.sampling_time * (density if seen.weight is None else seen.weight * density))[1:]
 
 

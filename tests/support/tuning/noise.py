@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy
 
-from robotid.diagnosis.noise import colour
+from robotid.diagnosis.noise import colour, quantisation
 from robotid.diagnosis.noise import drawn as drawn_noise
 from robotid.diagnosis.noise import spectrum as spectra
 from robotid.diagnosis.noise.noise_estimate import is_reached, output_variances, sufficient_variance
@@ -20,6 +20,7 @@ from robotid.diagnosis.noise.settings import NOISE
 from robotid.diagnosis.noise.spectrum import KINSHIP, Spectrum, steady_spectrum, whittle
 from robotid.estimate.noise.whitening import NoiseLevels
 from robotid.model.array import Array
+from robotid.signals.record import Record
 from support.plain_models import SAMPLES, plain_segment
 from support.tuning import sees
 
@@ -132,6 +133,25 @@ def check_a_narrow_band_does_not_bound_a_level() -> None:
 def check_output_noise_may_hide_below_a_tenth_of_the_quietest_band() -> None:
     seen = Spectrum(FALLING.copy(), FALLING)
     assert spectrum_levels(seen).output == pytest.approx(0.1 * FALLING[512:].mean(), rel=0.2)
+
+
+@sees(NOISE, "encoder_turns")
+def check_an_encoder_is_turned_by_eight_fractions_of_its_quantum() -> None:
+    turned, error = list[float](), quantisation.rounding_error
+    angle = np.rint(0.3 * np.arange(64.0))
+    still = np.zeros(64)
+    record = Record("r", "estimate", "both", 0.001, still, angle, still, speed_origin="central difference")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(quantisation, "rounding_error", lambda *one: turned.append(one[2]) or error(*one))
+        quantisation.quantisation_spectrum(record, "speed")
+    assert turned == pytest.approx((np.arange(8) + 0.5) / 8)
+
+
+@sees(NOISE, "encoder_band")
+def check_an_encoders_spectrum_is_averaged_over_a_tenth_of_the_frequency() -> None:
+    seen = quantisation._smooth(np.where(np.arange(LINES) == 500, 51.0, 0.0))
+    assert seen[500] == pytest.approx(1.0)
+    assert np.count_nonzero(seen) == pytest.approx(50, abs=2)
 
 
 @sees(NOISE, "rest_share")
