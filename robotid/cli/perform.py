@@ -77,7 +77,7 @@ def _perform(stage: str | None, run: Runs, options: StageOptions) -> None:
             for outcome in _outcomes(stage, run, options, log, checked.append):
                 done.append(outcome)
                 if log is not None:
-                    log(Begun(""))  # or a stage would be said to go on after the line of its end
+                    log(Begun(""))  # or a heartbeat would follow the line of its end
                 print_message(_line(outcome), quiet=options.quiet or options.dry_run)
                 for axis, error in outcome.failures.items():
                     print_message(f"{outcome.stage}: axis {axis} goes no further: {error}", quiet=options.quiet)

@@ -1,4 +1,4 @@
-"""What is said of events beside fits: whether they are accounted for.
+"""Whether events are accounted for, in words beside fits.
 
 A record holds what an event did to the motion. A validation simulates it by the recorded torque alone, and is wrong by
 the event as well; an extension gives its models the torque of the event, before and after.

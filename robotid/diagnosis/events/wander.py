@@ -45,11 +45,11 @@ def _likeliest(left: Array, answers: Array, edges: Array) -> tuple[Array, Array]
     wandering torque with which it is likeliest. answers (B, n) : to a torque in each bin."""
     middle, whole = (edges[1:] + edges[:-1]) / 2, edges[-1] - edges[0]
     apart = np.abs(middle[:, None] - middle) / whole
-    best, least = (np.ones(len(left)), np.eye(len(left))), np.inf
+    best, least, levels = (np.ones(len(left)), np.eye(len(left))), np.inf, tried_levels()
     for memory in EVENTS.memories:
         own, directions = np.linalg.eigh(answers.T @ np.exp(-apart / memory) @ answers)
         own, y = np.maximum(own, 0.0) / max(float(own[-1]), 1e-300), directions.T @ left
-        for level in tried_levels():
+        for level in levels:
             variances = 1.0 + level * own
             unlikelihood = _unlikelihood(y, variances)
             if unlikelihood < least:

@@ -85,12 +85,10 @@ def _best(scores: Sequence[Score], missing: Sequence[EffectCandidate]) -> list[E
 def _may_lead(
     placed: PlacedEvents, pieces: Sequence[SegmentFit], model: RefittedModel, some: Sequence[EffectCandidate]
 ) -> bool:
-    """Whether the largest event may lead, as far as some candidates tell."""
-
-    def beside(rival: float) -> bool:
-        return leads(placed.energy, rival, placed.share)
-
-    return beside(0.0) and beside(_rival_among(pieces, model, some))
+    """Whether the largest event may lead, as far as some candidates show."""
+    if not leads(placed.energy, 0.0, placed.share):  # without any work
+        return False
+    return leads(placed.energy, _rival_among(pieces, model, some), placed.share)
 
 
 def _rival_among(pieces: Sequence[SegmentFit], model: RefittedModel, some: Sequence[EffectCandidate]) -> float:

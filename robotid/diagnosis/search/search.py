@@ -113,11 +113,10 @@ def _beside_events(
             if seen is None or not seen.leading or seen.energy < least:
                 return (replace(result, events=tuple(events)) if events else result), plain
         try:
-            event = _settled(evidence, seen.event, criteria)
-            settled = _is_uncertain(event)
-            if not settled:
-                without = without_event(evidence, event)
-                start, evidence = first_state(without, criteria), without
+            aside = _set_aside(evidence, seen.event, criteria)
+            settled = aside is None
+            if aside is not None:
+                event, evidence, start = aside
                 events.append(event)
         except NumericsError:  # records without it cannot be simulated: they keep it
             settled = True
@@ -140,11 +139,10 @@ def _beside_lesser_events(
             seen = largest_event(evidence, start.first, start.data, criteria, least=least, any_share=True)
             if seen is None:
                 break
-            event = _settled(evidence, seen.event, criteria)
-            if _is_uncertain(event):
+            aside = _set_aside(evidence, seen.event, criteria)
+            if aside is None:
                 break
-            evidence = without_event(evidence, event)
-            start = first_state(evidence, criteria)
+            event, evidence, start = aside
             events.append(event)
         if not events:
             return found
@@ -156,9 +154,14 @@ def _beside_lesser_events(
     return replace(again, events=tuple(events)) if leaves_only_noise(again) else found
 
 
-def _is_uncertain(event: Event) -> bool:
-    """Whether an event's size may be none."""
-    return abs(event.torque) < ACCEPTANCE.amplitude_sigma * event.std
+def _set_aside(evidence: Evidence, event: Event, criteria: Criteria) -> tuple[Event, Evidence, SearchState] | None:
+    """An event as it is without what it led astray, the evidence without it and the first state of that; None where its
+    size may be none. Raises NumericsError where records without it cannot be simulated."""
+    event = _settled(evidence, event, criteria)
+    if abs(event.torque) < ACCEPTANCE.amplitude_sigma * event.std:
+        return None
+    without = without_event(evidence, event)
+    return event, without, first_state(without, criteria)
 
 
 def _settled(evidence: Evidence, event: Event, criteria: Criteria) -> Event:
@@ -333,8 +336,11 @@ def _by_one_noise(
     models = [*(cause.after for cause in causes[:-1]), last]
     left, plain = [1.0], is_plain(first, data)
     for model in models[: len(causes)]:
-        removed = share_removed(first, first, model, data, plain=plain)
-        share = share_of_removed(first, model, last, data) if slight else removed
+        share = (
+            share_of_removed(first, model, last, data)
+            if slight
+            else share_removed(first, first, model, data, plain=plain)
+        )
         left.append(min(left[-1], 1.0 - share))
     shares = [before - after for before, after in pairwise(left)]
     return tuple(replace(cause, explained=share) for cause, share in zip(causes, shares, strict=True))

@@ -146,7 +146,7 @@ class SearchResult:
 
     @property
     def judging(self) -> EvaluationData:
-        """The data by whose noise shares are told: by noise of any colour where that is all that is left."""
+        """The data by whose noise shares are measured: by noise of any colour where that is all that is left."""
         return self.coloured if self.coloured is not None and self.coloured.noise_reached else self.data
 
     def explained_by_record(self) -> dict[str, float]:
@@ -162,7 +162,7 @@ class SearchResult:
             whole[name] = whole.get(name, 0.0) + energy
             removed[name] = removed.get(name, 0.0) + energy - misfit(segment, other.residual)
         if self.slight:
-            return {name: float(share > 0.0) for name, share in removed.items()}
+            return {name: float(energy > 0.0) for name, energy in removed.items()}
         return {name: float(np.clip(removed[name] / max(whole[name], 1e-9), 0.0, 1.0)) for name in whole}
 
 

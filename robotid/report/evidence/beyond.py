@@ -31,7 +31,7 @@ class Binned:
 
 def share_beyond(f: Findings, first: Curve, second: Curve) -> float:
     """Share of the missing torque's variance that the second curve explains of what the first leaves. One where a
-    variable or the torque is not known in time, so that it cannot be told."""
+    variable or the torque is not known in time."""
     parts = list(_parts(f, first, second))
     if not any(len(torque) for torque, *_ in parts):
         return 1.0

@@ -87,11 +87,10 @@ def parsed(path: Path, content: str) -> Table:
     values = _slow(path, cells, rows, layout, dict.fromkeys((*words, *dates), ""))
     table = _table(path, layout, values, np.array(rows), words)
     times = [(printable(layout.names[j] or "time"), *seconds_of(path, [row[j] for row in cells], rows)) for j in dates]
+    # with their origin before them, for the same times of another day are others
     dated = _once(path, [(name, np.concatenate([[zero], values])) for name, zero, values in times])
-    seconds, origins = (
-        {name: one[1:] for name, one in dated.items()},
-        {name: float(one[0]) for name, one in dated.items()},
-    )
+    seconds = {name: one[1:] for name, one in dated.items()}
+    origins = {name: float(one[0]) for name, one in dated.items()}
     units = table.units | dict.fromkeys(seconds, "s")
     return replace(table.with_columns(seconds), units=units, origins=origins, remarks=unfinished)
 

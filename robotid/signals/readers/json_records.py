@@ -16,7 +16,7 @@ from robotid.errors import InputError, printable
 from robotid.model.array import Array
 from robotid.signals.readers.dates import DATE, seconds_of
 from robotid.signals.readers.room import require_room
-from robotid.signals.readers.table import LARGEST_EXACT, Table
+from robotid.signals.readers.table import Table, floats
 
 SUFFIXES = (".jsonl", ".ndjson", ".json")
 
@@ -95,11 +95,10 @@ def _column(path: Path, name: str, found: dict[int, Any], count: int) -> Array:
     """Samples (count,) by their rows; nan where there is none."""
     values = np.full(count, np.nan)
     known = {k: value for k, value in found.items() if value is not None}
-    integers = len(known) == count and all(isinstance(value, int) for value in known.values())
-    # nanoseconds since 1970 are more than a float holds exactly, and are counted from the first
-    first = known[0] if integers and max(map(abs, known.values())) > LARGEST_EXACT else 0
+    if len(known) == count and all(isinstance(value, int) and abs(value) < 2**63 for value in known.values()):
+        return floats(np.array(list(known.values()), dtype=np.int64))
     try:
-        values[list(known)] = [float(value - first) for value in known.values()]
+        values[list(known)] = [float(value) for value in known.values()]
     except OverflowError as error:
         what = f'"{name}" holds an integer that is larger than any number'
         raise InputError(what, where=str(path), hint="save numbers, or null for a missing one") from error

@@ -139,9 +139,9 @@ def _walk(name: str, value: Any, depth: int = 0) -> Iterator[tuple[str, Array]]:
     elif isinstance(value, np.ndarray) and value.dtype.kind == "O":
         entries = list(value.flat[:MOST_ENTRIES])
         own = [_own_name(item) for item in entries]
-        told = all(own) and len({*own}) == len(own)
+        named = all(own) and len({*own}) == len(own)
         for i, item in enumerate(entries):
-            yield from _walk(f"{name}.{own[i] if told else i}", item, depth + 1)
+            yield from _walk(f"{name}.{own[i] if named else i}", item, depth + 1)
     elif isinstance(value, np.ndarray):
         yield from numeric(name, value)
 
