@@ -128,3 +128,13 @@ def _whittle(periodogram: Array, bases: Array) -> tuple[float, Array]:
 
     found = minimize(cost, np.full(len(bases), -0.7), method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-8})
     return float(found.fun), np.exp(found.x) * sizes
+
+
+def sandwich(outer: Array, middle: Array) -> Array:
+    """outer middle outer' of a covariance, as a square: of a motion that runs away rounding would leave variances
+    below zero. outer (k, m), middle (m, m) -> (k, k)."""
+    length = np.sqrt(np.maximum(np.diag(middle), 0.0))
+    length = np.where(length > 0.0, length, 1.0)
+    values, vectors = np.linalg.eigh(middle / np.outer(length, length))
+    root = (outer * length) @ (vectors * np.sqrt(np.maximum(values, 0.0)))
+    return np.asarray(root @ root.T)

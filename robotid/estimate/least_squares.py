@@ -12,6 +12,15 @@ from typing import Any, TypeVar
 import numpy as np
 
 from robotid.errors import NumericsError
+from robotid.estimate.damping import (
+    LONGEST,
+    MAX_DAMPING,
+    MIN_DAMPING,
+    SHORTEST,
+    DampedSteps,
+    damped_step,
+    lowest_along,
+)
 from robotid.estimate.residual import Evaluation, Linearisation, OutputError
 from robotid.estimate.result import End
 from robotid.interrupt import Interrupted, check
@@ -20,9 +29,8 @@ from robotid.progress import Iteration
 from robotid.simulation.friction.step import Steps
 
 T = TypeVar("T")
-MIN_DAMPING, MAX_DAMPING = 1e-14, 1e10  # of columns of unit norm
 FIRST_DAMPING = 1e-3
-DAMPING_GROWTH = 4  # at a step without gain; twice as fast at each further one (Nielsen 1999)
+DAMPING_GROWTH = 4  # of a lifted step without gain; twice as fast at each further one (Nielsen 1999)
 GOOD, FAIR, POOR = 0.75, 0.25, 1e-4  # gain over predicted reduction: damping falls, stays, rises; the step is refused
 NOISE_SHARE = 0.1  # of the decrease that fitting pure noise brings, unknowns / samples: less is not worth a step
 NO_REDUCTION = 1e-14  # of the cost: rounding
@@ -239,43 +247,30 @@ def next_iterate(
     least : decrease of the cost that a step must promise to be worth a simulation; the more it is damped, the less it
     promises. Where the damping of the step before leaves no such promise, the first step is damped less.
     """
-    before, active, growth, hindered = at.evaluation, bounds.active(at), DAMPING_GROWTH, False
-    while damping > MIN_DAMPING and _promised(at, damped_step(at, active, damping)) < least:
+    before, steps, hindered = at.evaluation, DampedSteps.of(at, bounds.active(at)), False
+    while damping > MIN_DAMPING and _promised(at, steps.at(damping)) < least:
         damping = max(MIN_DAMPING, damping / 10)
     while damping < MAX_DAMPING:
-        whole = damped_step(at, active, damping)
+        whole = steps.at(damping)
         if _promised(at, whole) < least:
             break
         step = bounds.stepped(before.unknowns, whole) - before.unknowns
-        predicted = _promised(at, step)
+        predicted, share = _promised(at, step), LONGEST
         if predicted > NO_REDUCTION * before.cost:  # cut off at its bounds, a step may lead uphill; a shorter one not
             try:
                 after = yield Point(before.unknowns + step, at, before.cost)
             except NumericsError:
-                damping, hindered = max(10 * damping, 1e-3), True
-                continue
-            gain = (before.cost - after.cost) / predicted
-            if gain > POOR:
-                easier = max(MIN_DAMPING, damping / (10 if gain > GOOD else 1 if gain > FAIR else 0.25))
-                return after, easier, hindered
-        damping, growth = max(growth * damping, 1e-6), 2 * growth
+                share, hindered = SHORTEST, True
+            else:
+                gain = (before.cost - after.cost) / predicted
+                if gain > POOR:
+                    easier = max(MIN_DAMPING, damping / (10 if gain > GOOD else 1 if gain > FAIR else 0.25))
+                    return after, easier, hindered
+                share = lowest_along(float(at.gradient @ step), after.cost - before.cost)
+        damping = steps.damping_of(share, damping)
     return None
 
 
 def _promised(at: Linearisation, step: Array) -> float:
     """Decrease of the cost that the linear model predicts of a step (m,)."""
     return -float(at.gradient @ step) - 0.5 * float(np.sum((at.factor @ step) ** 2))
-
-
-def damped_step(at: Linearisation, active: Mask, damping: float) -> Array:
-    """The Levenberg-Marquardt step of the unknowns that no bound stops, (m,)."""
-    scale = np.linalg.norm(at.factor, axis=0)
-    free = ~active & (scale > 0)
-    step = np.zeros(len(at.gradient))
-    if free.any():
-        scaled = at.factor[:, free] / scale[free]
-        normal = np.vstack([scaled, np.sqrt(damping) * np.eye(int(free.sum()))])
-        r = np.asarray(np.linalg.qr(normal, mode="r"))
-        goal = np.linalg.lstsq(r.T, -at.gradient[free] / scale[free], rcond=None)[0]
-        step[free] = np.linalg.lstsq(r, goal, rcond=None)[0] / scale[free]
-    return step

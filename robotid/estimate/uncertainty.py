@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robotid.estimate.covariance import coloured_information, impulse_response
+from robotid.estimate.covariance import coloured_information, impulse_response, sandwich
 from robotid.estimate.least_squares import Solution
 from robotid.estimate.noise.floor import torque_floor
 from robotid.estimate.noise.information import SeenDerivatives, is_explained, upper_envelope
@@ -57,7 +57,7 @@ def covariances(problem: OutputError, solution: Solution, sigma: Array) -> tuple
     columns = np.ix_(list(problem.columns), list(problem.columns))
     classical, robust = np.zeros((2, len(problem.joint.names), len(problem.joint.names)))
     classical[columns] = inverse[:count, :count]
-    robust[columns] = (inverse @ middle @ inverse)[:count, :count]
+    robust[columns] = sandwich(inverse[:count], middle)
     return classical, robust, {problem.columns[k]: text for k, text in weak.items()}
 
 

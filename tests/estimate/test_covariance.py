@@ -14,6 +14,7 @@ from robotid.estimate.covariance import (
     autoregression,
     coloured_information,
     impulse_response,
+    sandwich,
     zero_order_hold_response,
 )
 
@@ -82,3 +83,15 @@ def test_integrated_torque_noise_is_seen_beneath_white_noise() -> None:
     assert found == pytest.approx(expected, rel=0.35)
     blind = np.median([np.sqrt(np.diag(coloured_information(JACOBIAN, e))) for e in errors[:60]], axis=0)
     assert blind[0] < 0.75 * expected[0]
+
+
+def test_asandwich_stays_a_covariance_where_its_parts_are_of_unlike_size() -> None:
+    rng = np.random.default_rng(3)
+    half = rng.standard_normal((4, 4))
+    outer, middle = np.eye(4) + 0.1 * half, half @ half.T
+    assert sandwich(outer, middle) == pytest.approx(outer @ middle @ outer.T)
+    along = rng.standard_normal(4)
+    outer = 1e8 * (np.eye(4) - np.outer(along, along) / (along @ along))
+    middle = np.outer(along, along)
+    assert np.diag(outer @ middle @ outer.T).min() < 0.0  # by rounding
+    assert np.diag(sandwich(outer, middle)).min() >= 0.0

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from robotid.errors import NumericsError
+from robotid.estimate.damping import DampedSteps, damped_step
 from robotid.estimate.least_squares import Bounds, Point, SolveOptions, linearise, next_iterate, solve
 from robotid.estimate.residual import Evaluation, Jacobian, Linearisation
 from robotid.estimate.result import End
@@ -96,6 +97,58 @@ def test_a_damping_that_leaves_no_promise_is_lowered_first() -> None:
     tried = next(next_iterate(at, 1e6, Bounds(*problem.bounds()), least))
     assert isinstance(tried, Point)
     assert start.cost - problem.evaluate(tried.unknowns).cost >= least  # a linear problem keeps what it promises
+
+
+COLUMNS = np.array([[1.0, 0.95], [0.0, 0.3]])
+
+
+def _tried_after(rise: float | None, damping: float) -> tuple[Array, Array]:
+    """The step of this damping and the one tried next, where the cost rises by this share of the slope; None: where it
+    cannot be simulated."""
+    problem = Linear(COLUMNS, np.array([1.0, -2.0]), np.full(2, -np.inf))
+    at = linearise(problem, problem.evaluate(np.zeros(2)))  # type: ignore[arg-type]
+    course = next_iterate(at, damping, Bounds(*problem.bounds()), 0.0)
+    first = next(course)
+    assert isinstance(first, Point)
+    if rise is None:
+        second = course.throw(NumericsError("the simulation diverges"))
+    else:
+        cost = at.evaluation.cost - rise * float(at.gradient @ first.unknowns)
+        second = course.send(Evaluation(first.unknowns, (np.array([np.sqrt(2.0 * cost)]),), ()))
+    assert isinstance(second, Point)
+    return first.unknowns, second.unknowns
+
+
+@pytest.mark.parametrize("damping", [1e-12, 1e-3, 10.0])
+@pytest.mark.parametrize(("rise", "share"), [(0.25, 0.4), (1.0, 0.25), (0.0, 0.5), (100.0, 0.1), (None, 0.1)])
+def test_a_step_without_gain_is_followed_by_one_to_where_a_parabola_is_lowest(
+    rise: float | None, share: float, damping: float
+) -> None:
+    lengths = np.linalg.norm(COLUMNS, axis=0)
+    before, after = (float(np.linalg.norm(lengths * step)) for step in _tried_after(rise, damping))
+    assert share * before * 0.999 <= after <= 1.05 * share * before
+
+
+def test_the_damping_of_a_length_is_found_as_closely_as_is_worth_it() -> None:
+    problem = Linear(COLUMNS, np.array([1.0, -2.0]), np.full(2, -np.inf))
+    at = linearise(problem, problem.evaluate(np.zeros(2)))  # type: ignore[arg-type]
+    steps = DampedSteps.of(at, np.zeros(2, dtype=bool))
+    lengths = np.linalg.norm(COLUMNS, axis=0)
+    shares = np.linspace(0.1, 0.9, 33)
+    whole = float(np.linalg.norm(lengths * steps.at(1e-3)))
+    found = np.array([np.linalg.norm(lengths * steps.at(steps.damping_of(share, 1e-3))) for share in shares])
+    excess = found / (shares * whole) - 1.0
+    assert np.all((excess >= -1e-9) & (excess <= 0.05))
+    assert excess.max() > 0.03
+
+
+def test_a_damped_step_solves_the_damped_normal_equations() -> None:
+    problem = Linear(COLUMNS, np.array([1.0, -2.0]), np.full(2, -np.inf))
+    at = linearise(problem, problem.evaluate(np.array([0.5, 0.2])))  # type: ignore[arg-type]
+    normal = at.factor.T @ at.factor
+    damped = normal + 0.3 * np.diag(np.diag(normal))
+    assert damped_step(at, np.zeros(2, dtype=bool), 0.3) == pytest.approx(-np.linalg.solve(damped, at.gradient))
+    assert damped_step(at, np.array([True, False]), 0.3)[0] == 0.0
 
 
 @dataclass

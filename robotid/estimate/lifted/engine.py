@@ -18,18 +18,17 @@ import numpy as np
 
 from robotid.errors import NumericsError
 from robotid.estimate import least_squares
+from robotid.estimate.damping import MIN_DAMPING, damped_step
 from robotid.estimate.least_squares import (
     DAMPING_GROWTH,
     FAIR,
     FIRST_DAMPING,
     GOOD,
-    MIN_DAMPING,
     NOISE_SHARE,
     POOR,
     Bounds,
     Solution,
     SolveOptions,
-    damped_step,
     predicted_reduction,
 )
 from robotid.estimate.lifted.coarse import coarse_factor, coarsened, refined
