@@ -13,9 +13,10 @@ import numpy as np
 
 from robotid.estimate.covariance import coloured_information, impulse_response, sandwich
 from robotid.estimate.least_squares import Solution
+from robotid.estimate.noise.averages import expected_levels, likely_levels
 from robotid.estimate.noise.floor import torque_floor
 from robotid.estimate.noise.information import SeenDerivatives, is_explained, upper_envelope
-from robotid.estimate.noise.levels import expected_levels, fit_levels, likely_levels
+from robotid.estimate.noise.levels import fit_levels, whitened
 from robotid.estimate.noise.lines import Residual
 from robotid.estimate.noise.passage import TorquePassage, passed_noise
 from robotid.estimate.noise.response import TorqueResponse, torque_response
@@ -116,8 +117,14 @@ def _noise_information(problem: OutputError, theta: Array, records: Sequence[_Re
     seen = [part for of_record in parts for part in of_record.residuals]
     likeliest = fit_levels(seen)
     found = [np.zeros_like(one.squared) for one in records]
-    explained = all(is_explained(part, level) for part, level in zip(seen, likeliest, strict=True))
-    likely = [(s, _of_records(expected_levels(seen, one), records)) for s, one in likely_levels(seen, likeliest)]
+    by = whitened(seen, likeliest)
+    explained = all(
+        is_explained(part, level, innovations=own) for part, level, own in zip(seen, likeliest, by, strict=True)
+    )
+    likely = [
+        (share, _of_records(expected_levels(seen, one, by), records))
+        for share, one in likely_levels(seen, likeliest, by)
+    ]
     for k, (one, square) in enumerate(zip(records, problem.weights**2, strict=True)):
         for at, values in one.derivatives():
             check()

@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 import scipy
 
-from robotid.estimate.noise.lines import Residual, whitened_lines
+from robotid.estimate.noise.lines import Innovations, Residual, whitened_lines
 from robotid.estimate.noise.passage import TorquePassage
 from robotid.estimate.noise.response import TorqueResponse
 from robotid.estimate.noise.settings import SETTINGS, LevelSettings
@@ -84,15 +84,17 @@ def is_explained(
     *,
     tolerance: float = 0.0,
     drawn: Callable[[], Sequence[Array]] = tuple,
+    innovations: Innovations | None = None,
 ) -> bool:
     """Whether noise of these levels is all that a residual shows: no octave of its whitened spectrum stands out.
 
     tolerance : by how much of the noise an octave may differ though it is no chance; drawn : gives residuals (n,) that
     such noise makes of a joint that is not linear, if need be. An octave may then be as loud as these are on average;
     and where each of them is louder than the linear joint, the bursts that shifted reversals leave must be there.
+    innovations : the residual whitened by these levels, where they are at hand.
     """
     whiten = innovations_filter(one.response, levels)
-    seen, lines = _octaves(one, whiten, settings)
+    seen, lines = _octaves(one, whiten, settings, innovations)
     chance = np.maximum(tolerance, SURPRISE / np.sqrt(lines / 2.0))
     if np.all(np.abs(seen - 1.0) <= chance):
         return True
@@ -104,10 +106,12 @@ def is_explained(
     return not loud and not np.any((quietest > BURSTS) & (seen < QUIET * quietest))
 
 
-def _octaves(one: Residual, whiten: InnovationsFilter, settings: LevelSettings) -> tuple[Array, Array]:
+def _octaves(
+    one: Residual, whiten: InnovationsFilter, settings: LevelSettings, innovations: Innovations | None = None
+) -> tuple[Array, Array]:
     """Energy of a whitened residual in each octave, over that of the filter's own noise, and how many frequencies the
     octave has, (k,) each."""
-    power, expected = whitened_lines(one, whiten, settings)
+    power, expected = whitened_lines(one, whiten, settings, innovations)
     edges = [0, OCTAVE]
     while 2 * edges[-1] < len(power):
         edges.append(2 * edges[-1])

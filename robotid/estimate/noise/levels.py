@@ -9,14 +9,14 @@ alike, and this is repeated until the levels stay.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import nnls
 
 from robotid.estimate.noise.lines import Innovations, Residual, band_edges, band_means
 from robotid.estimate.noise.settings import SETTINGS, SMALLEST, LevelSettings
-from robotid.estimate.noise.whitening import InnovationsFilter, NoiseLevels, innovations_filter
+from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 from robotid.model.array import Array
 
 KINSHIP = 35 / 18  # neighbouring frequencies per independent one under a Hann taper
@@ -38,99 +38,6 @@ def fit_levels(residuals: Sequence[Residual], settings: LevelSettings = SETTINGS
         if done:
             break
     return levels
-
-
-def likely_levels(
-    residuals: Sequence[Residual], levels: Sequence[NoiseLevels], settings: LevelSettings = SETTINGS
-) -> list[tuple[float, tuple[NoiseLevels, ...]]]:
-    """Levels that explain residuals about as well as the likeliest, with the share of belief in each.
-
-    Short records hardly tell the memory of the torque's noise, and an interval is as long as that is: a mean over the
-    corners is fairer than the best of them (Hoeting et al. 1999). levels : the likeliest.
-    """
-    if not any(one.signal.any() for one in residuals):
-        return [(1.0, tuple(levels))]
-    choices = _choices(residuals, levels, settings)
-    least = min(criterion for criterion, _ in choices)
-    weighed = [(float(np.exp(-0.5 * (criterion - least))), one) for criterion, one in choices]
-    kept = [(weight, one) for weight, one in weighed if weight > settings.believable]
-    total = sum(weight for weight, _ in kept)
-    return [(weight / total, one) for weight, one in kept]
-
-
-def expected_levels(
-    residuals: Sequence[Residual], levels: Sequence[NoiseLevels], settings: LevelSettings = SETTINGS
-) -> tuple[NoiseLevels, ...]:
-    """The levels with the torque's noise as large as it is on average over what the residuals leave open.
-
-    Short records tell the torque's noise from that of the output poorly, and the likeliest level is then often none,
-    which would make an interval far too small. The mean is over the likelihood, the standard deviation of the noise
-    beforehand as likely at any value (Gelman 2006).
-    """
-    filters = [innovations_filter(one.response, level) for one, level in zip(residuals, levels, strict=True)]
-    silent = levels[0].torque + levels[0].red == 0.0
-    shape = replace(levels[0], torque=1.0) if silent else levels[0]
-    parts = [_shares(one, whiten, shape, settings) for one, whiten in zip(residuals, filters, strict=True)]
-    scales = _scales(parts, shape, silent=silent, settings=settings)
-    most = min(one.most_torque for one in residuals) / max(shape.torque, SMALLEST)
-    scales = scales[scales <= most] if np.any(scales <= most) else np.array([most])
-    costs = []
-    for scale in scales:
-        found = [_output_beside(part, scale) for part in parts]
-        costs.append(sum(cost for _, cost in found))
-    # Evenly spaced in the logarithm, a standard deviation that is likely at any value weighs with its own size.
-    weights = np.sqrt(scales) * np.exp(-0.5 * (np.array(costs) - min(costs)))
-    mean = float(weights @ scales / weights.sum()) if weights.any() else 0.0  # a constant torque has no noise
-    outputs = [_output_beside(part, mean)[0] for part in parts]
-    return tuple(
-        replace(shape, output=max(output, one.least), torque=mean * shape.torque, red=mean * shape.red)
-        for output, one in zip(outputs, residuals, strict=True)
-    )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Shares:
-    """Whitened periodogram (f,), and what the output's noise of unit variance and the torque's as it is assumed would
-    add to it, (f,) each; count as of `_Lines`."""
-
-    power: Array
-    output: Array
-    torque: Array
-    count: Array
-
-
-def _shares(one: Residual, whiten: InnovationsFilter, shape: NoiseLevels, settings: LevelSettings) -> _Shares:
-    innovations = Innovations.of(one, whiten, settings)
-    white, red = innovations.of_the_torque(one, np.array([shape.corner]))
-    torque = shape.torque * white + shape.red * red[0]
-    edges = band_edges(len(torque), settings)
-    power, output, torque = (band_means(one, edges) for one in (innovations.power, innovations.gain, torque))
-    return _Shares(power, output, torque, np.diff(np.append(edges, len(innovations.power))).astype(np.float64))
-
-
-def _scales(parts: Sequence[_Shares], shape: NoiseLevels, *, silent: bool, settings: LevelSettings) -> Array:
-    """Factors on the torque's noise that are tried, about one or, where none was found, about what can just be seen."""
-    centre, seen = 1.0, [part for part in parts if part.torque.any()]  # a motor that is held shows no torque
-    if silent and seen:
-        centre = float(np.median([np.mean(part.power) / np.max(part.torque) for part in seen]))
-    return np.asarray(centre * np.geomspace(10.0**-settings.reach, 10.0**settings.reach, settings.scales))
-
-
-def _output_beside(part: _Shares, scale: float) -> tuple[float, float]:
-    """The likeliest variance of the output's noise beside so much of the torque's, and minus twice the logarithm of the
-    likelihood; by Fisher scoring of one level."""
-    beside = scale * part.torque
-    level = max(float(np.median(part.power / part.output)), SMALLEST)
-    for _ in range(SCORING):
-        model = level * part.output + beside
-        weight = part.count * (part.output / model) ** 2
-        after = max(float(weight @ ((part.power - beside) / part.output) / weight.sum()), TIE * level)
-        done = abs(after - level) <= PRECISION * level
-        level = after
-        if done:
-            break
-    model = level * part.output + beside
-    return level, 2 / KINSHIP * float(part.count @ (np.log(model) + part.power / model))
 
 
 def _start(residuals: Sequence[Residual], settings: LevelSettings) -> tuple[NoiseLevels, ...]:
@@ -180,17 +87,34 @@ def _refine(
     residuals: Sequence[Residual], levels: Sequence[NoiseLevels], settings: LevelSettings
 ) -> tuple[NoiseLevels, ...]:
     """The choice that the criterion asks for."""
-    return min(_choices(residuals, levels, settings), key=lambda one: one[0])[1]
+    found = choices(residuals, whitened(residuals, levels, settings), settings)
+    return min(found, key=lambda one: one.criterion).levels
 
 
-def _choices(
-    residuals: Sequence[Residual], levels: Sequence[NoiseLevels], settings: LevelSettings
-) -> list[tuple[float, tuple[NoiseLevels, ...]]]:
-    """The likeliest levels with and without noise on the torque, white, and red of every corner, each with the
-    criterion of Bayes. levels : by which the residuals are whitened."""
+def whitened(
+    residuals: Sequence[Residual], levels: Sequence[NoiseLevels], settings: LevelSettings = SETTINGS
+) -> list[Innovations]:
+    """Residuals, each whitened by its levels."""
+    pairs = zip(residuals, levels, strict=True)
+    return [Innovations.of(one, innovations_filter(one.response, level), settings) for one, level in pairs]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Choice:
+    """Noises that may make residuals, at their likeliest levels; criterion : of Bayes. shape : the root of what the
+    whitened spectra tell of the logarithm of the red noise's corner, all levels free, and one without such a noise;
+    at_end : whether this corner is the first or the last, None without such a noise."""
+
+    criterion: float
+    levels: tuple[NoiseLevels, ...]
+    shape: float = 1.0
+    at_end: bool | None = None
+
+
+def choices(residuals: Sequence[Residual], seen: Sequence[Innovations], settings: LevelSettings) -> list[Choice]:
+    """Without noise on the torque, with white, and with red of every corner besides. seen : whitened residuals."""
     corners = _corners(residuals, settings)
-    filters = [innovations_filter(one.response, level) for one, level in zip(residuals, levels, strict=True)]
-    lines = [_lines(one, whiten, corners, settings) for one, whiten in zip(residuals, filters, strict=True)]
+    lines = [_lines(one, by, corners, settings) for one, by in zip(residuals, seen, strict=True)]
     power = np.concatenate([one.power for one in lines])
     own = np.zeros((len(lines), len(power)))
     first = 0
@@ -198,12 +122,15 @@ def _choices(
         own[k, first : first + len(one.power)] = one.output
         first += len(one.power)
     torque, red = (np.concatenate([getattr(one, name) for one in lines], axis=-1) for name in ("torque", "red"))
-    choices: list[tuple[Array, bool, int | None]] = [(own, False, None), (np.vstack([own, torque]), True, None)]
-    choices += [(np.vstack([own, torque, red[i : i + 1]]), True, i) for i in range(len(corners))]
+    slopes = np.zeros(red.shape)
+    if len(corners) > 1:
+        slopes = np.gradient(red, np.log(corners), axis=0, edge_order=2 if len(corners) > 2 else 1)
+    options: list[tuple[Array, bool, int | None]] = [(own, False, None), (np.vstack([own, torque]), True, None)]
+    options += [(np.vstack([own, torque, red[i : i + 1]]), True, i) for i in range(len(corners))]
     count = np.concatenate([one.count for one in lines])
     sizes = [float(np.mean(one.sensed**2)) for one in residuals]
     n, answer = len(lines), []
-    for bases, white, at in choices:
+    for bases, white, at in options:
         found, cost = whittle(power, bases, count)
         these = tuple(
             NoiseLevels(
@@ -214,8 +141,25 @@ def _choices(
             )
             for k, (one, size) in enumerate(zip(residuals, sizes, strict=True))
         )
-        answer.append((cost + len(bases) * float(np.log(count.sum())), these))
+        criterion = cost + len(bases) * float(np.log(count.sum()))
+        if at is None:
+            answer.append(Choice(criterion, these))
+            continue
+        told = _told(found[:, None] * bases, found[-1] * slopes[at], count)
+        answer.append(Choice(criterion, these, told, at in (0, len(corners) - 1)))
     return answer
+
+
+def _told(parts: Array, slope: Array, count: Array) -> float:
+    """Root of Fisher's information on what changes a spectrum by a slope (f,), the levels of its parts (k, f) free.
+
+    Whittle (1953): of the logarithm of a spectrum every independent line tells one.
+    """
+    model = np.maximum(parts.sum(axis=0), SMALLEST)
+    roots = np.sqrt(count / KINSHIP) / model
+    weighted, along = parts[parts.any(axis=1)] * roots, slope * roots
+    left = along - np.linalg.lstsq(weighted.T, along, rcond=None)[0] @ weighted
+    return float(np.linalg.norm(left))
 
 
 def _corners(residuals: Sequence[Residual], settings: LevelSettings) -> Array:
@@ -228,8 +172,7 @@ def _corners(residuals: Sequence[Residual], settings: LevelSettings) -> Array:
     return np.asarray(low * settings.corner_step ** np.arange(count))
 
 
-def _lines(one: Residual, whiten: InnovationsFilter, corners: Array, settings: LevelSettings) -> _Lines:
-    innovations = Innovations.of(one, whiten, settings)
+def _lines(one: Residual, innovations: Innovations, corners: Array, settings: LevelSettings) -> _Lines:
     torque, red = innovations.of_the_torque(one, corners)
     edges = band_edges(len(torque), settings)
     power, output, torque, red = (band_means(one, edges) for one in (innovations.power, innovations.gain, torque, red))

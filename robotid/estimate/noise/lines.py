@@ -40,10 +40,16 @@ class Residual:
         return self.signal if derivation is None else derivation.centred_angle(self.signal)
 
 
-def whitened_lines(one: Residual, whiten: InnovationsFilter, settings: LevelSettings = SETTINGS) -> tuple[Array, Array]:
+def whitened_lines(
+    one: Residual,
+    whiten: InnovationsFilter,
+    settings: LevelSettings = SETTINGS,
+    innovations: Innovations | None = None,
+) -> tuple[Array, Array]:
     """Periodogram of a whitened residual at the frequencies that tell of its noise, and what noise of the filter's own
-    levels would show there, (f,) each."""
-    innovations, levels = Innovations.of(one, whiten, settings), whiten.levels
+    levels would show there, (f,) each. innovations : of this filter, where they are at hand."""
+    innovations = Innovations.of(one, whiten, settings) if innovations is None else innovations
+    levels = whiten.levels
     expected = levels.output * innovations.gain
     if levels.torque + levels.red > 0.0:
         white, red = innovations.of_the_torque(one, np.array([levels.corner]))

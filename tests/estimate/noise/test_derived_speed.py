@@ -13,8 +13,9 @@ from support.paper_joint import RATIO, STRUCTURE
 
 from robotid.catalogue import assemble
 from robotid.errors import NumericsError
+from robotid.estimate.noise.averages import expected_levels
 from robotid.estimate.noise.information import SeenDerivatives, is_explained
-from robotid.estimate.noise.levels import expected_levels, fit_levels
+from robotid.estimate.noise.levels import fit_levels
 from robotid.estimate.noise.lines import Residual
 from robotid.estimate.noise.response import TorqueResponse, torque_response
 from robotid.estimate.noise.whitening import InnovationsFilter, NoiseLevels, innovations_filter

@@ -11,11 +11,13 @@ from scipy.linalg import expm
 from scipy.signal import lfilter
 from scipy.stats import kstest
 
+from robotid.estimate.noise.averages import expected_levels, likely_levels
 from robotid.estimate.noise.floor import torque_floor
 from robotid.estimate.noise.information import SeenDerivatives, is_explained
-from robotid.estimate.noise.levels import expected_levels, fit_levels, likely_levels, whittle
+from robotid.estimate.noise.levels import choices, fit_levels, whitened, whittle
 from robotid.estimate.noise.lines import Residual
 from robotid.estimate.noise.response import TorqueResponse
+from robotid.estimate.noise.settings import SETTINGS
 from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 from robotid.model.array import Array
 
@@ -160,15 +162,43 @@ def test_a_short_record_leaves_the_memory_of_the_noise_open() -> None:
     """The corner of a red noise on the torque is told by a long record only; its neighbours count with their share."""
     drawn = residuals("speed", 0.005, 0.02, 0.99)
     short = [replace(one, signal=one.signal[:800]) for one in drawn[:1]]
-    corners = []
+    spread = []
     for seen in (drawn, short):
         found = likely_levels(seen, fit_levels(seen))
         assert sum(share for share, _ in found) == pytest.approx(1.0)
         assert max(share for share, _ in found) < 1.0
         best = max(found, key=lambda one: one[0])[1]
-        assert best[0].corner == pytest.approx(fit_levels(seen)[0].corner)
-        corners.append(len({one[0].corner for _, one in found}))
-    assert corners[0] < corners[1]
+        assert 1 / SETTINGS.corner_step < best[0].corner / fit_levels(seen)[0].corner < SETTINGS.corner_step
+        red = [one[0].corner for _, one in found if one[0].red > 0.0]
+        spread.append(max(red) / min(red))
+    assert spread[0] < spread[1]
+
+
+def test_noises_that_look_alike_count_no_more_often_than_they_can_be_told_apart() -> None:
+    """Half a second shows of a memory of one second and of ten only that it is long: however many such corners are
+    tried, each weighs less than its likelihood says, and together they leave the level where it is."""
+    (one,) = residuals("speed", 0.005, 0.02, 0.99)[:1]
+    short = [replace(one, signal=one.signal[:1500])]
+    levels = fit_levels(short)
+    found = choices(short, whitened(short, levels), replace(SETTINGS, corner_step=1.5))
+    red = [choice for choice in found if choice.levels[0].red > 0.0]
+    assert red[0].shape < 0.5 * max(choice.shape for choice in red)
+    coarse, fine = (
+        sum(share * one[0].red / one[0].corner for share, one in likely_levels(short, levels, settings=settings))
+        for settings in (replace(SETTINGS, fine_step=1.5), replace(SETTINGS, fine_step=1.2))
+    )
+    assert coarse == pytest.approx(fine, rel=0.1)
+
+
+def test_levels_count_from_the_same_whitened_residual() -> None:
+    """Whitening a residual once for all means over its levels changes nothing."""
+    drawn = residuals("speed", 0.005, 0.02, 0.99)
+    levels = fit_levels(drawn)
+    seen = whitened(drawn, levels)
+    assert likely_levels(drawn, levels, seen) == likely_levels(drawn, levels)
+    assert expected_levels(drawn, levels, seen) == expected_levels(drawn, levels)
+    for one, level, own in zip(drawn, levels, seen, strict=True):
+        assert is_explained(one, level, innovations=own) == is_explained(one, level)
 
 
 def test_a_residual_of_nothing_has_no_noise() -> None:
