@@ -42,11 +42,21 @@ def test_times_that_the_header_tells(tmp_path: Path) -> None:
         written(tmp_path, "\t1.5\t7\n\t2.5\t8\n", "No", "later")
 
 
+@pytest.mark.parametrize("columns", ["One", "No"])
+def test_of_several_recordings_the_first_is_read_and_the_others_are_told(columns: str, tmp_path: Path) -> None:
+    time = {"One": ("0", "0.002"), "No": ("", "")}[columns]
+    again = "\t\nChannels\t2\n" + SIGNALS.format(begin="9") + NAMES + "9\t4\t6\n"
+    table = written(tmp_path, f"{time[0]}\t1.5\t7\n{time[1]}\t2.5\t8\n" + again + again, columns, "0")
+    assert np.array_equal(table.pick("time"), [0.0, 0.002])
+    assert np.array_equal(table.pick("Torque"), [1.5, 2.5])
+    assert table.remarks == ("the first of 3 recordings is read; the others, from line 15, are left out",)
+
+
 def test_what_is_refused_in_a_line(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="times of its own"):
         written(tmp_path, "0\t1\t2\n", "Multi")
     again = "0\t1\t2\n" + SIGNALS.format(begin="9") + NAMES + "9\t1\t2\n"
-    with pytest.raises(InputError, match="several recordings"):
+    with pytest.raises(InputError, match="several recordings"):  # whose headers do not tell where they begin
         written(tmp_path, again)
     other = tmp_path / "b.lvm"
     other.write_text("t,tau\n0,1\n")

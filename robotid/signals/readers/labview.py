@@ -1,6 +1,7 @@
 """LabVIEW measurement files (.lvm): text with a header of keys above the names, and one for every signal.
 
-A file without a column of times tells their step in its header.
+A file without a column of times tells their step in its header. Where a recording was begun again below the first, the
+first is read.
 """
 
 from __future__ import annotations
@@ -18,23 +19,28 @@ SUFFIXES = (".lvm",)
 
 END = "***End_of_Header***"
 TIME = "X_Value"  # as LabVIEW calls its column
+CHANNELS = "Channels"  # the first key of the header of a recording
 COMMENT = "Comment"  # a column after the signals that rows may leave out
 
 
 def read(path: Path) -> Table:
     """Columns by name, with the units of the header.
 
-    Raises InputError where there is no such header, where a recording was begun again below the first, and where every
-    signal has times of its own.
+    Raises InputError where there is no such header, and where every signal has times of its own.
     """
     lines = delimited.text(path).replace("\r\n", "\n").split("\n")
     ends = [k for k, line in enumerate(lines) if line.startswith(END)]
     if not ends or ends[-1] + 1 >= len(lines):
         hint = "save it again, or name it after its format"
         raise InputError("this is no measurement file of LabVIEW: its header has no end", where=str(path), hint=hint)
+    remarks: tuple[str, ...] = ()
     if len(ends) > 2:
-        hint = "save each recording in a file of its own"
-        raise InputError("the file holds several recordings, each below a header", where=str(path), hint=hint)
+        again = next((k for k in range(ends[1], ends[2]) if lines[k].startswith(CHANNELS)), 0)
+        if not again:
+            hint = "save each recording in a file of its own"
+            raise InputError("the file holds several recordings, each below a header", where=str(path), hint=hint)
+        remarks = (f"the first of {len(ends) - 1} recordings is read; the others, from line {again + 1}, are left out",)
+        lines, ends = lines[:again], ends[:2]
     head = ends[-1] + 1
     separator = "," if lines[head].count(",") > lines[head].count("\t") else "\t"
     keys = {cells[0]: cells[1:] for cells in (line.split(separator) for line in lines[:head])}
@@ -54,7 +60,7 @@ def read(path: Path) -> Table:
         table = table.with_columns(
             {TIME: np.asarray(begin + step * np.arange(len(table.columns[TIME])), dtype=np.float64)}
         )
-    return _with_time(table)
+    return _with_time(replace(table, remarks=table.remarks + remarks))
 
 
 def _with_time(table: Table) -> Table:
