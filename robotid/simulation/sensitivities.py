@@ -18,6 +18,7 @@ from robotid.signals.record import Record
 from robotid.simulation.actuator import torque_columns, torque_response
 from robotid.simulation.friction.step import Steps
 from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
+from robotid.simulation.newton.chunked_responses import MANY, responses
 from robotid.simulation.trajectory import BLOCK, Trajectory
 
 
@@ -60,19 +61,20 @@ def sensitivity_blocks(
     wanted = wanted_columns(joint, columns, record.name, forces=forces.size > 0)
     mechanical = list(wanted.parameters)
     through_torque = torque_columns(joint, trajectory.theta, record)
-    first_force = len(columns) + len(free_states)
-    width = first_force + forces.shape[1]
+    first_force, pushes = len(columns) + len(free_states), forces.shape[1]
+    width = first_force + pushes
+    solved = width if pushes < MANY else first_force  # one by one, the others as of `responses`
     start = np.zeros((joint.nx, width))
     start[list(free_states), len(columns) + np.arange(len(free_states))] = 1.0
     yield slice(0, 1), start[list(rows), :, None]
-    buffer = np.empty(width * (min(n - 1, BLOCK) + 1) * joint.nx)  # one for all blocks: memory afresh is slow
+    buffer = np.empty(solved * (min(n - 1, BLOCK) + 1) * joint.nx)  # one for all blocks: memory afresh is slow
     for at in blocks(n - 1, BLOCK):
         check()
         steps = trajectory.linearise(at, wanted) if known is None else known.part(at)
         assert steps.S is not None
         nodes = at.stop - at.start + 1
-        forcing = buffer[: width * nodes * joint.nx].reshape(width, nodes, joint.nx).transpose(2, 0, 1)
-        forcing[:, :first_force], forcing[:, :, 0] = 0.0, start
+        forcing = buffer[: solved * nodes * joint.nx].reshape(solved, nodes, joint.nx).transpose(2, 0, 1)
+        forcing[:, :first_force], forcing[:, :, 0] = 0.0, start[:, :solved]
         for k, column in enumerate(moved):
             if column is None:
                 continue
@@ -80,11 +82,16 @@ def sensitivity_blocks(
                 forcing[:, k, 1:] = steps.S[:, mechanical.index(column)]
             elif column in through_torque:
                 forcing[:, k, 1:] = torque_response(steps, through_torque[column], at)
-        to_forces = steps.S[:, len(mechanical) : -1]
-        np.einsum("ijn,jqn->iqn", to_forces, forces[: len(wanted.forces), :, at], out=forcing[:, first_force:, 1:])
+        to_forces, acting = steps.S[:, len(mechanical) : -1], forces[: len(wanted.forces), :, at]
+        if solved == width:
+            np.einsum("ijn,jqn->iqn", to_forces, acting, out=forcing[:, first_force:, 1:])
         z = solve_block_bidiagonal(steps.G, forcing)
-        yield slice(at.start + 1, at.stop + 1), z[list(rows), :, 1:]
-        start = z[:, :, -1].copy()
+        found = np.empty((len(rows), width, nodes - 1))
+        found[:, :solved] = z[list(rows), :, 1:]
+        if solved < width:
+            start[:, solved:] = responses(steps.G, to_forces, acting, rows, found[:, solved:], start[:, solved:])
+        start[:, :solved] = z[:, :, -1]
+        yield slice(at.start + 1, at.stop + 1), found
 
 
 def wanted_columns(joint: Joint, columns: Sequence[int], record: str, *, forces: bool) -> DerivativeColumns:

@@ -10,6 +10,7 @@ from support.paper_joint import SAMPLING_TIME, STRUCTURE, TRUTH
 
 from robotid.catalogue import assemble
 from robotid.signals.record import Record
+from robotid.simulation.newton.chunked_responses import MANY
 from robotid.simulation.sensitivities import force_gradient, sensitivities, torque_gradient
 from robotid.simulation.simulate import simulate
 from robotid.simulation.trajectory import Trajectory
@@ -88,3 +89,19 @@ def test_to_the_torque_of_every_interval(trajectory: Trajectory) -> None:
     held = np.flatnonzero((trajectory.dphi_m[:-1] == 0.0) & (trajectory.dphi_m[1:] == 0.0))
     assert len(held)
     assert not back[:, held].any()
+
+
+@pytest.mark.parametrize("rows", [(1,), (0, 1, 2)])
+def test_many_forces_at_once_do_what_few_do(
+    rows: tuple[int, ...], trajectory: Trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("robotid.simulation.sensitivities.BLOCK", 700)
+    forces = np.random.default_rng(8).standard_normal((2, MANY + 5, N))
+    few = [
+        sensitivities(trajectory, RECORD, (0, 3), rows, (1,), forces[:, part])
+        for part in (slice(0, 10), slice(10, MANY + 5))
+    ]
+    many = sensitivities(trajectory, RECORD, (0, 3), rows, (1,), forces)
+    alone = np.concatenate([few[0], few[1][:, 3:]], axis=1)
+    scale = np.abs(alone).max(axis=2, keepdims=True)
+    assert many / scale == pytest.approx(alone / scale, abs=1e-11)
