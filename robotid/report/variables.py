@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robotid.diagnosis.misfit.curve import BY_DIRECTION, BY_SPEED, Curve
+from robotid.diagnosis.misfit.curve import BY_DIRECTION, IN_PROPORTION, Curve
 
 VARIABLES = {
     "dphi_m": "motor speed",
@@ -10,6 +10,7 @@ VARIABLES = {
     "phi_m mod 2 pi": "motor angle within a turn",
     "phi_a": "arm angle",
     "twist": "gear twist",
+    "dtwist": "rate of gear twist",
     "ddphi_m": "motor acceleration",
     "tau_m": "motor torque",
     "t": "time",
@@ -17,7 +18,10 @@ VARIABLES = {
     "record": "record",
     "frequency": "frequency",
 }
-COUNTED = {"": "", BY_DIRECTION: "along the motion", BY_SPEED: "in proportion to speed"}
+PROPORTION = {"dphi_m": "speed", "ddphi_m": "acceleration", "twist": "gear twist", "tau_m": "torque"}
+"""Of what a torque is counted in proportion to, in words."""
+UNITS = {"dphi_m": "rad/s", "ddphi_m": "rad/s2", "twist": "rad", "tau_m": "Nm"}
+"""In which that is told."""
 MIN_SHARE = 0.05  # of the variance that a variable accounts for, from which there is something to see
 
 
@@ -31,4 +35,7 @@ def variable_of(curve: Curve) -> str:
 
 def counting_of(curve: Curve) -> str:
     """How a curve counts the torque, in words; empty where it takes the torque as it is."""
-    return COUNTED.get(curve.along.partition(",")[2], "")
+    _, _, counted = curve.along.partition(",")
+    if counted in IN_PROPORTION:
+        return f"in proportion to {PROPORTION[IN_PROPORTION[counted]]}"
+    return "along the motion" if counted == BY_DIRECTION else ""

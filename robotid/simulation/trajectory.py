@@ -53,6 +53,11 @@ class Trajectory:
         return np.asarray(self.begin + np.arange(len(self.u), dtype=np.float64) * self.sampling_time)
 
     @property
+    def dtwist(self) -> Array | None:
+        """Rate of the gear's twist [rad/s], (n,); None for a rigid joint."""
+        return None if self.twist is None else gear_rate(self.joint, self.x)
+
+    @property
     def ddphi_m(self) -> Array:
         """Motor acceleration at the start of each interval [rad/s2], (n,)."""
         joint, row = self.joint, self.joint.motor_speed
@@ -96,6 +101,12 @@ class Trajectory:
         """The steps of the intervals after these samples, the last of all excepted, with derivatives to parameters."""
         x1 = self.x[:, at.start + 1 : at.stop + 1]
         return linearise_steps(self.step_inputs(at, columns), self.x[:, at], x1)
+
+
+def gear_rate(joint: Joint, x: Array) -> Array:
+    """Rate of the gear's twist [rad/s] in states x (nx, n) of a flexible joint, (n,)."""
+    dq = x[joint.speeds]
+    return np.asarray(joint.ratio * dq[0] - dq[1])
 
 
 def linearised_together(trajectories: Sequence[Trajectory], columns: DerivativeColumns, among: InTurns) -> list[Steps]:

@@ -6,21 +6,24 @@ from dataclasses import dataclass, field
 
 from robotid.model.array import Array
 
-BY_DIRECTION, BY_SPEED = " by direction", " by speed"
+BY_DIRECTION, BY_SPEED, BY_ACCELERATION = " by direction", " by speed", " by acceleration"
+BY_TWIST, BY_TORQUE = " by twist", " by torque"
 """How a torque is counted, after the variable and a comma."""
+IN_PROPORTION = {BY_SPEED: "dphi_m", BY_ACCELERATION: "ddphi_m", BY_TWIST: "twist", BY_TORQUE: "tau_m"}
+"""To which variable a torque is in proportion that is counted so."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curve:
     """The missing torque in bins of one variable.
 
-    along : "dphi_m", "phi_m", "phi_m mod 2 pi", "phi_a", "twist", "ddphi_m", "tau_m", "t", "reversal" (time since the
-    last one, negative while moving backwards), "record" (its number, from 0) or "frequency" (where missing_torque is
-    the root mean square of each band). After ", by direction" the torque is counted along the motion, after ", by
-    speed" in proportion to the speed, as large as it is at the speed `at`. x, missing_torque, spread, count : (bins,)
-    centre, mean, standard deviation within, samples. order : share of the missing torque's variance that the curve
-    explains on samples that did not make it, about the one value, counted alike, that explains most of it in all bins;
-    zero where it explains none.
+    along : "dphi_m", "phi_m", "phi_m mod 2 pi", "phi_a", "twist", "dtwist" (its rate), "ddphi_m", "tau_m", "t",
+    "reversal" (time since the last one, negative while moving backwards), "record" (its number, from 0) or "frequency"
+    (where missing_torque is the root mean square of each band). After ", by direction" the torque is counted along the
+    motion, after ", by speed", ", by acceleration", ", by twist" or ", by torque" in proportion to that, as large as it
+    is where that is `at`. x, missing_torque, spread, count : (bins,) centre, mean, standard deviation within, samples.
+    order : share of the missing torque's variance that the curve explains on samples that did not make it, about the
+    one value, counted alike, that explains most of it in all bins; zero where it explains none.
     """
 
     along: str

@@ -13,6 +13,7 @@ from robotid.diagnosis.misfit.missing_torque import MissingTorque
 from robotid.diagnosis.misfit.settings import MISFIT
 from robotid.model.array import Array, Index, Mask
 from robotid.model.units import on_axis
+from robotid.simulation.trajectory import gear_rate
 
 TURN = 2 * np.pi
 
@@ -99,6 +100,7 @@ def _variables(number: int, one: MissingTorque) -> list[OrderingVariable]:
         arm = joint.ratio * record.phi_m - x[0]
         found.insert(2, OrderingVariable("phi_a", unit("rad"), arm, gains=every))
         found.insert(3, OrderingVariable("twist", unit("rad"), x[0], signed=True, gains=both))
+        found.insert(4, OrderingVariable("dtwist", unit("rad/s"), gear_rate(joint, x), signed=True))
     return found
 
 

@@ -1,6 +1,7 @@
 """Torques of any shape along one variable of the motion, as generalised forces: hats over knots, each a column.
 
-A curve may multiply the direction of motion or the speed, as friction that depends on a place or a time does.
+A curve may multiply the direction of motion or the speed, as friction that depends on a place or a time does, or the
+acceleration, the twist or the torque, as an inertia, a stiffness and a torque constant that depend on a place do.
 """
 
 from __future__ import annotations
@@ -11,7 +12,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from robotid.diagnosis.misfit.curve import BY_DIRECTION, BY_SPEED
+from robotid.diagnosis.misfit.curve import (
+    BY_ACCELERATION,
+    BY_DIRECTION,
+    BY_SPEED,
+    BY_TORQUE,
+    BY_TWIST,
+    IN_PROPORTION,
+)
 from robotid.diagnosis.nonparametric.settings import CURVES
 from robotid.diagnosis.scoring.measured_motion import as_measured
 from robotid.model.array import Array
@@ -20,17 +28,20 @@ from robotid.signals.record import Record
 from robotid.simulation.first_guess import measured_guess
 from robotid.simulation.trajectory import Trajectory
 
+TURN = 2.0 * np.pi
+
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """Something along which a torque may be ordered. counted : as in `Curve.along`, by direction, by speed or as it is;
-    gear : the torque acts on the gear rather than on the motor; split : it may jump at zero."""
+    """Something along which a torque may be ordered. counted : as in `Curve.along`, or as it is; gear : the torque acts
+    on the gear rather than on the motor; split : it may jump at zero; turn : it starts again after each turn."""
 
     along: str
     unit: str
     counted: str = ""
     gear: bool = False
     split: bool = False
+    turn: bool = False
 
 
 VARIABLES = (
@@ -38,10 +49,14 @@ VARIABLES = (
     Variable("phi_m", "rad"),
     Variable("phi_m", "rad", BY_DIRECTION),
     Variable("phi_m", "rad", BY_SPEED),
+    Variable("phi_m", "rad", BY_ACCELERATION),
+    Variable("phi_m", "rad", BY_TWIST, gear=True),
+    Variable("phi_m mod 2 pi", "rad", BY_TORQUE, turn=True),
     Variable("t", "s"),
     Variable("t", "s", BY_DIRECTION),
     Variable("t", "s", BY_SPEED),
     Variable("twist", "rad", gear=True),
+    Variable("dtwist", "rad/s", gear=True),
     Variable("ddphi_m", "rad/s2"),
     Variable("tau_m", "Nm"),
     Variable("tau_m", "Nm", BY_DIRECTION),
@@ -68,9 +83,14 @@ def at_measured_speed(trajectory: Trajectory, record: Record) -> Trajectory:
 
 def variables(trajectory: Trajectory) -> list[Variable]:
     """Those that the joint has and that vary, in the units of its axis."""
-    flexible, unit = trajectory.joint.masses > 1, on_axis(linear=trajectory.joint.structure.linear)
-    found = [v for v in VARIABLES if (flexible or not v.gear) and np.ptp(_ends(_signals(trajectory, v)[0])) > 0.0]
-    return [replace(v, unit=unit(v.unit)) for v in found]
+    linear = trajectory.joint.structure.linear
+    turns, unit = not linear and np.ptp(trajectory.phi_m) > TURN, on_axis(linear=linear)
+
+    def is_there(variable: Variable) -> bool:
+        known = (turns or not variable.turn) and (trajectory.joint.masses > 1 or not variable.gear)
+        return known and bool(np.ptp(_ends(_signals(trajectory, variable)[0])) > 0.0)
+
+    return [replace(variable, unit=unit(variable.unit)) for variable in VARIABLES if is_there(variable)]
 
 
 def basis_along(trajectories: Sequence[Trajectory], variable: Variable, count: int) -> Basis:
@@ -82,7 +102,7 @@ def basis_along(trajectories: Sequence[Trajectory], variable: Variable, count: i
 def basis_at(knots: Array, trajectories: Sequence[Trajectory], variable: Variable) -> Basis:
     """Curves with these knots (k,)."""
     signals = [_signals(t, variable) for t in trajectories]
-    hats = [_hats(x, knots) * factor for x, factor in signals]
+    hats = [_hats(x, knots, variable) * factor for x, factor in signals]
     forces = tuple(_on_joint(t, h, variable) for t, h in zip(trajectories, hats, strict=True))
     size = float(np.sqrt(np.mean(np.concatenate([factor for _, factor in signals]) ** 2)))
     seen = np.stack([np.count_nonzero(h, axis=1) for h in hats]).sum(axis=0).astype(np.float64)
@@ -91,11 +111,17 @@ def basis_at(knots: Array, trajectories: Sequence[Trajectory], variable: Variabl
 
 def _signals(t: Trajectory, variable: Variable) -> tuple[Array, Array]:
     """The variable, and what its curve multiplies, (n,) each."""
-    speed = t.dphi_m
-    known = {"dphi_m": speed, "phi_m": t.phi_m, "t": t.t, "tau_m": t.u, "twist": t.twist, "ddphi_m": None}
-    x = t.ddphi_m if variable.along == "ddphi_m" else known[variable.along]
-    factor = {"": np.ones_like(speed), BY_DIRECTION: np.sign(speed), BY_SPEED: speed}[variable.counted]
-    return np.asarray(x), factor
+    x = _signal(t, variable.along)
+    if variable.counted == BY_DIRECTION:
+        return x, np.sign(t.dphi_m)
+    return x, _signal(t, IN_PROPORTION[variable.counted]) if variable.counted else np.ones(len(x))
+
+
+def _signal(t: Trajectory, name: str) -> Array:
+    """A variable of the motion, (n,)."""
+    if name == "phi_m mod 2 pi":
+        return np.asarray(t.phi_m % TURN)
+    return np.asarray(t.u if name == "tau_m" else getattr(t, name))
 
 
 def _ends(x: Array) -> Array:
@@ -107,6 +133,8 @@ def _knots(x: Array, variable: Variable, count: int) -> Array:
     low, high = _ends(x)
     if not high > low:
         return np.zeros(0)
+    if variable.turn:
+        return np.linspace(0.0, TURN, count, endpoint=False)
     if not variable.split or low >= 0 or high <= 0:
         return np.linspace(low, high, count)
     return np.concatenate([np.linspace(low, 0.0, count // 2), np.linspace(0.0, high, count // 2)])
@@ -118,9 +146,13 @@ def sides(knots: Array) -> list[slice]:
     return [slice(*ends) for ends in pairwise([0, *jumps, len(knots)])]
 
 
-def _hats(x: Array, knots: Array) -> Array:
+def _hats(x: Array, knots: Array, variable: Variable) -> Array:
     """Piecewise linear basis (knots, n), each side of a jump at zero for itself."""
-    found = [np.stack([np.interp(x, knots[at], unit) for unit in np.eye(len(knots[at]))]) for at in sides(knots)]
+    period = TURN if variable.turn else None
+    found = [
+        np.stack([np.interp(x, knots[at], unit, period=period) for unit in np.eye(len(knots[at]))])
+        for at in sides(knots)
+    ]
     return found[0] if len(found) == 1 else np.concatenate([found[0] * (x < 0), found[1] * (x > 0)])
 
 
@@ -137,5 +169,5 @@ def _on_joint(trajectory: Trajectory, basis: Array, variable: Variable) -> Array
 def applied(basis: Basis, trajectory: Trajectory, values: Array) -> Array:
     """A curve with these values (k,) as generalised forces on another trajectory, (nv, n)."""
     x, factor = _signals(trajectory, basis.variable)
-    forces = _on_joint(trajectory, _hats(x, basis.knots) * factor, basis.variable)
+    forces = _on_joint(trajectory, _hats(x, basis.knots, basis.variable) * factor, basis.variable)
     return np.asarray(np.einsum("ikn,k->in", forces, values))

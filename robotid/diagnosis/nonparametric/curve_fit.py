@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import linprog
 
-from robotid.diagnosis.misfit.curve import BY_SPEED, Curve
+from robotid.diagnosis.misfit.curve import IN_PROPORTION, Curve
 from robotid.diagnosis.nonparametric.basis import (
     Basis,
     Variable,
@@ -172,7 +172,7 @@ def _curve(projected: Projected, at: slice, basis: Basis, torque: float, acting:
     variable, knots = basis.variable, basis.knots
     covariance = np.linalg.inv(columns.T @ columns + np.eye(len(knots)) * (basis.size / torque) ** 2)
     values = covariance @ (columns.T @ residual)
-    scale = basis.size if variable.counted == BY_SPEED else 1.0
+    scale = basis.size if variable.counted in IN_PROPORTION else 1.0
     curve = Curve(
         along=f"{variable.along},{variable.counted}" if variable.counted else variable.along,
         unit=variable.unit,

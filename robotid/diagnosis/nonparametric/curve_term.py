@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robotid.diagnosis.misfit.curve import BY_DIRECTION, BY_SPEED
+from robotid.diagnosis.misfit.curve import BY_ACCELERATION, BY_DIRECTION, BY_SPEED
 from robotid.diagnosis.nonparametric.basis import Variable, sides
 from robotid.diagnosis.nonparametric.settings import CURVES
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
@@ -21,14 +21,16 @@ from robotid.model.joint import Joint
 from robotid.model.port import Port
 from robotid.model.term import Motion, Partials, Term
 
-ARGUMENT = {"dphi_m": "v", "phi_m": "x", "twist": "x", "t": "t"}  # of a term's motion, by variable
+ARGUMENT = {"dphi_m": "v", "phi_m": "x", "twist": "x", "dtwist": "v", "t": "t"}  # of a term's motion, by variable
+FACTOR = {BY_DIRECTION: "s", BY_SPEED: "v", BY_ACCELERATION: "a"}  # likewise, of a curve that is counted so
 
 
 class FreeCurve(Term):
     """An applied torque, piecewise linear along a variable of its port's motion.
 
     knots (k,), a knot that is there twice is one on either side of a jump, which is dry friction; values [Nm] (k,), or
-    what the variable counts. Along what is no state, such as the acceleration, no curve can act: see `can_act`.
+    what the variable counts. Along what is no state of its port, such as the acceleration or, of
+    the gear, the motor's angle, no curve can act: see `can_act`.
     """
 
     name = "free_curve"
@@ -61,11 +63,12 @@ class FreeCurve(Term):
         along = {self.argument: -slope * factor}
         v = -level if counted == BY_SPEED else along.get("v", 0.0)
         s = -level if counted == BY_DIRECTION else -jump if len(self._sides) > 1 else 0.0
-        return Partials(x=along.get("x", 0.0), v=v, s=s)
+        a = -level if counted == BY_ACCELERATION else 0.0
+        return Partials(x=along.get("x", 0.0), v=v, a=a, s=s)
 
     def _factor(self, m: Motion) -> Array | float:
-        factors: dict[str, Array | float] = {"": 1.0, BY_DIRECTION: m.s, BY_SPEED: m.v}
-        return factors[self._variable.counted]
+        counted = self._variable.counted
+        return getattr(m, FACTOR[counted]) if counted else 1.0
 
     def _level(self, m: Motion) -> tuple[Array, Array, Array]:
         """The curve, its slope, and its derivative to the direction, (n,) each."""
@@ -80,7 +83,8 @@ def can_act(variable: Variable, joint: Joint) -> bool:
     """Whether a curve along a variable can be a term; behind a transform of the gear's motion it would read another
     twist than the one that it was fitted along."""
     transformed = any(place.transform is not None and place.port is Port.GEAR for place in joint.placed)
-    return variable.along in ARGUMENT and not (variable.gear and transformed)
+    known = variable.along in ARGUMENT and variable.counted in ("", *FACTOR)
+    return known and not (variable.gear and transformed)
 
 
 def _piecewise(x: Array, knots: Array, values: Array) -> tuple[Array, Array]:

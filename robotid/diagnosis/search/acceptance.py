@@ -17,6 +17,7 @@ from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.carry_over import held_out_gain, proven
 from robotid.diagnosis.search.coloured import Tried, are_too_few
 from robotid.diagnosis.search.constancy import is_not_constant
+from robotid.diagnosis.search.driven import starts_by_itself
 from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
 from robotid.diagnosis.search.refits import (
     CandidateRefit,
@@ -104,6 +105,7 @@ OBJECTIONS: tuple[Objection, ...] = (
     is_noise,
     is_not_constant,
     is_smoothing,
+    starts_by_itself,
 )
 """The tests of a cause, in the order in which they are asked. Each says in words why a cause is none, or None."""
 BY_CHANCE: tuple[Objection, ...] = (gains_by_chance, is_noise)

@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from robotid.diagnosis.misfit.curve import BY_DIRECTION, BY_SPEED, Curve
+from robotid.diagnosis.misfit.curve import IN_PROPORTION, Curve
 from robotid.model.array import Array, Mask
 from robotid.numerals import portion, significant
-from robotid.report.evidence.samples import BY_ACCELERATION, Samples, in_bins
+from robotid.report.evidence.samples import Samples, in_bins
 from robotid.report.style.axes import (
     BLUE,
     FAINT,
@@ -26,7 +26,7 @@ from robotid.report.style.axes import (
     style_axes,
     write_out_ticks,
 )
-from robotid.report.variables import MIN_SHARE, variable_of
+from robotid.report.variables import MIN_SHARE, UNITS, counting_of, variable_of
 
 ROOM = 1.15  # about the curves
 SAME_SHARE = 0.01  # by which the arm's angle must tell more than the motor's, which it follows through the gear
@@ -44,11 +44,10 @@ def counted(curve: Curve, units: Units = str) -> str:
     missing = axis_label("missing torque", units)
     if curve.along == "frequency":
         return f"{missing}, RMS"
-    if how == BY_SPEED:
-        return f"{missing} in proportion to speed, at {significant(curve.at, 2)} {units('rad/s')}"
-    if how == BY_ACCELERATION:
-        return f"{missing} in proportion to acceleration, at {significant(curve.at, 2)} {units('rad/s2')}"
-    return f"{missing} along the motion" if how == BY_DIRECTION else missing
+    if how in IN_PROPORTION:
+        unit = units(UNITS[IN_PROPORTION[how]])
+        return f"{missing} {counting_of(curve)}, at {significant(curve.at, 2)} {unit}"
+    return f"{missing} {counting_of(curve)}".strip()
 
 
 def best_of_each(curves: Sequence[Curve]) -> tuple[Curve, ...]:
@@ -134,7 +133,7 @@ def draw_curve(axes: Axes, located: Located) -> None:
     torque = (
         counted(curve, units)
         .replace(" in proportion", "\nin proportion")
-        .replace("acceleration, at ", "acceleration,\nat ")
+        .replace(" acceleration, ", " acceleration,\n")
     )
     style_axes(axes, f"{variable(curve, units)}{unit}", f"{torque} [{units('Nm')}]", located.title)
     if found := legend(axes, columns=2, below=True):

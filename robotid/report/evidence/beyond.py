@@ -6,12 +6,12 @@ the angle orders what the speed orders, and shows nothing more.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from robotid.diagnosis.misfit.curve import BY_DIRECTION, BY_SPEED, Curve
+from robotid.diagnosis.misfit.curve import BY_DIRECTION, IN_PROPORTION, Curve
 from robotid.diagnosis.misfit.settings import MISFIT
 from robotid.model.array import Array, Index
 from robotid.report.evidence.samples import bin_of, variables_at
@@ -66,21 +66,21 @@ def _parts(f: Findings, *curves: Curve) -> Iterator[tuple[Array, ...]]:
     records = [] if f.recordings is None else f.recordings.records
     for k, record in enumerate(one for one in records if one.name in f.diagnosis.missing):
         known, torque = variables_at(f, record), f.diagnosis.missing[record.name].measured
-        names = [curve.along.partition(",")[0] for curve in curves]
-        if not all(name in known for name in names):
+        names, _, counted = zip(*(curve.along.partition(",") for curve in curves), strict=True)
+        if not all(name in known for name in (*names, *(IN_PROPORTION[c] for c in counted if c in IN_PROPORTION))):
             return
-        speed = known["dphi_m"]
-        along = [np.stack([known[n], _weight(speed, c)]) for n, c in zip(names, curves, strict=True)]
+        along = [np.stack([known[n], _weight(known, c)]) for n, c in zip(names, curves, strict=True)]
         block = BLOCKS * k + np.arange(len(torque)) * BLOCKS // max(1, len(torque))
-        kept = np.abs(speed) > MISFIT.standstill * np.abs(speed).max(initial=0.0)
+        speed = np.abs(known["dphi_m"])
+        kept = speed > MISFIT.standstill * speed.max(initial=0.0)
         kept &= np.isfinite(torque) & np.isfinite(np.concatenate(along)).all(axis=0)
         yield torque[kept], *(one[:, kept].T for one in along), block[kept]
 
 
-def _weight(speed: Array, curve: Curve) -> Array:
-    counted = curve.along.partition(",")[2]
-    if counted == BY_SPEED:
-        return np.asarray(speed / curve.at)
+def _weight(known: Mapping[str, Array], curve: Curve) -> Array:
+    counted, speed = curve.along.partition(",")[2], known["dphi_m"]
+    if counted in IN_PROPORTION:
+        return np.asarray(known[IN_PROPORTION[counted]] / curve.at)
     return np.asarray(np.sign(speed)) if counted == BY_DIRECTION else np.ones(len(speed))
 
 

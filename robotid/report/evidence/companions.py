@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from robotid.diagnosis.misfit.bins import bin_edges
-from robotid.diagnosis.misfit.curve import BY_DIRECTION, BY_SPEED, Curve
+from robotid.diagnosis.misfit.curve import BY_ACCELERATION, BY_DIRECTION, BY_SPEED, Curve
 from robotid.model.array import Array
 from robotid.model.companion import CompanionKind
-from robotid.report.evidence.samples import BY_ACCELERATION, along_companion, variables_at
+from robotid.report.evidence.samples import along_companion, variables_at
 from robotid.report.findings import Findings
 from robotid.signals.record import Record
 

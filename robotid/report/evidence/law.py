@@ -20,7 +20,7 @@ from robotid.signals.differentiate import Kinematics
 from robotid.signals.record import Record
 from robotid.simulation.actuator import effective_torque
 from robotid.simulation.first_guess import initial_state
-from robotid.simulation.trajectory import Trajectory
+from robotid.simulation.trajectory import Trajectory, gear_rate
 from robotid.validation.inverse_dynamics import required_torque
 
 CLOSE = 1e-9  # s: rounding of a time
@@ -67,6 +67,7 @@ def variables_of(trajectory: Trajectory, at: Index) -> dict[str, Array]:
         "reversal": since_reversal(speed, trajectory.sampling_time)[at],
     }
     if trajectory.twist is not None:
+        found |= {"dtwist": gear_rate(joint, trajectory.x)[at]}
         found |= {"twist": trajectory.twist[at], "phi_a": joint.ratio * phi_m - trajectory.twist[at]}
     return found
 

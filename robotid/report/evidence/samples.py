@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from robotid.diagnosis.misfit.curve import BY_DIRECTION, BY_SPEED, Curve
+from robotid.diagnosis.misfit.curve import BY_DIRECTION, IN_PROPORTION, Curve
 from robotid.diagnosis.misfit.location import since_reversal
 from robotid.model.array import Array, Mask
 from robotid.report.findings import Findings
 from robotid.signals.record import Record
-
-BY_ACCELERATION = " by acceleration"
-"""How a torque may be counted along a companion, besides what the diagnosis knows: as that of an inertia."""
 
 SLOW = 0.3  # of the motion that a curve is for: slower samples show nothing of a torque that is in proportion to it
 MAX_STRETCHES = 24  # of a bin in a record, the longest ones
@@ -93,7 +90,9 @@ def _samples(f: Findings, curve: Curve) -> Iterator[Samples]:
         t, known = missing.t, variables_at(f, record)
         if name not in known:
             continue
-        weight, kept = _weight(known["dphi_m"], known["ddphi_m"], counted, curve.at)
+        if IN_PROPORTION.get(counted, name) not in known:
+            continue
+        weight, kept = _weight(known, counted, curve.at)
         causes = bool(f.diagnosis.causes) and bool(np.any(missing.simulated))
         yield Samples(
             record.name,
@@ -125,10 +124,11 @@ def _at(t: Array, times: Array, values: Array) -> Array:
     return np.asarray(values[np.clip(np.searchsorted(times, t - 1e-9), 0, len(times) - 1)])
 
 
-def _weight(speed: Array, acceleration: Array, counted: str, scale: float) -> tuple[Array, Mask]:
-    """What a torque is divided by to be counted, and the samples that can be."""
-    if counted in (BY_SPEED, BY_ACCELERATION):
-        moved = speed if counted == BY_SPEED else acceleration
+def _weight(known: Mapping[str, Array], counted: str, scale: float) -> tuple[Array, Mask]:
+    """What a torque is divided by to be counted, and the samples that can be. known : variables, (n,) each."""
+    speed = known["dphi_m"]
+    if counted in IN_PROPORTION:
+        moved = known[IN_PROPORTION[counted]]
         kept = np.abs(moved) > SLOW * scale
         return np.where(kept, moved / scale, 1.0), kept
     if counted == BY_DIRECTION:

@@ -7,9 +7,9 @@ import pytest
 from support.small_bench import AXIS, TRUTH, records
 
 from robotid.catalogue import assemble
-from robotid.diagnosis.misfit.curve import BY_DIRECTION, BY_SPEED
+from robotid.diagnosis.misfit.curve import BY_ACCELERATION, BY_DIRECTION, BY_SPEED, BY_TWIST
 from robotid.diagnosis.nonparametric.basis import Variable
-from robotid.diagnosis.nonparametric.curve_term import FreeCurve
+from robotid.diagnosis.nonparametric.curve_term import FreeCurve, can_act
 from robotid.model.port import Port
 from robotid.model.structure import Structure
 from robotid.model.term import Motion
@@ -20,17 +20,17 @@ VALUES = np.array([0.3, 0.25, 0.1, -0.1, -0.2, -0.4])
 
 
 SPEED = Variable("dphi_m", "rad/s", split=True)
-ALONG = [Variable("phi_m", "rad", counted) for counted in ("", BY_DIRECTION, BY_SPEED)]
-ALONG += [Variable("twist", "rad", gear=True), Variable("t", "s", BY_DIRECTION)]
+TWIST, RATE = Variable("twist", "rad", gear=True), Variable("dtwist", "rad/s", gear=True)
+ALONG = [Variable("phi_m", "rad", counted) for counted in ("", BY_DIRECTION, BY_SPEED, BY_ACCELERATION)]
+ALONG += [TWIST, RATE, Variable("t", "s", BY_DIRECTION)]
 STEP = 1e-6
 GEARED = Structure((*AXIS.terms, "gear.spring", "gear.damper", "arm.inertia"), gear_ratio=0.01)
 GEARED_TRUTH = TRUTH | {"gear.spring.k1": 2e5, "gear.damper.d": 300.0, "arm.inertia.J": 100.0}
 
 
-def motion(x: float, v: float, s: float) -> Motion:
+def motion(x: float, v: float, s: float, a: float = 1.5) -> Motion:
     """At the time x."""
-    zero = np.zeros(1)
-    return Motion(np.array([x]), np.array([v]), zero, np.array([s]), np.array([x]), np.zeros((0, 1)))
+    return Motion(np.array([x]), np.array([v]), np.array([a]), np.array([s]), np.array([x]), np.zeros((0, 1)))
 
 
 @pytest.mark.parametrize(("v", "s"), [(2.0, 1.0), (-7.0, -1.0), (0.01, 0.4), (30.0, 1.0), (-30.0, -1.0)])
@@ -41,17 +41,17 @@ def test_partials_are_the_derivatives_of_the_torque(v: float, s: float) -> None:
 @pytest.mark.parametrize("variable", ALONG)
 def test_so_they_are_along_other_variables(variable: Variable) -> None:
     curve = FreeCurve(variable, np.linspace(-4.0, 4.0, 5), np.array([0.3, 0.1, -0.2, 0.2, 0.5]))
-    for x, v, s in [(1.3, 2.0, 1.0), (-0.7, -3.0, -1.0), (3.1, 0.01, 0.4), (9.0, 1.0, 1.0)]:
+    for x, v, s in [(1.3, 2.1, 1.0), (-0.7, -3.0, -1.0), (3.1, 0.01, 0.4), (9.0, 1.0, 1.0)]:
         _same_derivatives(curve, x, v, s)
 
 
 def _same_derivatives(curve: FreeCurve, x: float, v: float, s: float) -> None:
     found = curve.partials(motion(x, v, s), ())
-    steps = {"v": (0.0, STEP, 0.0), "s": (0.0, 0.0, STEP)}
+    steps = {"v": (0.0, STEP, 0.0, 0.0), "s": (0.0, 0.0, STEP, 0.0), "a": (0.0, 0.0, 0.0, STEP)}
     if curve.argument != "t":
-        steps["x"] = (STEP, 0.0, 0.0)
-    for name, (dx, dv, ds) in steps.items():
-        after, before = motion(x + dx, v + dv, s + ds), motion(x - dx, v - dv, s - ds)
+        steps["x"] = (STEP, 0.0, 0.0, 0.0)
+    for name, (dx, dv, ds, da) in steps.items():
+        after, before = (motion(x + k * dx, v + k * dv, s + k * ds, 1.5 + k * da) for k in (1, -1))
         difference = curve.torque(after, ()) - curve.torque(before, ())
         assert getattr(found, name) == pytest.approx(difference / (2 * STEP), abs=1e-6)
 
@@ -71,7 +71,36 @@ def test_a_curve_along_the_twist_that_is_a_spring_moves_the_arm_as_the_spring_do
     joint, less = assemble(GEARED), GEARED_TRUTH | {"gear.spring.k1": 0.6 * GEARED_TRUTH["gear.spring.k1"]}
     truth, softer = (joint.parameters().with_values(values).values for values in (GEARED_TRUTH, less))
     missing = 0.4 * GEARED_TRUTH["gear.spring.k1"]
-    curve = FreeCurve(ALONG[3], np.array([-1.0, 1.0]), np.array([missing, -missing]))
+    curve = FreeCurve(TWIST, np.array([-1.0, 1.0]), np.array([missing, -missing]))
     record = records({}, quiet=True)[0]
     found = simulate(joint.with_more(terms=[(Port.GEAR, curve)]), softer, record)
     assert found.dphi_m == pytest.approx(simulate(joint, truth, record).dphi_m, abs=1e-8)
+
+
+def test_a_curve_along_the_rate_of_twist_that_is_a_damper_moves_the_arm_as_the_damper_does() -> None:
+    joint, less = assemble(GEARED), GEARED_TRUTH | {"gear.damper.d": 0.6 * GEARED_TRUTH["gear.damper.d"]}
+    truth, looser = (joint.parameters().with_values(values).values for values in (GEARED_TRUTH, less))
+    missing = 0.4 * GEARED_TRUTH["gear.damper.d"]
+    curve = FreeCurve(RATE, np.array([-1.0, 1.0]), np.array([missing, -missing]))
+    record = records({}, quiet=True)[0]
+    found = simulate(joint.with_more(terms=[(Port.GEAR, curve)]), looser, record)
+    assert found.dphi_m == pytest.approx(simulate(joint, truth, record).dphi_m, abs=1e-8)
+
+
+def test_a_curve_in_proportion_to_the_acceleration_that_is_an_inertia_moves_the_axis_as_it_does() -> None:
+    joint = assemble(AXIS)
+    truth, lighter = (
+        joint.parameters().with_values(TRUTH | {"motor.inertia.J": share * TRUTH["motor.inertia.J"]}).values
+        for share in (1.0, 0.7)
+    )
+    missing = 0.3 * TRUTH["motor.inertia.J"]
+    curve = FreeCurve(Variable("phi_m", "rad", BY_ACCELERATION), np.array([-1.0, 1.0]), np.full(2, -missing))
+    record = records({}, quiet=True)[0]
+    found = simulate(joint.with_more(terms=[(Port.MOTOR, curve)]), lighter, record)
+    assert found.dphi_m == pytest.approx(simulate(joint, truth, record).dphi_m, abs=1e-8)
+
+
+def test_a_stiffness_along_the_motor_s_angle_cannot_act_for_the_gear_does_not_know_that_angle() -> None:
+    joint = assemble(GEARED)
+    assert can_act(RATE, joint)
+    assert not can_act(Variable("phi_m", "rad", BY_TWIST, gear=True), joint)
