@@ -72,20 +72,24 @@ def placed_events(scans: Sequence[Scan]) -> PlacedEvents:
     return PlacedEvents(plain, even, tuple(fine))
 
 
-def find_event(scans: Sequence[Scan], level: float, placed: PlacedEvents | None = None) -> FoundEvent | None:
+def find_event(
+    scans: Sequence[Scan], level: float, placed: PlacedEvents | None = None, *, doubtful: bool = False
+) -> FoundEvent | None:
     """The event that explains most of the residual of all records, of those that all effects of the catalogue together
     do not explain as well.
 
     scans : segments with the columns of all candidates. level : of significance, over all events of all records;
-    placed : the events of these segments, where they are placed already. None where there is none.
+    placed : the events of these segments, where they are placed already. doubtful : where none is certain, the one that
+    explains most of all. None where there is none.
     """
     placed = placed_events(scans) if placed is None else placed
     beside, even = known_columns(scans, catalogue=True), placed.even
     tries, others = 2 * EVENTS.bins * len(even), binned(beside, even)
     found = [_judged(one, placed.plain, beside, others, tries) for one in placed.events]
     records = [one.segment.record for one in scans]
-    certain = (one for one in found if one.event.p_value < level and not is_late_torque(one.event, records))
-    return max(certain, key=lambda one: one.energy, default=None)
+    found = [one for one in found if not is_late_torque(one.event, records)]
+    certain = [one for one in found if one.event.p_value < level]
+    return max(certain or (found if doubtful else []), key=lambda one: one.energy, default=None)
 
 
 def is_late_torque(event: Event, records: Sequence[Record]) -> bool:

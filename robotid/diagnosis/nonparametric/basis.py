@@ -23,6 +23,7 @@ from robotid.diagnosis.misfit.curve import (
 from robotid.diagnosis.nonparametric.settings import CURVES
 from robotid.diagnosis.scoring.measured_motion import as_measured
 from robotid.model.array import Array
+from robotid.model.port import Port
 from robotid.model.units import on_axis
 from robotid.signals.record import Record
 from robotid.simulation.first_guess import measured_guess
@@ -107,6 +108,17 @@ def basis_at(knots: Array, trajectories: Sequence[Trajectory], variable: Variabl
     size = float(np.sqrt(np.mean(np.concatenate([factor for _, factor in signals]) ** 2)))
     seen = np.stack([np.count_nonzero(h, axis=1) for h in hats]).sum(axis=0).astype(np.float64)
     return Basis(variable, knots, forces, size, seen)
+
+
+def torques(basis: Basis, trajectory: Trajectory, values: Array) -> dict[Port, Array]:
+    """A curve with these values (k,) as torques at every sample of another trajectory [Nm], (n,) at each port."""
+    x, factor = _signals(trajectory, basis.variable)
+    torque = values @ _hats(x, basis.knots, basis.variable) * factor
+    return (
+        {Port.MOTOR: trajectory.joint.ratio * torque, Port.ARM: -torque}
+        if basis.variable.gear
+        else {Port.MOTOR: torque}
+    )
 
 
 def _signals(t: Trajectory, variable: Variable) -> tuple[Array, Array]:

@@ -22,6 +22,7 @@ from robotid.diagnosis.nonparametric.basis import (
     basis_at,
     variables,
 )
+from robotid.diagnosis.nonparametric.curve_course import refit_beside_course
 from robotid.diagnosis.nonparametric.curve_term import FreeCurve, can_act, refit_with_curve
 from robotid.diagnosis.nonparametric.settings import CURVES
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
@@ -59,7 +60,7 @@ class FittedCurve:
 def fit_curves(model: RefittedModel, data: EvaluationData) -> list[FittedCurve]:
     """The curves that explain most of what a model leaves, best first; all variables are compared coarsely before."""
     motions = _measured_motions(model)
-    coarse = _along(motions, model, data, variables(motions[0]), [CURVES.coarse_knots])
+    coarse = _along(motions, model, data, variables(motions[0]))
     finalists = [one.variable for one in coarse[: CURVES.finalists]]
     return _along(motions, model, data, finalists, CURVES.fine_knots)
 
@@ -71,15 +72,30 @@ def fit_acting_along(variable: Variable, model: RefittedModel, data: EvaluationD
 
 def fit_acting(curve: FittedCurve, model: RefittedModel, data: EvaluationData) -> FittedCurve:
     """The curve as it is once it acts: what is still left asks for changes of it, and the validation segments are
-    simulated with it. Where it cannot act, or only does harm, the first fit stays."""
-    joint = model.joint
-    if not can_act(curve.variable, joint):
-        return _validated(curve, model)
-    best, now, after = None, curve, model
+    simulated with it. Where that only does harm, the first fit stays. A curve that can be no term acts in time, along
+    the motion as it was measured."""
+    best, _ = _acting(curve, model, data, in_time=not can_act(curve.variable, model.joint))
+    return best or _validated(curve, model)
+
+
+def refit_beside(curve: FittedCurve, model: RefittedModel, data: EvaluationData) -> RefittedModel | None:
+    """The model refitted beside the curve as a torque in time, among the companions of its records; None where that
+    only does harm."""
+    return _acting(curve, model, data, in_time=True)[1]
+
+
+def _acting(
+    curve: FittedCurve, model: RefittedModel, data: EvaluationData, *, in_time: bool
+) -> tuple[FittedCurve | None, RefittedModel | None]:
+    """The curve that explains most as it acts, as a term or in time, and the model refitted beside it."""
+    best, beside, now, after, held = None, None, curve, model, data
     for _ in range(CURVES.max_sweeps):
         try:
-            term = FreeCurve(now.variable, now.basis.knots, now.values)
-            after = refit_with_curve(joint, after, data, term, now.moved)
+            if in_time:
+                after, held = refit_beside_course(after, held, now.basis, now.values, now.moved)
+            else:
+                term = FreeCurve(now.variable, now.basis.knots, now.values)
+                after = refit_with_curve(model.joint, after, data, term, now.moved)
         except NumericsError:
             break
         explained = model.energy - after.energy
@@ -87,21 +103,28 @@ def fit_acting(curve: FittedCurve, model: RefittedModel, data: EvaluationData) -
         if gained <= 0.0:
             break
         best = replace(now, energy=explained, validation_energy=model.validation_energy - after.validation_energy)
+        beside = after
         if gained < CURVES.settled_gain * explained:
             break
         basis = basis_at(now.basis.knots, _measured_motions(after), now.variable)
-        again = _fit(after, data, [basis], now.values)
+        again = _fit(after, held, [basis], now.values)
         if not again:
             break
         now = again[0]
-    return best or _validated(curve, model)
+    return best, beside
 
 
 def free_forces(segment: SimulatedSegment) -> Array:
     """Generalised forces (nv, k, n) of coarse curves along all variables of a segment."""
     motion = at_measured_speed(segment.trajectory, segment.record)
-    bases = [basis_along((motion,), variable, CURVES.coarse_knots) for variable in variables(motion)]
+    bases = [basis_along((motion,), variable, coarse_knots(variable)) for variable in variables(motion)]
     return np.concatenate([basis.forces[0] for basis in bases], axis=1)
+
+
+def coarse_knots(variable: Variable) -> int:
+    """Of a curve by which a variable is compared with others; what repeats itself in a turn does so several times, and
+    would not be seen coarsely."""
+    return CURVES.fine_knots[-1] if variable.turn else CURVES.coarse_knots
 
 
 def _measured_motions(model: RefittedModel) -> tuple[Trajectory, ...]:
@@ -113,15 +136,16 @@ def _along(
     model: RefittedModel,
     data: EvaluationData,
     chosen: Sequence[Variable],
-    counts: Sequence[int],
+    counts: Sequence[int] = (),
 ) -> list[FittedCurve]:
-    """A curve along each variable, best first, of as many knots as the Bayesian information criterion asks for."""
+    """A curve along each variable, best first, of as many knots as the Bayesian information criterion asks for. counts
+    : of knots, by default as of `coarse_knots`."""
     n = data.samples
 
     def criterion(curve: FittedCurve) -> float:
         return n * float(np.log(max(model.energy - curve.energy, 1e-9))) + len(curve.values) * float(np.log(n))
 
-    found = _fit(model, data, [basis_along(motions, v, count) for v in chosen for count in counts])
+    found = _fit(model, data, [basis_along(motions, v, k) for v in chosen for k in counts or [coarse_knots(v)]])
     best: dict[Variable, FittedCurve] = {}
     for curve in sorted(found, key=criterion):
         best.setdefault(curve.variable, curve)

@@ -20,9 +20,12 @@ from robotid.diagnosis.scoring.catalogue_candidates import candidates
 from robotid.diagnosis.scoring.projection import project
 from robotid.diagnosis.scoring.scan import scans
 from robotid.diagnosis.scoring.score_test import Score, score
+from robotid.diagnosis.search.coloured import by_noise, left_by
 from robotid.diagnosis.search.data import Evidence
+from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.errors import NumericsError
 from robotid.interrupt import OutOfTime
+from robotid.model.array import Array
 
 CERTAINLY = 2.0  # times the energy of whole records: no event explains more of their pieces
 RIVALS = 2  # effects, with which an event is compared before it is with the whole catalogue
@@ -46,11 +49,11 @@ def largest_event(
     scores: Sequence[Score] = (),
     least: float = 0.0,
     *,
-    any_share: bool = False,
+    doubtful: bool = False,
 ) -> SeenEvent | None:
     """The largest event that a model leaves, None where there is none, nothing to explain, or no time for it; and where
-    it is known from less work that it would explain less than `least` or, unless it may have any share of the misfit,
-    that it would not lead.
+    it is known from less work that it would explain less than `least`, or that it would not lead. doubtful : one that
+    explains no more than a share of the misfit that is worth a word will do, and one that leads, where none is certain.
 
     scores : of candidates on whole records, best first, which tell what the event is to be compared with. The records
     are simulated in pieces, those that validate among them: an event there would be counted against every cause.
@@ -61,16 +64,22 @@ def largest_event(
     try:
         pieces = simulated_pieces(evidence.model, model, (*data.fitted, *data.validation))
         placed = placed_events(scans(pieces, model.unknowns, ()))
-        if placed.energy < least or not (any_share or _may_lead(placed, pieces, model, _best(scores, missing))):
+        share = ACCEPTANCE.unknown_share if doubtful else 0.0
+        if (
+            placed.energy < least
+            or placed.share < share
+            or not (doubtful or _may_lead(placed, pieces, model, _best(scores, missing)))
+        ):
             return None
         seen = scans(pieces, model.unknowns, missing)
     except (NumericsError, OutOfTime):
         return None
-    found = find_event(seen, criteria.significance, placed)
+    found = find_event(seen, criteria.significance, placed, doubtful=doubtful)
     if found is None:
         return None
     rival = max((one.energy for one in score(project(seen), missing)), default=0.0)
-    return SeenEvent(found.event, leads(found.energy, rival, found.share), found.energy)
+    leading, certain = leads(found.energy, rival, found.share), found.event.p_value < criteria.significance
+    return SeenEvent(found.event, leading, found.energy) if leading or certain else None
 
 
 def _best(scores: Sequence[Score], missing: Sequence[EffectCandidate]) -> list[EffectCandidate]:
@@ -102,12 +111,13 @@ def placed_again(
     evidence: Evidence, event: Event, model: RefittedModel, data: EvaluationData, criteria: Criteria
 ) -> Event:
     """An event as it shows beside a model that was refitted without it, in records that have it still: parameters that
-    it has led astray hide when it began. data : of the records without it."""
+    it has led astray hide when it began. One that was doubtful may be so again. data : of the records without it."""
     back = replace(event, torque=-event.torque)
     segments = [replace(one, record=without_events(one.record, [back])) for one in (*data.fitted, *data.validation)]
     missing = candidates(model.structure, model.output, criteria.skip)
     try:
-        found = find_event(scan_pieces(evidence.model, model, segments, missing), criteria.significance)
+        seen = scan_pieces(evidence.model, model, segments, missing)
+        found = find_event(seen, criteria.significance, doubtful=event.p_value >= criteria.significance)
     except (NumericsError, OutOfTime):
         return event
     same = found is not None and _what(found.event) == _what(event)
@@ -123,13 +133,7 @@ def resized(event: Event, model: RefittedModel) -> Event:
     a validation record stays as it is."""
     if all(one.record.name != event.record for one in model.fitted):
         return event
-    unit, forces = replace(event, torque=1.0), []
-    for one in model.fitted:
-        force = np.zeros((model.joint.masses, 1, len(one.record)))
-        if one.record.name == event.record:
-            force[0, 0] = event_torque(unit, one.record)
-        forces.append(force)
-    projected = project(scans(model.fitted, model.unknowns, (), forces))
+    projected = project(scans(model.fitted, model.unknowns, (), _unit_forces(event, model)))
     column = projected.missing[:, 0]
     size = float(column @ column)
     if size <= EVENTS.least_left * float(projected.length[0]) ** 2:
@@ -137,6 +141,29 @@ def resized(event: Event, model: RefittedModel) -> Event:
     inflation = max(1.0, model.energy / model.samples)
     change, std = float(column @ projected.residual) / size, float(np.sqrt(inflation / size))
     return replace(event, torque=event.torque + change, std=std)
+
+
+def stands_out(event: Event, model: RefittedModel, criteria: Criteria) -> bool:
+    """Whether an event that was taken out of the records of a model stands out of the noise of any colour that the
+    model leaves, of so many events that it might have been; one on a validation record does."""
+    if all(one.record.name != event.record for one in model.fitted):
+        return True
+    left = left_by(model, _unit_forces(event, model))
+    at = len(model.unknowns.parameters)
+    back = replace(left.blocks, moment=left.blocks.moment + event.torque * left.blocks.information[:, :, at])
+    tries = 2 * EVENTS.bins * len({one.record.name for one in model.fitted})
+    return tries * by_noise(back, [at], left.energy, model.samples) < criteria.significance
+
+
+def _unit_forces(event: Event, model: RefittedModel) -> list[Array]:
+    """Generalised forces (nv, 1, n) of an event of 1 Nm on every fitted segment."""
+    unit, forces = replace(event, torque=1.0), []
+    for one in model.fitted:
+        force = np.zeros((model.joint.masses, 1, len(one.record)))
+        if one.record.name == event.record:
+            force[0, 0] = event_torque(unit, one.record)
+        forces.append(force)
+    return forces
 
 
 def leads(energy: float, rival: float, share: float) -> bool:

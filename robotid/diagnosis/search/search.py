@@ -22,9 +22,10 @@ from robotid.diagnosis.search.acceptance import (
     drop_worthless,
 )
 from robotid.diagnosis.search.agreement import agreement
+from robotid.diagnosis.search.beside_curve import explain_most, with_causes, with_curve, without_readers
 from robotid.diagnosis.search.coloured import in_colour, left_by
 from robotid.diagnosis.search.data import Evidence, first_state, renew_noise, settled_state
-from robotid.diagnosis.search.events import largest_event, placed_again, resized, without_event
+from robotid.diagnosis.search.events import largest_event, placed_again, resized, stands_out, without_event
 from robotid.diagnosis.search.record_changes import find_record_changes
 from robotid.diagnosis.search.refits import refit_hopeful
 from robotid.diagnosis.search.settings import ACCEPTANCE, CHOICE
@@ -40,7 +41,13 @@ from robotid.diagnosis.search.state import (
     share_removed,
 )
 from robotid.diagnosis.search.torque_errors import leaves_only_noise, prevail
-from robotid.diagnosis.search.unexplained import better_curve, with_unexplained, without_imitations
+from robotid.diagnosis.search.unexplained import (
+    better_curve,
+    is_complete,
+    is_imitated,
+    with_unexplained,
+    without_imitations,
+)
 from robotid.errors import NumericsError
 from robotid.interrupt import OutOfTime, check, deadline
 from robotid.model.structure import RECORD_CHANGE
@@ -50,6 +57,7 @@ EVENT = "what happened once in {} at {} s"
 ONCE = "what happened once beside causes"
 FURTHER = "further causes"
 UNEXPLAINED = "what no effect explains"
+BESIDE_CURVE = "causes beside what no effect explains"
 CHANGES = "what differs on the records held out"
 
 
@@ -68,8 +76,9 @@ def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState 
         begun = begun or first_state(evidence, criteria)
         begun = begun if begun.rounds else _scored(begun, criteria, log)
     result, plain = _beside_events(evidence, criteria, log, begun)
-    if not (result.causes or result.events or result.late or leaves_only_noise(result)):
-        return _beside_lesser_events(evidence, result, begun, criteria, log)
+    if not (result.events or result.late or leaves_only_noise(result)):
+        result = _beside_doubtful_events(evidence, result, begun, criteria, log)
+        return _beside_curve(evidence, result, criteria, log) if not result.events else result
     if not (result.events and result.causes) or result.late:
         return result
     if plain is None:
@@ -126,18 +135,19 @@ def _beside_events(
             return replace(found, unexamined=unexamined, events=tuple(events)), plain
 
 
-def _beside_lesser_events(
+def _beside_doubtful_events(
     evidence: Evidence, found: SearchResult, start: SearchState, criteria: Criteria, log: Log
 ) -> SearchResult:
-    """What is found once events are set aside each of which is but a part of what is missing, where they and causes
-    leave no more than noise; else what was found without. start : the first state of the evidence."""
+    """What is found once events are set aside that are but a part of what is missing or that effects together might
+    pass for, where they and causes leave no more than noise, or they alone next to nothing, and each stands out of what
+    is left; else what was found without. Beside causes only an event that leads is tried. start : the first state of
+    the evidence."""
     log("looking for events beside causes")
     events = list[Event]()
     try:
         while len(events) < EVENTS.max_events:
-            least = ACCEPTANCE.unknown_share * misfit_energy(start.first, start.data)
-            seen = largest_event(evidence, start.first, start.data, criteria, least=least, any_share=True)
-            if seen is None:
+            seen = largest_event(evidence, start.first, start.data, criteria, doubtful=True)
+            if seen is None or (found.causes and not seen.leading):
                 break
             aside = _set_aside(evidence, seen.event, criteria)
             if aside is None:
@@ -151,7 +161,30 @@ def _beside_lesser_events(
         return found
     except OutOfTime:
         return replace(found, late=True, unexamined=(ONCE, *found.unexamined))
-    return replace(again, events=tuple(events)) if leaves_only_noise(again) else found
+    first, plain = found.first, is_plain(found.first, found.data)
+    explained = share_removed(first, first, again.first, found.data, plain=plain)
+    needed = leaves_only_noise(again) or explained > 1.0 - ACCEPTANCE.unknown_share
+    stand = needed and all(stands_out(event, again.last, criteria) for event in events)
+    return replace(again, events=tuple(events)) if stand else found
+
+
+def _beside_curve(evidence: Evidence, found: SearchResult, criteria: Criteria, log: Log) -> SearchResult:
+    """What was found, with the causes beside its curve where nothing else was named, and these explain most of what the
+    curve leaves."""
+    if found.curve is None or found.causes or found.late:
+        return found
+    log("searching beside what no effect explains")
+    try:
+        check()
+        beside, without = with_curve(evidence, found), without_readers(criteria)
+        if beside is None:
+            return found
+        again = _by_each_noise(beside, _scored(first_state(beside, without), without, log), without, log)
+        return with_causes(found, again) if explain_most(again) else found
+    except NumericsError:
+        return found
+    except OutOfTime:
+        return replace(found, late=True, unexamined=(BESIDE_CURVE, *found.unexamined))
 
 
 def _set_aside(evidence: Evidence, event: Event, criteria: Criteria) -> tuple[Event, Evidence, SearchState] | None:
@@ -166,8 +199,12 @@ def _set_aside(evidence: Evidence, event: Event, criteria: Criteria) -> tuple[Ev
 
 def _settled(evidence: Evidence, event: Event, criteria: Criteria) -> Event:
     """An event placed and sized beside parameters that it no longer leads astray."""
-    first = first_state(without_event(evidence, event), criteria)
-    event = placed_again(evidence, event, first.first, first.data, criteria)
+    placings = 1 if event.p_value < criteria.significance else EVENTS.max_resizings
+    for _ in range(placings):
+        first = first_state(without_event(evidence, event), criteria)
+        before, event = event, placed_again(evidence, event, first.first, first.data, criteria)
+        if event is before:
+            break
     for _ in range(EVENTS.max_resizings):
         before, first = event, first_state(without_event(evidence, event), criteria)
         event = resized(event, first.first)
@@ -180,7 +217,8 @@ def _by_each_noise(evidence: Evidence, start: SearchState, criteria: Criteria, l
     """By the noise of the sensors where all that is known leaves no more than that, else by that of torque errors,
     which are white at first: red ones as large as a misfit leave little of it to be seen. By another noise where one
     names nothing, and leaves more than noise of any colour, or mostly errors of the torque, beside which slow ones have
-    been given too much weight."""
+    been given too much weight; unless a free curve explains all of it. What a later search names stands only where it
+    does not imitate a curve that an earlier one has found."""
     found: list[SearchResult] = []
     reached: tuple[TorqueErrors, ...] = (None, "coloured")  # no white error shows beside the sensors' noise there
     beyond: tuple[TorqueErrors, ...] = ("white", "coloured", None)
@@ -190,8 +228,11 @@ def _by_each_noise(evidence: Evidence, start: SearchState, criteria: Criteria, l
             found.append(find_causes(begun, criteria, log))
         except OutOfTime:
             return _late(found[-1] if found else as_result(start))
-        if found[-1].causes or found[-1].late or (leaves_only_noise(found[-1]) and not prevail(found[-1])):
-            return found[-1]
+        last = found[-1]
+        if last.causes:
+            return next((one for one in found[:-1] if is_imitated(one, last)), last)
+        if last.late or is_complete(last) or (leaves_only_noise(last) and not prevail(last)):
+            return last
         noise = next(filter(leaves_only_noise, found), None)
         if noise is not None and errors == "coloured":
             return noise

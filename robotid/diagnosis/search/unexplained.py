@@ -14,7 +14,14 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.score_test import significance
 from robotid.diagnosis.search.coloured import curve_p_value
 from robotid.diagnosis.search.settings import ACCEPTANCE
-from robotid.diagnosis.search.state import RejectedCause, SearchResult, SearchState, misfit_energy
+from robotid.diagnosis.search.state import (
+    RejectedCause,
+    SearchResult,
+    SearchState,
+    is_plain,
+    misfit_energy,
+    share_removed,
+)
 
 
 def better_curve(state: SearchState, criteria: Criteria) -> FittedCurve | None:
@@ -64,6 +71,20 @@ def stands(explained: float, curve: float, data: EvaluationData, *, alone: bool)
     if not data.noise_reached:
         return explained > ACCEPTANCE.imitation_share * curve
     return explained > curve + (-ACCEPTANCE.clear_share if alone else ACCEPTANCE.clear_share)
+
+
+def is_complete(found: SearchResult) -> bool:
+    """Whether nothing was named, and a free curve explains all of the misfit."""
+    return not found.causes and found.curve is not None and found.curve_share > ACCEPTANCE.complete_share
+
+
+def is_imitated(found: SearchResult, named: SearchResult) -> bool:
+    """Whether causes only imitate the curve that another search found, by whose noise they are measured."""
+    if found.curve is None:
+        return False
+    first, data = found.first, found.data
+    explained = share_removed(first, first, named.last, data, plain=is_plain(first, data))
+    return explained < ACCEPTANCE.imitation_share * found.curve_share
 
 
 def with_unexplained(result: SearchResult, criteria: Criteria) -> SearchResult:

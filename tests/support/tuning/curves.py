@@ -9,9 +9,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from robotid.diagnosis.misfit.curve import BY_TORQUE
 from robotid.diagnosis.nonparametric import curve_fit, curve_term
 from robotid.diagnosis.nonparametric.basis import Variable, _knots, at_measured_speed, variables
-from robotid.diagnosis.nonparametric.curve_fit import FittedCurve, _confounded, fit_acting, fit_curves, free_forces
+from robotid.diagnosis.nonparametric.curve_fit import (
+    FittedCurve,
+    _confounded,
+    coarse_knots,
+    fit_acting,
+    fit_curves,
+    free_forces,
+)
 from robotid.diagnosis.nonparametric.curve_term import FreeCurve
 from robotid.diagnosis.nonparametric.settings import CURVES
 from robotid.diagnosis.refit.refitted_model import RefittedModel
@@ -31,14 +39,21 @@ def check_half_a_per_cent_lies_beyond_each_end() -> None:
 def check_a_coarse_curve_has_a_dozen_knots() -> None:
     segment = plain_segment(1.0)
     motion = at_measured_speed(segment.trajectory, segment.record)
-    assert free_forces(segment).shape[1] == 12 * len(variables(motion)) > 0
+    found = variables(motion)
+    assert [coarse_knots(one) for one in found if not one.turn] == [12] * (len(found) - 1)
+    assert free_forces(segment).shape[1] == 12 * (len(found) - 1) + 48
+
+
+@sees(CURVES, "fine_knots")
+def check_what_repeats_in_a_turn_is_compared_as_finely_as_any() -> None:
+    assert coarse_knots(Variable("phi_m mod 2 pi", "rad", BY_TORQUE, turn=True)) == 48
 
 
 def asked_along() -> list[tuple[int, list[int]]]:
     """How many variables are fitted with which numbers of knots, in turn."""
     asked = list[tuple[int, list[int]]]()
 
-    def along(motions: Any, model: Any, data: Any, chosen: list[Any], counts: Any) -> list[Any]:
+    def along(motions: Any, model: Any, data: Any, chosen: list[Any], counts: Any = ()) -> list[Any]:
         asked.append((len(chosen), list(counts)))
         return [SimpleNamespace(variable=TIME) for _ in range(7)]
 
