@@ -185,15 +185,37 @@ class BlockedRegression:
 
 def blocked(columns: Array, signal: Array, length: float) -> BlockedRegression:
     """A regression cut into blocks of about `length` samples. columns (m, n), signal (n,)."""
-    n = len(signal)
-    count = max(1, round(n / length))
-    edges = np.linspace(0, n, count + 1).round().astype(int)
-    parts = [slice(a, b) for a, b in pairwise(edges.tolist())]
+    parts = _blocks(len(signal), length)
     return BlockedRegression(
         np.stack([columns[:, at] @ columns[:, at].T for at in parts]),
         np.stack([columns[:, at] @ signal[at] for at in parts]),
         np.array([float(signal[at] @ signal[at]) for at in parts]),
     )
+
+
+def blocked_beside(basis: Array, signals: Array, length: float, negligible: float) -> BlockedRegression:
+    """The regression of the last of signals (m + 1, n) on the others, less what all of them have along an orthonormal
+    basis (n, s): block by block, lest signals are copied that do not stay in a processor's cache.
+
+    negligible : length, relative to the one before, up to which what is left of a signal is rounding, and nothing.
+    """
+    along, before, products = signals @ basis, np.zeros(len(signals)), []
+    for at in _blocks(len(basis), length):
+        before += np.einsum("mn,mn->m", signals[:, at], signals[:, at])
+        left = along @ basis[at].T
+        np.subtract(signals[:, at], left, out=left)
+        products.append(left @ left.T)
+    found = np.stack(products)
+    kept = np.einsum("bmm->m", found) > negligible**2 * before
+    found *= np.outer(kept, kept)
+    return BlockedRegression(found[:, :-1, :-1], found[:, :-1, -1], found[:, -1, -1])
+
+
+def _blocks(n: int, length: float) -> list[slice]:
+    """n samples in blocks of about this length."""
+    count = max(1, round(n / length))
+    edges = np.linspace(0, n, count + 1).round().astype(int)
+    return [slice(a, b) for a, b in pairwise(edges.tolist())]
 
 
 def together(parts: Sequence[BlockedRegression]) -> BlockedRegression:

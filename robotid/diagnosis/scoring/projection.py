@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, blocked, together
+from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, blocked, blocked_beside, together
 from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandidate
 from robotid.diagnosis.scoring.scan import Scan
 from robotid.diagnosis.scoring.settings import SCORING
@@ -77,13 +77,10 @@ def project(scans: Sequence[Scan], changes: Sequence[RecordChangeCandidate] = ()
 def _without_states(one: Scan, length: float) -> BlockedRegression:
     """The regression of a segment's residual on all its columns, less what its first states take of either."""
     white = one.whitened
-    signals = white[one.states :]
-    if one.states:
-        basis = np.linalg.qr(white[: one.states].T)[0]
-        before = np.linalg.norm(signals, axis=1, keepdims=True)
-        signals = signals - (signals @ basis) @ basis.T
-        signals *= np.linalg.norm(signals, axis=1, keepdims=True) > SCORING.dependent * before
-    return blocked(signals[:-1], signals[-1], length)
+    if not one.states:
+        return blocked(white[:-1], white[-1], length)
+    basis = np.linalg.qr(white[: one.states].T)[0]
+    return blocked_beside(basis, white[one.states :], length, SCORING.dependent)
 
 
 def _with_changes(part: BlockedRegression, one: Scan, changed: Sequence[tuple[str, int]]) -> BlockedRegression:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, blocked, together
+from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, blocked, blocked_beside, together
 from robotid.model.array import Array
 
 SAMPLES, BLOCK, H = 6000, 200, 1e-3
@@ -131,3 +131,18 @@ def test_a_regression_on_nothing_keeps_the_energy_of_its_blocks() -> None:
     found = blocked(np.zeros((0, 2400)), signal, 60.0)
     assert found.information.shape == (40, 0, 0)
     assert found.energy.sum() == pytest.approx(float(signal @ signal))
+
+
+def test_what_lies_along_a_basis_is_taken_out_block_by_block() -> None:
+    rng = np.random.default_rng(4)
+    basis = np.linalg.qr(rng.standard_normal((1000, 2)))[0]
+    signals = rng.standard_normal((5, 1000))
+    signals[1] += 1e3 * basis[:, 0]
+    signals[2] = 1e3 * basis[:, 1] + 1e-9 * signals[2]  # nothing but rounding is left of it
+    left = signals - (signals @ basis) @ basis.T
+    left[2] = 0.0
+    found, expected = blocked_beside(basis, signals, 130, 1e-6), blocked(left[:-1], left[-1], 130)
+    assert found.information == pytest.approx(expected.information, rel=1e-9, abs=1e-9)
+    assert found.moment == pytest.approx(expected.moment, rel=1e-9, abs=1e-9)
+    assert found.energy == pytest.approx(expected.energy)
+    assert not found.information[:, 2].any()
