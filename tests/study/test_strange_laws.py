@@ -20,7 +20,6 @@ DRAW = 201
 LAWS = {
     "quadratic_gear_damping": (Spec(PLAIN, "stranger", "quadratic_gear_damping", DRAW), "dtwist"),
     "stiffness_by_angle": (Spec(PLAIN, "stranger", "stiffness_by_angle", DRAW), "phi_m, by twist"),
-    "ripple": (Spec("torque ripple of 2 %", "clean", "none", DRAW), "phi_m mod 2 pi, by torque"),
 }
 """What is hidden, and along what it acts."""
 

@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
 from support.followed_curve import correlation_beyond, followed, imitable
-from support.small_bench import AXIS, SAMPLING_TIME, TRUTH, begun, fitted, records_of, searched, simulated
+from support.small_bench import (
+    AXIS,
+    DURATION,
+    SAMPLING_TIME,
+    TRUTH,
+    begun,
+    fitted,
+    made_along,
+    records_of,
+    searched,
+    simulated,
+)
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.misfit.curve import Curve
@@ -162,3 +174,16 @@ def test_a_curve_that_acts_explains_the_misfit_on_the_records_held_out_as_well(c
     found = fit_acting(fit_curves(model, data)[0], model, data)
     assert found.energy > 0.95 * (model.energy - data.samples)
     assert found.validation_energy > 0.9 * (model.validation_energy - data.validation_samples)
+
+
+def test_a_ripple_of_the_torque_constant_is_told_within_a_turn_in_proportion_to_the_torque() -> None:
+    """Eight periods a turn, which a coarse curve would not see."""
+    t = np.arange(round(DURATION / SAMPLING_TIME)) * SAMPLING_TIME
+    far = {name: 30.0 * np.sin(2.0 * np.pi * t / period) for name, period in (("a", 4.0), ("b", 1.3), ("c", 2.5))}
+    rippled = [replace(r, tau_m=r.tau_m * (1.0 + 0.03 * np.sin(8.0 * r.phi_m + 0.5))) for r in made_along(far)]
+    state = begun(rippled)
+    found = fit_curves(state.model, state.data)[0]
+    assert found.curve.along == "phi_m mod 2 pi, by torque"
+    assert found.energy > 0.9 * (state.model.energy - state.data.samples)
+    fast = np.fft.rfft(found.values)
+    assert np.argmax(np.abs(fast[1:])) + 1 == 8
