@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from robotid.diagnosis.noise.whitening import Segment
-from robotid.diagnosis.nonparametric.basis import Basis, at_measured_speed, torques
+from robotid.diagnosis.nonparametric.basis import Basis, Variable, at_measured_speed, torques
 from robotid.diagnosis.nonparametric.settings import CURVES
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import RefitOptions, refit
@@ -28,8 +28,17 @@ from robotid.terms.known_torque import KnownTorque
 
 NAMES = {Port.MOTOR: "a curve, at the motor", Port.ARM: "a curve, at the arm"}
 """Of the companions that a curve becomes."""
+DRIVING = ("tau_m", "ddphi_m")
+"""Variables that tell what drives a motion rather than where it is."""
 READERS = tuple(with_companion(KnownTorque.name, name) for name in NAMES.values())
 """The effects that read them, without their place."""
+
+
+def can_act_in_time(variable: Variable) -> bool:
+    """Whether a curve along a variable is no more than a torque where the motion passes. One along the recorded torque,
+    or along the measured acceleration, tells a simulation how the machine moved: a controller that follows a course
+    asks for the torque that this needs, and whatever a model lacks is in it."""
+    return variable.along not in DRIVING
 
 
 def with_course(record: Record, course: Mapping[Port, Array]) -> Record:

@@ -22,7 +22,7 @@ from robotid.diagnosis.nonparametric.basis import (
     basis_at,
     variables,
 )
-from robotid.diagnosis.nonparametric.curve_course import refit_beside_course
+from robotid.diagnosis.nonparametric.curve_course import can_act_in_time, refit_beside_course
 from robotid.diagnosis.nonparametric.curve_term import FreeCurve, can_act, refit_with_curve
 from robotid.diagnosis.nonparametric.settings import CURVES
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
@@ -72,16 +72,19 @@ def fit_acting_along(variable: Variable, model: RefittedModel, data: EvaluationD
 
 def fit_acting(curve: FittedCurve, model: RefittedModel, data: EvaluationData) -> FittedCurve:
     """The curve as it is once it acts: what is still left asks for changes of it, and the validation segments are
-    simulated with it. Where that only does harm, the first fit stays. A curve that can be no term acts in time, along
-    the motion as it was measured."""
-    best, _ = _acting(curve, model, data, in_time=not can_act(curve.variable, model.joint))
+    simulated with it. Where it cannot act, or that only does harm, the first fit stays. A curve that can be no term
+    acts in time, along the motion as it was measured."""
+    as_term = can_act(curve.variable, model.joint)
+    if not as_term and not can_act_in_time(curve.variable):
+        return _validated(curve, model)
+    best, _ = _acting(curve, model, data, in_time=not as_term)
     return best or _validated(curve, model)
 
 
 def refit_beside(curve: FittedCurve, model: RefittedModel, data: EvaluationData) -> RefittedModel | None:
-    """The model refitted beside the curve as a torque in time, among the companions of its records; None where that
-    only does harm."""
-    return _acting(curve, model, data, in_time=True)[1]
+    """The model refitted beside the curve as a torque in time, among the companions of its records; None where it
+    cannot be, or that only does harm."""
+    return _acting(curve, model, data, in_time=True)[1] if can_act_in_time(curve.variable) else None
 
 
 def _acting(

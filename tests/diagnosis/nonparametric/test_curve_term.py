@@ -9,6 +9,7 @@ from support.small_bench import AXIS, TRUTH, records
 from robotid.catalogue import assemble
 from robotid.diagnosis.misfit.curve import BY_ACCELERATION, BY_DIRECTION, BY_SPEED, BY_TWIST
 from robotid.diagnosis.nonparametric.basis import Variable
+from robotid.diagnosis.nonparametric.curve_course import can_act_in_time
 from robotid.diagnosis.nonparametric.curve_term import FreeCurve, can_act
 from robotid.model.port import Port
 from robotid.model.structure import Structure
@@ -103,4 +104,11 @@ def test_a_curve_in_proportion_to_the_acceleration_that_is_an_inertia_moves_the_
 def test_a_stiffness_along_the_motor_s_angle_cannot_act_for_the_gear_does_not_know_that_angle() -> None:
     joint = assemble(GEARED)
     assert can_act(RATE, joint)
-    assert not can_act(Variable("phi_m", "rad", BY_TWIST, gear=True), joint)
+    placed = Variable("phi_m", "rad", BY_TWIST, gear=True)
+    assert not can_act(placed, joint)
+    assert can_act_in_time(placed)
+
+
+@pytest.mark.parametrize("along", ["tau_m", "ddphi_m"])
+def test_what_drives_a_motion_is_no_torque_in_time_for_it_tells_how_the_machine_moved(along: str) -> None:
+    assert not can_act_in_time(Variable(along, "Nm"))

@@ -40,8 +40,9 @@ def check_a_coarse_curve_has_a_dozen_knots() -> None:
     segment = plain_segment(1.0)
     motion = at_measured_speed(segment.trajectory, segment.record)
     found = variables(motion)
-    assert [coarse_knots(one) for one in found if not one.turn] == [12] * (len(found) - 1)
-    assert free_forces(segment).shape[1] == 12 * (len(found) - 1) + 48
+    flat = [one for one in found if not one.turn]
+    assert {coarse_knots(one) for one in flat} == {12}
+    assert free_forces(segment).shape[1] == 12 * len(flat) + 48 * (len(found) - len(flat)) > 0
 
 
 @sees(CURVES, "fine_knots")
