@@ -21,7 +21,7 @@ VARIABLES = {
 PROPORTION = {"dphi_m": "speed", "ddphi_m": "acceleration", "twist": "gear twist", "tau_m": "torque"}
 """Of what a torque is counted in proportion to, in words."""
 UNITS = {"dphi_m": "rad/s", "ddphi_m": "rad/s2", "twist": "rad", "tau_m": "Nm"}
-"""In which that is told."""
+"""Of these variables on a turning axis."""
 MIN_SHARE = 0.05  # of the variance that a variable accounts for, from which there is something to see
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -84,12 +84,17 @@ def find_event(
     """
     placed = placed_events(scans) if placed is None else placed
     beside, even = known_columns(scans, catalogue=True), placed.even
-    tries, others = 2 * EVENTS.bins * len(even), binned(beside, even)
+    tries, others = tries_among(even), binned(beside, even)
     found = [_judged(one, placed.plain, beside, others, tries) for one in placed.events]
     records = [one.segment.record for one in scans]
     found = [one for one in found if not is_late_torque(one.event, records)]
     certain = [one for one in found if one.event.p_value < level]
     return max(certain or (found if doubtful else []), key=lambda one: one.energy, default=None)
+
+
+def tries_among(records: Collection[str]) -> int:
+    """Of how many events the largest one of so many records, by name, is the largest."""
+    return 2 * EVENTS.bins * len(records)
 
 
 def is_late_torque(event: Event, records: Sequence[Record]) -> bool:

@@ -34,3 +34,9 @@ class Curve:
     count: Array = field(metadata={"shape": ("bins",), "least": 0.0})
     order: float = field(metadata={"finite": True})
     at: float = field(default=1.0, metadata={"finite": True})
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The variables that the torque is ordered and counted by."""
+        name, _, counted = self.along.partition(",")
+        return (name, IN_PROPORTION[counted]) if counted in IN_PROPORTION else (name,)

@@ -12,10 +12,9 @@ from robotid.diagnosis.misfit.curve import BY_DIRECTION, BY_SPEED, Curve
 from robotid.diagnosis.misfit.missing_torque import MissingTorque
 from robotid.diagnosis.misfit.settings import MISFIT
 from robotid.model.array import Array, Index, Mask
+from robotid.model.physical import TURN
 from robotid.model.units import on_axis
 from robotid.simulation.trajectory import gear_rate
-
-TURN = 2 * np.pi
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -23,13 +23,12 @@ from robotid.diagnosis.misfit.curve import (
 from robotid.diagnosis.nonparametric.settings import CURVES
 from robotid.diagnosis.scoring.measured_motion import as_measured
 from robotid.model.array import Array
+from robotid.model.physical import TURN
 from robotid.model.port import Port
 from robotid.model.units import on_axis
 from robotid.signals.record import Record
 from robotid.simulation.first_guess import measured_guess
 from robotid.simulation.trajectory import Trajectory
-
-TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,11 +113,7 @@ def torques(basis: Basis, trajectory: Trajectory, values: Array) -> dict[Port, A
     """A curve with these values (k,) as torques at every sample of another trajectory [Nm], (n,) at each port."""
     x, factor = _signals(trajectory, basis.variable)
     torque = values @ _hats(x, basis.knots, basis.variable) * factor
-    return (
-        {Port.MOTOR: trajectory.joint.ratio * torque, Port.ARM: -torque}
-        if basis.variable.gear
-        else {Port.MOTOR: torque}
-    )
+    return {port: share * torque for port, share in _shares(trajectory, basis.variable).items()}
 
 
 def _signals(t: Trajectory, variable: Variable) -> tuple[Array, Array]:
@@ -173,9 +168,14 @@ def _on_joint(trajectory: Trajectory, basis: Array, variable: Variable) -> Array
     joint = trajectory.joint
     mean = (basis + np.concatenate([basis[:, 1:], basis[:, -1:]], axis=1)) / 2
     forces = np.zeros((joint.masses, *mean.shape))
-    for j, c in ((0, joint.ratio), (1, -1.0)) if variable.gear else ((0, 1.0),):
-        forces[j] = c * mean
+    for j, share in enumerate(_shares(trajectory, variable).values()):
+        forces[j] = share * mean
     return forces
+
+
+def _shares(trajectory: Trajectory, variable: Variable) -> dict[Port, float]:
+    """Of a curve that acts on each coordinate, in the order of these."""
+    return {Port.MOTOR: trajectory.joint.ratio, Port.ARM: -1.0} if variable.gear else {Port.MOTOR: 1.0}
 
 
 def applied(basis: Basis, trajectory: Trajectory, values: Array) -> Array:

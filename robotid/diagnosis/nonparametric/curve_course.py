@@ -13,9 +13,9 @@ import numpy as np
 
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.nonparametric.basis import Basis, Variable, at_measured_speed, torques
-from robotid.diagnosis.nonparametric.settings import CURVES
+from robotid.diagnosis.nonparametric.curve_term import starts_along, sweep_options
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
-from robotid.diagnosis.refit.refit import RefitOptions, refit
+from robotid.diagnosis.refit.refit import refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, carried
 from robotid.model.array import Array
 from robotid.model.companion import CompanionKind, with_companion
@@ -91,15 +91,11 @@ def refit_beside_course(
         fitted=tuple(map(segment, data.fitted, near.fitted)),
         validation=tuple(map(segment, data.validation, near.validation)),
     )
-    old = near.parameters
-    start = old.values.copy()
-    start[list(near.columns)] += moved
     ports = course_of(near.fitted[0], basis, values)
     structure = beside_course(near.structure, ports)
     fixed = {f"{effect}.g": KnownParameter(1.0, fixed=True) for effect in structure.effects if is_course(effect)}
-    starts = [carried(old.with_values(one), structure, {}).with_known(fixed) for one in (start, old.values)]
-    options = RefitOptions(patience=CURVES.patience, max_iterations=CURVES.max_iterations)
-    return refit(structure, starts, data, near.trajectories, options), data
+    starts = [carried(one, structure, {}).with_known(fixed) for one in starts_along(near, moved)]
+    return refit(structure, starts, data, near.trajectories, sweep_options()), data
 
 
 def is_course(effect: str) -> bool:

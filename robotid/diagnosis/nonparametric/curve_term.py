@@ -18,6 +18,7 @@ from robotid.diagnosis.refit.refit import RefitOptions, refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.model.array import Array
 from robotid.model.joint import Joint
+from robotid.model.parameters import Parameters
 from robotid.model.port import Port
 from robotid.model.term import Motion, Partials, Term
 
@@ -100,9 +101,19 @@ def refit_with_curve(
 
     Raises NumericsError where it cannot be simulated.
     """
-    extended, parameters = joint.with_more(terms=[(curve.port, curve)]), near.parameters
+    extended = joint.with_more(terms=[(curve.port, curve)])
+    return refit(extended, starts_along(near, moved), data, near.trajectories, sweep_options())
+
+
+def starts_along(near: RefittedModel, moved: Array) -> list[Parameters]:
+    """Where a refit with a curve starts: the parameters of a model nearby moved (k,) along with the curve, or as they
+    are."""
+    parameters = near.parameters
     values = parameters.values.copy()
     values[list(near.columns)] += moved
-    start = parameters.with_values(np.clip(values, parameters.lower, parameters.upper))
-    options = RefitOptions(patience=CURVES.patience, max_iterations=CURVES.max_iterations)
-    return refit(extended, [start, parameters], data, near.trajectories, options)
+    return [parameters.with_values(np.clip(values, parameters.lower, parameters.upper)), parameters]
+
+
+def sweep_options() -> RefitOptions:
+    """How far a refit with a curve goes."""
+    return RefitOptions(patience=CURVES.patience, max_iterations=CURVES.max_iterations)

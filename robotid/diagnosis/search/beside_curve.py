@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.nonparametric.curve_course import READERS, joined_courses, with_course
+from robotid.diagnosis.nonparametric.curve_course import READERS, is_course, joined_courses, with_course
 from robotid.diagnosis.nonparametric.curve_fit import refit_beside
 from robotid.diagnosis.refit.refit import CAREFUL, refit
 from robotid.diagnosis.refit.refitted_model import carried
@@ -54,10 +54,9 @@ def with_causes(found: SearchResult, beside: SearchResult) -> SearchResult:
     for cause in beside.causes:
         explained = share_removed(first, cause.before, cause.after, data, plain=plain)
         causes.append(replace(cause, explained=explained))
-    structure = first.structure
-    for cause in causes:
-        structure = structure.extended(cause.effect)
-    structure = replace(structure, recorded_angle=beside.last.structure.recorded_angle)
+    structure = beside.last.structure
+    for course in filter(is_course, structure.effects):
+        structure = structure.without(course)
     named = {cause.effect for cause in causes}
     known = beside.last.parameters
     own = {name: known[name] for name in known.names if any(belongs(name, effect) for effect in named)}

@@ -87,7 +87,7 @@ def p_value(
     sizes = amplitudes(model, effect)
     if not sizes:
         return 0.0
-    at, own, with_effect = list(sizes), model.own_columns(effect), _blocks_with(left, sizes)
+    at, own, with_effect = list(sizes), model.own_columns(effect), blocks_with(left, sizes)
     noise = tried.candidates * by_noise(with_effect, own, left.energy, model.samples)
     kept = [k for k in range(with_effect.moment.shape[1]) if k in at or k not in own]
     again = tried.effects * with_effect.take(kept).significance([kept.index(k) for k in at])
@@ -113,7 +113,7 @@ def confirmation(other: RefittedModel, effect: str, sizes: Mapping[int, float]) 
     apart = {k: found[k] - size for k, size in sizes.items()}
     if _energy(left, apart) > ACCEPTANCE.constant_spread**2 * _energy(left, sizes):
         return 1.0
-    return by_noise(_blocks_with(left, found), other.own_columns(effect), left.energy, other.samples)
+    return by_noise(blocks_with(left, found), other.own_columns(effect), left.energy, other.samples)
 
 
 def _energy(left: Left, sizes: Mapping[int, float]) -> float:
@@ -121,7 +121,7 @@ def _energy(left: Left, sizes: Mapping[int, float]) -> float:
     return replace(left.blocks, moment=_moment(left, sizes)).energy_of(list(sizes))
 
 
-def _blocks_with(left: Left, sizes: Mapping[int, float]) -> BlockedRegression:
+def blocks_with(left: Left, sizes: Mapping[int, float]) -> BlockedRegression:
     """The regression of what a model leaves, with what amplitudes of it explain put back. sizes : by their number."""
     return replace(left.blocks, moment=left.blocks.moment + _moment(left, sizes))
 

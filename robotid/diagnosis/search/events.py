@@ -9,7 +9,7 @@ import numpy as np
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.applied import event_torque, without_events
-from robotid.diagnosis.events.detection import PlacedEvents, find_event, placed_events
+from robotid.diagnosis.events.detection import PlacedEvents, find_event, placed_events, tries_among
 from robotid.diagnosis.events.pieces import scan_pieces, simulated_pieces
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
@@ -20,7 +20,7 @@ from robotid.diagnosis.scoring.catalogue_candidates import candidates
 from robotid.diagnosis.scoring.projection import project
 from robotid.diagnosis.scoring.scan import scans
 from robotid.diagnosis.scoring.score_test import Score, score
-from robotid.diagnosis.search.coloured import by_noise, left_by
+from robotid.diagnosis.search.coloured import blocks_with, by_noise, left_by
 from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.errors import NumericsError
@@ -150,9 +150,8 @@ def stands_out(event: Event, model: RefittedModel, criteria: Criteria) -> bool:
         return True
     left = left_by(model, _unit_forces(event, model))
     at = len(model.unknowns.parameters)
-    back = replace(left.blocks, moment=left.blocks.moment + event.torque * left.blocks.information[:, :, at])
-    tries = 2 * EVENTS.bins * len({one.record.name for one in model.fitted})
-    return tries * by_noise(back, [at], left.energy, model.samples) < criteria.significance
+    p = by_noise(blocks_with(left, {at: event.torque}), [at], left.energy, model.samples)
+    return tries_among({one.record.name for one in model.fitted}) * p < criteria.significance
 
 
 def _unit_forces(event: Event, model: RefittedModel) -> list[Array]:

@@ -145,12 +145,12 @@ def choices(residuals: Sequence[Residual], seen: Sequence[Innovations], settings
         if at is None:
             answer.append(Choice(criterion, these))
             continue
-        told = _told(found[:, None] * bases, found[-1] * slopes[at], count)
-        answer.append(Choice(criterion, these, told, at in (0, len(corners) - 1)))
+        shape = _root_information(found[:, None] * bases, found[-1] * slopes[at], count)
+        answer.append(Choice(criterion, these, shape, at in (0, len(corners) - 1)))
     return answer
 
 
-def _told(parts: Array, slope: Array, count: Array) -> float:
+def _root_information(parts: Array, slope: Array, count: Array) -> float:
     """Root of Fisher's information on what changes a spectrum by a slope (f,), the levels of its parts (k, f) free.
 
     Whittle (1953): of the logarithm of a spectrum every independent line tells one.

@@ -66,10 +66,9 @@ def _parts(f: Findings, *curves: Curve) -> Iterator[tuple[Array, ...]]:
     records = [] if f.recordings is None else f.recordings.records
     for k, record in enumerate(one for one in records if one.name in f.diagnosis.missing):
         known, torque = variables_at(f, record), f.diagnosis.missing[record.name].measured
-        names, _, counted = zip(*(curve.along.partition(",") for curve in curves), strict=True)
-        if not all(name in known for name in (*names, *(IN_PROPORTION[c] for c in counted if c in IN_PROPORTION))):
+        if not all(name in known for curve in curves for name in curve.needs):
             return
-        along = [np.stack([known[n], _weight(known, c)]) for n, c in zip(names, curves, strict=True)]
+        along = [np.stack([known[curve.needs[0]], _weight(known, curve)]) for curve in curves]
         block = BLOCKS * k + np.arange(len(torque)) * BLOCKS // max(1, len(torque))
         speed = np.abs(known["dphi_m"])
         kept = speed > MISFIT.standstill * speed.max(initial=0.0)

@@ -16,6 +16,7 @@ from robotid.diagnosis.misfit.location import since_reversal
 from robotid.estimate.fitted_model import FittedModel, Simulated
 from robotid.model.array import Array, Index
 from robotid.model.joint import Joint
+from robotid.model.physical import TURN
 from robotid.signals.differentiate import Kinematics
 from robotid.signals.record import Record
 from robotid.simulation.actuator import effective_torque
@@ -60,7 +61,7 @@ def variables_of(trajectory: Trajectory, at: Index) -> dict[str, Array]:
     found = {
         "dphi_m": speed[at],
         "phi_m": phi_m,
-        "phi_m mod 2 pi": phi_m % (2 * np.pi),
+        "phi_m mod 2 pi": phi_m % TURN,
         "ddphi_m": trajectory.ddphi_m[at],
         "tau_m": trajectory.u[at],
         "t": trajectory.t[at],

@@ -10,6 +10,7 @@ import numpy as np
 from robotid.diagnosis.misfit.curve import BY_DIRECTION, IN_PROPORTION, Curve
 from robotid.diagnosis.misfit.location import since_reversal
 from robotid.model.array import Array, Mask
+from robotid.model.physical import TURN
 from robotid.report.findings import Findings
 from robotid.signals.record import Record
 
@@ -88,9 +89,7 @@ def _samples(f: Findings, curve: Curve) -> Iterator[Samples]:
         if missing is None:
             continue
         t, known = missing.t, variables_at(f, record)
-        if name not in known:
-            continue
-        if IN_PROPORTION.get(counted, name) not in known:
+        if not all(needed in known for needed in curve.needs):
             continue
         weight, kept = _weight(known, counted, curve.at)
         causes = bool(f.diagnosis.causes) and bool(np.any(missing.simulated))
@@ -142,7 +141,7 @@ def _variables(record: Record) -> dict[str, Array]:
     return {along_companion(name): one.values for name, one in record.companions.items()} | {
         "dphi_m": speed,
         "phi_m": record.phi_m,
-        "phi_m mod 2 pi": record.phi_m % (2 * np.pi),
+        "phi_m mod 2 pi": record.phi_m % TURN,
         "ddphi_m": np.gradient(speed, h),
         "tau_m": record.tau_m,
         "t": record.t,

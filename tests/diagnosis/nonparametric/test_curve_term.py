@@ -68,23 +68,18 @@ def test_a_curve_that_is_coulomb_and_viscous_friction_moves_the_axis_as_they_do(
     assert simulate(curved, less, record).dphi_m == pytest.approx(simulate(joint, truth, record).dphi_m, abs=1e-8)
 
 
-def test_a_curve_along_the_twist_that_is_a_spring_moves_the_arm_as_the_spring_does() -> None:
-    joint, less = assemble(GEARED), GEARED_TRUTH | {"gear.spring.k1": 0.6 * GEARED_TRUTH["gear.spring.k1"]}
-    truth, softer = (joint.parameters().with_values(values).values for values in (GEARED_TRUTH, less))
-    missing = 0.4 * GEARED_TRUTH["gear.spring.k1"]
-    curve = FreeCurve(TWIST, np.array([-1.0, 1.0]), np.array([missing, -missing]))
+@pytest.mark.parametrize(
+    ("variable", "name"), [(TWIST, "gear.spring.k1"), (RATE, "gear.damper.d")], ids=["spring", "damper"]
+)
+def test_a_curve_on_the_gear_that_is_a_spring_or_a_damper_moves_the_arm_as_that_does(
+    variable: Variable, name: str
+) -> None:
+    joint, less = assemble(GEARED), GEARED_TRUTH | {name: 0.6 * GEARED_TRUTH[name]}
+    truth, weaker = (joint.parameters().with_values(values).values for values in (GEARED_TRUTH, less))
+    missing = 0.4 * GEARED_TRUTH[name]
+    curve = FreeCurve(variable, np.array([-1.0, 1.0]), np.array([missing, -missing]))
     record = records({}, quiet=True)[0]
-    found = simulate(joint.with_more(terms=[(Port.GEAR, curve)]), softer, record)
-    assert found.dphi_m == pytest.approx(simulate(joint, truth, record).dphi_m, abs=1e-8)
-
-
-def test_a_curve_along_the_rate_of_twist_that_is_a_damper_moves_the_arm_as_the_damper_does() -> None:
-    joint, less = assemble(GEARED), GEARED_TRUTH | {"gear.damper.d": 0.6 * GEARED_TRUTH["gear.damper.d"]}
-    truth, looser = (joint.parameters().with_values(values).values for values in (GEARED_TRUTH, less))
-    missing = 0.4 * GEARED_TRUTH["gear.damper.d"]
-    curve = FreeCurve(RATE, np.array([-1.0, 1.0]), np.array([missing, -missing]))
-    record = records({}, quiet=True)[0]
-    found = simulate(joint.with_more(terms=[(Port.GEAR, curve)]), looser, record)
+    found = simulate(joint.with_more(terms=[(Port.GEAR, curve)]), weaker, record)
     assert found.dphi_m == pytest.approx(simulate(joint, truth, record).dphi_m, abs=1e-8)
 
 
