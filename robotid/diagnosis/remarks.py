@@ -22,6 +22,10 @@ APART = (
     " not show; fit {}, too, to look for it"
 )
 JOINED = "the model simulates {} as well once it is fitted to them, too: the other records leave a parameter uncertain"
+BESIDE = (
+    "no effect is the curve that is left: the parameters and gains of the causes are those beside it, and `extend`"
+    " keeps these parameters, for a fit without the curve would lead them astray"
+)
 SHAPELESS = "the misfit is far above the noise, yet no curve along one variable explains much of it"
 
 
@@ -36,7 +40,7 @@ def remarks(word: Verdict, found: SearchResult, *, swamped: bool) -> tuple[str, 
         if apart:
             return (APART.format(apart, apart),)
         return (SHAPELESS,) if found.curve is None and not found.late else ()
-    sentences = []
+    sentences = [BESIDE] if found.beside_curve else []
     if passing(found) > 0.0:
         sentences.append(_sized(PASSES, found))
     if word == "clean" and joined:

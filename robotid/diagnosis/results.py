@@ -126,16 +126,17 @@ class Rejected:
 class Diagnosis(Displayed):
     """The verdict on one fitted model.
 
-    noise_floor, misfit, remaining : RMS over the records of the fit, in the unit of the output; remaining is the misfit
-    that the causes leave, remaining_share their part of its energy, by the same measure as the shares of the causes:
-    all of them and the remainder make one. events : what happened once, and was taken out before causes were sought.
-    late : by how much the torque was recorded late within what clocks explain, which was taken out as well.
-    limits : the smallest size of each effect of the catalogue that would have been seen. records : by name. missing :
-    the missing torque [Nm] of each record: its measured part is what the residual asks for, its simulated part what the
-    causes supply. twist [rad] : of a flexible joint's gear at the same times, as the model has it under that torque; no
-    record holds it, and the curves along it run along this one. apart : held-out records that no parameters simulate as
-    well as those of the fit and together with them. curves : where the missing torque sits, best ordered
-    first. shape : the curve of what no cause explains, its order the share of the misfit. refitted : all parameters of
+    noise_floor, misfit, remaining : RMS over the records of the fit, in the unit of the output; remaining is the
+    misfit that the causes leave, remaining_share their part of its energy, by the same measure as the shares of the
+    causes: all of them and the remainder make one. events : what happened once, and was taken out before causes
+    were sought. late : by how much the torque was recorded late within what clocks explain, which was taken out as
+    well. limits : the smallest size of each effect of the catalogue that would have been seen. records : by name.
+    missing : the missing torque [Nm] of each record: its measured part is what the residual asks for, its simulated
+    part what the causes supply. twist [rad] : of a flexible joint's gear at the same times, as the model has it
+    under that torque; no record holds it, and the curves along it run along this one. apart : held-out records that
+    no parameters simulate as well as those of the fit and together with them. curves : where the missing torque
+    sits, best ordered first. shape : the curve of what no cause explains, its order the share of the misfit;
+    beside_shape : the causes were found beside it, and their parameters hold there. refitted : all parameters of
     the model with its causes, by name, to start from. torque_errors [Nm] : standard deviation of the errors of the
     torque for which all that is left passes, zero where it is mostly noise of the output.
     """
@@ -163,3 +164,4 @@ class Diagnosis(Displayed):
     twist: dict[str, Array] = field(default_factory=dict, metadata={"unit": "rad", "shape": ("n[]",), "finite": True})
     apart: tuple[str, ...] = ()
     torque_errors: float = field(default=0.0, metadata={"unit": "Nm", "least": 0.0})
+    beside_shape: bool = False

@@ -101,6 +101,7 @@ def verdict(
         limits=limits,
         apart=found.agreement.apart,
         torque_errors=passing(found),
+        beside_shape=found.beside_curve,
     )
 
 

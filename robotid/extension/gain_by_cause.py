@@ -46,8 +46,9 @@ def gains(task: ExtensionTask, effects: Sequence[str]) -> tuple[list[float], Fit
 def with_gains(diagnosis: Diagnosis, task: ExtensionTask) -> Diagnosis:
     """The diagnosis with the gains and parameters that its causes have in fits as the pipeline makes them, those that
     an extension will find, and without those that such a fit does not confirm. Where a deadline is past, those of the
-    search stay, and a remark tells so; another tells where causes act at the recorded angle."""
-    judged = _confirmed(diagnosis, task)
+    search stay, and a remark tells so; another tells where causes act at the recorded angle. Those of causes beside a
+    curve stay, too, for no fit of the pipeline has that."""
+    judged = diagnosis if diagnosis.beside_shape else _confirmed(diagnosis, task)
     structure = task.structure_with(effects_to_add(judged, task.before))
     if structure.recorded_angle == task.before.structure.recorded_angle:
         return judged

@@ -20,6 +20,7 @@ from robotid.estimate.fitted_model import FittedModel, fitted_model, simulate_re
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.result import FitResult
 from robotid.extension.results import Score
+from robotid.model.parameters import KnownParameter
 from robotid.model.structure import Structure, changed, is_change, rests_on
 from robotid.parallel import ahead, each
 from robotid.signals.metrics import fit_percent
@@ -36,8 +37,8 @@ class ExtensionTask:
     before : the fit of the model as it is. records : all of them; those of the fit by their names, the others validate.
     starts : values to start from, of which the best is chosen. options : of every fit. horizon [s] : length of the
     pieces of a record that are simulated afresh, None for whole records. log : is called with what is being done.
-    late [s] : by how much the torque was recorded late, events : what happened once; both are taken out of the records
-    already.
+    held : parameters of effects that are not fitted but keep a value, by dotted name. late [s] : by how much the torque
+    was recorded late, events : what happened once; both are taken out of the records already.
     """
 
     before: FitResult
@@ -46,6 +47,7 @@ class ExtensionTask:
     options: FitOptions = field(default_factory=FitOptions)
     horizon: float | None = None
     log: Callable[[str], None] = lambda _: None
+    held: Mapping[str, float] = field(default_factory=dict)
     late: float = 0.0
     events: tuple[Event, ...] = ()
 
@@ -65,7 +67,9 @@ class ExtensionTask:
         structure = self.structure_with(effects)
         joint = assemble(structure, angle=self.before.keeps_angle)
         used = [r for r in self.records if r.name in self.before.records]
-        first, *others = (carried(old.parameters, structure, values) for values in self.starts)
+        own = joint.parameters().names
+        known = {name: KnownParameter(value, fixed=True) for name, value in self.held.items() if name in own}
+        first, *others = (carried(old.parameters, structure, values).with_known(known) for values in self.starts)
         options = replace(self.options, other_starts=tuple(others))
         return fit_model(self.before.name, joint, first, used, options)
 
@@ -168,13 +172,17 @@ def extension_task(
 ) -> ExtensionTask:
     """The task to extend a diagnosed model, from where the diagnosis left its parameters or those of its causes.
 
-    fit : the diagnosed one; records : all of them, from which the events of the diagnosis are taken, their
-    torque put where it acts; options : of the fit by default.
+    fit : the diagnosed one; records : all of them, from which the events of the diagnosis are taken, their torque
+    put where it acts; options : of the fit by default. Causes that were found beside a curve which no effect is
+    keep their parameters, for without the curve a fit would lead them astray.
     """
-    starts = (diagnosis.refitted, {p.name: p.value for cause in diagnosis.causes for p in cause.parameters})
+    of_causes = {p.name: p.value for cause in diagnosis.causes for p in cause.parameters}
+    starts, held = (diagnosis.refitted, of_causes), of_causes if diagnosis.beside_shape else {}
     late, events = diagnosis.late, diagnosis.events
     records = [corrected(record, late, events) for record in records]
-    return ExtensionTask(fit, records, starts, options or FitOptions(output=fit.output), horizon, log, late, events)
+    return ExtensionTask(
+        fit, records, starts, options or FitOptions(output=fit.output), horizon, log, held, late, events
+    )
 
 
 def corrected(record: Record, late: float, events: Iterable[Event]) -> Record:

@@ -15,7 +15,7 @@ from robotid.extension.results import Extension, Score
 from robotid.model.companion import companion_of
 from robotid.model.structure import changed, is_change
 from robotid.numerals import ROUNDING, capitalised, fixed, listed, portion, significant
-from robotid.report.drawing.location import best_of_each, variable
+from robotid.report.drawing.location import best_of_each, ordering
 from robotid.report.events import described, not_accounted_for
 from robotid.report.findings import Findings
 from robotid.report.style.axes import axis_label
@@ -235,7 +235,7 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
         yield from _twins(d)
     if d.verdict == "unknown":
         rest = f"the {significant(d.remaining, 2)} {unit} that remain" if d.causes else "it"
-        shape = "" if d.shape is None else f"; what is missing follows the {variable(d.shape, f.units)} best"
+        shape = "" if d.shape is None else f"; what is missing {ordering(d.shape, f.units)}"
         yield f"no effect of the catalogue explains {rest}, so the cause is unknown{shape}."
     elif d.causes and d.remaining < d.misfit:
         verb = "Together they leave" if len(d.causes) > 1 else "It leaves"
@@ -246,6 +246,8 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
             else ""
         )
         yield f"{verb} {left} beyond the noise{share}."
+    if d.causes and d.shape is not None and d.verdict != "unknown":
+        yield f"no effect of the catalogue is what is left, which {ordering(d.shape, f.units)}."
 
 
 def _happened(f: Findings, d: Diagnosis) -> Iterator[str]:
@@ -292,7 +294,7 @@ def _invisible(d: Diagnosis) -> Iterator[str]:
 def _place(f: Findings, d: Diagnosis) -> str:
     curves = [c for c in best_of_each(d.curves) if c.along != "frequency" and c.order > MIN_ORDER]
     missing = axis_label("torque", f.units)
-    return f"; the {missing} that it lacks follows the {variable(curves[0], f.units)} best" if curves else ""
+    return f"; the {missing} that it lacks {ordering(curves[0], f.units)}" if curves else ""
 
 
 def _cause(f: Findings, cause: Cause) -> str:

@@ -33,6 +33,12 @@ def variable_of(curve: Curve) -> str:
     return VARIABLES.get(name, name)
 
 
+def ordering_of(curve: Curve) -> str:
+    """What a torque follows that a curve orders, in words: "follows the gear twist best, counted along the motion"."""
+    counting = counting_of(curve)
+    return f"follows the {variable_of(curve)} best{f', counted {counting}' if counting else ''}"
+
+
 def counting_of(curve: Curve) -> str:
     """How a curve counts the torque, in words; empty where it takes the torque as it is."""
     _, _, counted = curve.along.partition(",")

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
+from support.diagnosed import NAMED
+from support.diagnosed import STRIBECK as CAUSE
 from support.small_bench import SAMPLING_TIME, TRUTH, fitted, records
 
 from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, Simulated
 from robotid.estimate.result import FitResult
-from robotid.extension import ExtensionTask, extend, gains
+from robotid.extension import ExtensionTask, extend, extension_task, gains, with_gains
 from robotid.extension import task as fits
 from robotid.extension.results import Extension
 from robotid.model.array import Array
@@ -77,6 +80,25 @@ def test_the_gain_is_that_of_a_simulation_in_small_steps(record: int) -> None:
     assert e.before[r.name].fit_percent == pytest.approx(percent[0], abs=0.3)
     assert e.after[r.name].fit_percent == pytest.approx(percent[1], abs=0.3)
     assert percent[1] - percent[0] > 1.0
+
+
+def test_what_is_held_keeps_its_value_while_the_rest_is_fitted() -> None:
+    held = {"motor.stribeck.dFs": 0.1, "motor.stribeck.vs": 1.2}
+    task = ExtensionTask(before(), made(), [STRIBECK], held=held)
+    after = task.fit_with(["motor.stribeck"])
+    assert {name: values_of(after)[name] for name in held} == held
+    assert [p.name for p in after.parameters if p.fixed] == list(held)
+    assert all(values_of(after)[name] != values_of(before())[name] for name in TRUTH)
+    assert values_of(task.fit_with(["motor.constant_torque"])).keys() == {*TRUTH, "motor.constant_torque.tau0"}
+
+
+def test_a_cause_beside_a_curve_keeps_what_it_is_there() -> None:
+    plain = replace(NAMED, causes=(CAUSE,), events=(), late=0.0)
+    beside = replace(plain, beside_shape=True)
+    tasks = [extension_task(diagnosis, before(), made()) for diagnosis in (plain, beside)]
+    assert [task.held for task in tasks] == [{}, {p.name: p.value for p in CAUSE.parameters}]
+    assert with_gains(plain, tasks[0]).causes[0].parameters != CAUSE.parameters
+    assert with_gains(beside, tasks[1]) is beside
 
 
 def test_the_criterion_falls_with_a_true_cause() -> None:

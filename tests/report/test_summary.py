@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from support.diagnosed import CLEAN, UNKNOWN
+from support.diagnosed import CLEAN, NAMED, UNKNOWN
 from support.report_findings import findings, with_events
 
 from robotid.diagnosis.remarks import SHAPELESS, UNEXPLAINED
@@ -66,7 +66,7 @@ def test_the_whole_story() -> None:
     text = told()
     for sentence in (
         "Beyond noise of 0.01 rad/s it is wrong by 0.13 rad/s RMS; the torque that it lacks follows the motor speed"
-        " best.",
+        " best, counted along the motion.",
         "The causes are motor.stribeck (torque missing at small speed only; explains 97 %) and arm.inertia.J (differs"
         " in large by 12 kg m2; explains 2 % of large).",
         "In small there is a torque of 0.3 Nm from 1.7 to 2.5 s: an event, not a property of the machine.",
@@ -111,6 +111,14 @@ def test_clean_and_unknown_are_answers() -> None:
     unknown = told(diagnosis=UNKNOWN, extension=None)
     assert "No effect of the catalogue explains it, so the cause is unknown;" in unknown
     assert unknown.endswith("what is missing follows the motor angle best.")
+
+
+def test_the_curve_beside_which_a_cause_was_found_is_told_with_how_it_counts() -> None:
+    assert UNKNOWN.shape is not None
+    beside = replace(NAMED, shape=replace(UNKNOWN.shape, along="phi_m, by twist"), beside_shape=True)
+    sentence = "which follows the motor angle best, counted in proportion to gear twist."
+    assert f"No effect of the catalogue is what is left, {sentence}" in told(diagnosis=beside)
+    assert sentence not in told(diagnosis=replace(beside, shape=None, beside_shape=False))
 
 
 def test_what_the_causes_leave_is_told_where_it_is_something() -> None:

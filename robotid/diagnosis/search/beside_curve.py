@@ -70,5 +70,6 @@ def with_causes(found: SearchResult, beside: SearchResult) -> SearchResult:
         rejected=(*beside.rejected, *(one for one in found.rejected if one.effect not in named)),
         curve_share=min(found.curve_share, 1.0 - float(np.sum([cause.explained for cause in causes]))),
         coloured=in_colour(last, data, left_by(last).noise),
+        beside_curve=True,
         changes=(),
     )

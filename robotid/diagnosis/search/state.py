@@ -115,12 +115,13 @@ class SearchResult:
 
     first, last : the model before and with all causes; data : the records, with the noise behind the last. curve : the
     free curve that explains most of what the causes leave, None where that is nothing; curve_share : of the first
-    model's misfit that it explains. changes : what differs on validation records. unexamined : what no time was left
-    for, candidates by name, then the rest in words; late : whether the time was up before the end. events : what
-    happened once; all else is of records without them. coloured : the data by noise of any colour, as the last model
-    leaves it; None where time ran out before. agreement : whether the last model can be that of the validation
-    records, too, sought where nothing else was found. slight : the misfit was no more than chance makes of the energy
-    of noise, and the causes leave nothing else: shares are of what they remove.
+    model's misfit that it explains; beside_curve : the causes were found beside it. changes : what differs on
+    validation records. unexamined : what no time was left for, candidates by name, then the rest in words; late :
+    whether the time was up before the end. events : what happened once; all else is of records without them.
+    coloured : the data by noise of any colour, as the last model leaves it; None where time ran out before.
+    agreement : whether the last model can be that of the validation records, too, sought where nothing else was
+    found. slight : the misfit was no more than chance makes of the energy of noise, and the causes leave nothing
+    else: shares are of what they remove.
     """
 
     data: EvaluationData
@@ -131,6 +132,7 @@ class SearchResult:
     rounds: tuple[Round, ...]
     curve: FittedCurve | None = None
     curve_share: float = 0.0
+    beside_curve: bool = False
     changes: tuple[RecordChange, ...] = ()
     unexamined: tuple[str, ...] = ()
     late: bool = False

@@ -26,7 +26,7 @@ from robotid.report.style.axes import (
     style_axes,
     write_out_ticks,
 )
-from robotid.report.variables import MIN_SHARE, UNITS, counting_of, variable_of
+from robotid.report.variables import MIN_SHARE, UNITS, counting_of, ordering_of, variable_of
 
 ROOM = 1.15  # about the curves
 SAME_SHARE = 0.01  # by which the arm's angle must tell more than the motor's, which it follows through the gear
@@ -36,6 +36,11 @@ MAX_DOTS = 400  # samples that are drawn behind a curve
 def variable(curve: Curve, units: Units = str) -> str:
     """What a curve runs along, in words."""
     return axis_label(variable_of(curve), units)
+
+
+def ordering(curve: Curve, units: Units = str) -> str:
+    """What a torque follows that a curve orders, in words."""
+    return axis_label(ordering_of(curve), units)
 
 
 def counted(curve: Curve, units: Units = str) -> str:

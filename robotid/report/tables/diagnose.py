@@ -13,7 +13,7 @@ from robotid.model.units import sliding, sliding_words
 from robotid.numerals import fixed, listed, number, percent, portion, probability, rms
 from robotid.report.tables.estimates import estimates_document
 from robotid.report.tables.table import Json, Table
-from robotid.report.variables import MIN_SHARE, counting_of, variable_of
+from robotid.report.variables import MIN_SHARE, counting_of, ordering_of, variable_of
 
 SHOWN = 12  # bins of a shape that a table shows
 ALIKE = 3  # confounded effects that a table shows
@@ -100,7 +100,7 @@ def sentence(diagnosis: Diagnosis) -> str:
     if d.apart:
         wrong = rms(max(d.records[name].misfit for name in d.apart), 2)
         return f"{d.model} leaves noise on the records of its fit and is wrong by {wrong} {unit} on {listed(d.apart)}"
-    place = "" if d.shape is None else f"; it follows the {_on_axis(d, variable_of(d.shape))} best"
+    place = "" if d.shape is None else f"; it {_on_axis(d, ordering_of(d.shape))}"
     known = f"{d.model} lacks {causes}, and more" if causes else f"{d.model} is wrong by {rms(d.misfit, 2)} {unit}"
     return f"{known} that no effect of the catalogue explains{place}"
 

@@ -103,3 +103,5 @@ def test_the_answer_has_the_cause_and_the_curve_with_shares_of_all_that_was_miss
     assert told.curve_share + sum(cause.explained for cause in told.causes) <= 1.0 + 1e-9
     assert told.last.parameters["motor.stribeck.dFs"] == pytest.approx(0.15, rel=0.2)
     assert misfit_energy(told.last, told.data) < misfit_energy(told.first, told.data)
+    assert told.beside_curve
+    assert not result.beside_curve

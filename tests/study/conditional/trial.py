@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 
 from robotid.diagnosis.results import Diagnosis
 from robotid.errors import RobotidError
+from robotid.extension import Extension
 from study.conditional.plan import BESIDE, PLAIN, Spec
 from study.plant.conditions import CONDITIONS
 from study.plant.draw import Draw, draw
@@ -75,7 +76,7 @@ def run(spec: Spec, folder: Path) -> Result:
             verdict=diagnosis.verdict,
             causes=tuple((c.effect, c.twins) for c in diagnosis.causes),
             below=tuple(_below(case, diagnosis)),
-            covered=_covered(case, {p.name: (p.value, p.std_robust) for p in extension.fit.parameters}),
+            covered=_covered(case, _found(diagnosis, extension)),
         )
     except RobotidError as error:
         result = replace(result, error=f"{type(error).__name__}: {error}")
@@ -109,6 +110,12 @@ def _below(case: Case, diagnosis: Diagnosis) -> Iterator[str]:
     """True effects that are smaller than the limit that the diagnosis gives for them; causes have none."""
     limits = {one.effect: one.size for one in diagnosis.limits}
     return (h.name for h in case.hidden if h.size < limits.get(h.name, 0.0))
+
+
+def _found(diagnosis: Diagnosis, extension: Extension) -> dict[str, tuple[float, float]]:
+    """Values and standard deviations of the extended model; of what that holds, those of the diagnosis."""
+    held = [p for cause in diagnosis.causes for p in cause.parameters] if diagnosis.beside_shape else []
+    return {p.name: (p.value, p.std_robust) for p in (*extension.fit.parameters, *held)}
 
 
 def _covered(case: Case, found: dict[str, tuple[float, float]]) -> dict[str, bool]:
