@@ -7,8 +7,9 @@ task in this process gets its arrays as pickling leaves them, contiguous and not
 of a scalar product depends on how its factors lie in memory.
 
 Processes are started once the work at hand takes longer than they take to start, and stay until the block of `working`
-ends. What tasks share is written to a file once and mapped into the memory of each process. A process ends by itself
-when this one has gone, leaves keyboard interrupts to it, and abandons a task whose result is no longer wanted.
+ends. What tasks share is written to a file once and mapped into the memory of each process; a large result comes back
+the same way. A process ends by itself when this one has gone, leaves keyboard interrupts to it, and abandons a task
+whose result is no longer wanted.
 """
 
 from __future__ import annotations
@@ -46,6 +47,7 @@ SECONDS_PER_SAMPLE = 2e-5  # of a fit, about: what is known of a task before it 
 POLL = 0.02  # [s] between two questions whether a result is there
 WATCH = 0.2  # [s] between two questions of a process whether it is still needed
 GRACE = 3.0  # [s] in which a process that is not needed any more may end a task
+LARGE = 1 << 20  # bytes of arrays in a result, from which a file is faster than a pipe
 ALIGNMENT = 64  # bytes, of arrays in a mapped file
 SIMULATOR = "robotid.estimate.grey_box"  # by name, for this room lies below it
 VARIABLES = ("OPENBLAS", "OMP", "MKL", "BLIS", "VECLIB_MAXIMUM")
@@ -281,17 +283,18 @@ class _Pool:
             yield None
             return
         reports = [self.folder / f"{self.calls}-{k}" for k in range(len(items))]
+        results = [Path(f"{report}-result") for report in reports]
         futures: list[Future[Result]] = []
         try:
             with _interrupts_blocked():
-                for item, report in zip(items, reports, strict=True):
-                    asked = _Asked(task, str(file), item, None if log is None else str(report), until())
+                for item, report, result in zip(items, reports, results, strict=True):
+                    asked = _Asked(task, str(file), item, str(result), None if log is None else str(report), until())
                     futures.append(self.executor.submit(_serve, asked))
             yield _FromProcesses(self, futures, (task, shared, items), log, hands_on_interrupts)
         finally:
             for future in futures:
                 future.cancel()
-            for path in (file, *reports, Path(f"{file}-interrupted")):
+            for path in (file, *reports, *results, Path(f"{file}-interrupted")):
                 with suppress(OSError):
                     path.unlink(missing_ok=True)
 
@@ -336,7 +339,8 @@ class _FromProcesses(_Lazily[Result], Generic[Item, Result]):
             done = bool(wait([future], timeout=POLL).done)
             reports.read()
         try:
-            return future.result()
+            found = future.result()
+            return _read(found.file) if isinstance(found, _Written) else found
         except BrokenProcessPool:  # one was killed, for its memory perhaps: the rest is done here
             self._pool.crew.broken = True
             task, shared, items = self._work
@@ -394,17 +398,20 @@ def _as_sent(content: Any) -> Any:
     return pickle.loads(image, buffers=[buffer.raw().toreadonly() for buffer in buffers])
 
 
-def _write(file: Path, content: Any) -> None:
-    """Write an object to a file that several processes map into their memory: a table of lengths, what is pickled, and
-    the arrays."""
+def _write(file: Path, content: Any, least: int = 0) -> bool:
+    """Write an object to a file that other processes map into their memory: a table of lengths, what is pickled, and
+    the arrays. least : bytes of arrays, below which nothing is written. Returns whether it was."""
     buffers: list[pickle.PickleBuffer] = []
     image = pickle.dumps(content, protocol=5, buffer_callback=buffers.append)
     parts: list[Any] = [image, *(buffer.raw() for buffer in buffers)]
+    if sum(map(len, parts[1:])) < least:
+        return False
     table = pickle.dumps([len(part) for part in parts])
     with open(file, "wb") as stream:
         for part in (len(table).to_bytes(8, "little"), table, *parts):
             stream.write(bytes(-stream.tell() % ALIGNMENT))
             stream.write(part)
+    return True
 
 
 def _read(file: str) -> Any:
@@ -430,14 +437,22 @@ def _read(file: str) -> Any:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Asked:
-    """A task that is asked of a process. file : what it shares with others; reports : where its reports go; until : the
-    deadline."""
+    """A task that is asked of a process. file : what it shares with others; result : where it may leave its own;
+    reports : where its reports go; until : the deadline."""
 
     task: Callable[..., Any]
     file: str
     item: Any
+    result: str
     reports: str | None
     until: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Written:
+    """A result that lies in a file."""
+
+    file: str
 
 
 _shared: dict[str, Any] = {}
@@ -466,9 +481,19 @@ def _serve(asked: _Asked) -> Any:
         _shared[asked.file] = _read(asked.file)
     with asking(still_wanted), deadline(asked.until), working(1):
         if asked.reports is None:
-            return asked.task(_shared[asked.file], asked.item)
+            return _returned(asked, asked.task(_shared[asked.file], asked.item))
         with open(asked.reports, "ab") as stream:
-            return asked.task(_shared[asked.file], asked.item, log=partial(_report, stream))
+            return _returned(asked, asked.task(_shared[asked.file], asked.item, log=partial(_report, stream)))
+
+
+def _returned(asked: _Asked, result: Any) -> Any:
+    """A result as it is handed back: in a file where it is large, if there is room for one."""
+    file = Path(asked.result)
+    try:
+        return _Written(asked.result) if _write(file, result, LARGE) else result
+    except OSError:
+        file.unlink(missing_ok=True)
+        return result
 
 
 def _report(stream: Any, event: Any) -> None:

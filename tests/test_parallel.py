@@ -6,8 +6,10 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +18,7 @@ from support.paths import ROOT
 
 from robotid.errors import NumericsError
 from robotid.interrupt import Interrupted, OutOfTime, check, deadline, interruptible
-from robotid.parallel import ahead, each, one_thread, working
+from robotid.parallel import LARGE, ahead, each, one_thread, working
 
 pytest.importorskip("loky", reason="processes need loky")
 MUCH = 10_000_000  # samples: worth a process
@@ -148,6 +150,27 @@ def test_work_goes_on_where_a_process_dies() -> None:
 def test_what_tasks_share_cannot_be_written_to(jobs: int) -> None:
     with working(jobs):
         assert each(tasks.written_to, np.zeros(100), range(2), samples=MUCH) == [False, False]
+
+
+def test_large_results_come_whole_and_leave_no_file(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    wide = np.random.default_rng(1).standard_normal((300, 700))
+    assert wide.nbytes > LARGE
+    for jobs in (1, 2):
+        with working(jobs):
+            found = each(tasks.scaled, wide, [1, 2, 3], samples=MUCH)
+            assert not [path.name for path in tmp_path.rglob("*-result")]
+        assert [name for name, _ in found] == ["times 1", "times 2", "times 3"]
+        for factor, (_, values) in zip((1, 2, 3), found, strict=True):
+            assert np.array_equal(values, (factor * wide).T)
+            assert not values.flags.writeable
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_large_result_comes_where_no_file_has_room() -> None:
+    with working(2):
+        found = each(tasks.scaled_on_a_full_disk, np.ones((300, 700)), [1, 2], samples=MUCH)
+    assert [float(values.sum()) for _, values in found] == [210_000.0, 420_000.0]
 
 
 def test_linear_algebra_uses_one_thread_here_and_there() -> None:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from robotid import parallel
 from robotid.errors import NumericsError
 from robotid.interrupt import Interrupted, check
 from robotid.model.array import Array
@@ -18,6 +19,21 @@ def square_sum(shared: Array, rows: int) -> float:
     """Sum of squares of some columns' rows: a matrix product, whose rounding depends on how its factors lie."""
     part = shared[:rows]
     return float(np.sum(part @ part.T))
+
+
+def scaled(shared: Array, factor: int) -> tuple[str, Array]:
+    """A large result, not contiguous."""
+    return f"times {factor}", (factor * shared).T
+
+
+def scaled_on_a_full_disk(shared: Array, factor: int) -> tuple[str, Array]:
+    """The same where no file can be written."""
+
+    def full(*_: object) -> bool:
+        raise OSError("no space left on device")
+
+    parallel._write = full  # of this process, which does nothing else
+    return scaled(shared, factor)
 
 
 def process(shared: None, number: int) -> int:
