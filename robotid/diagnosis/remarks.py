@@ -23,7 +23,7 @@ APART = (
 )
 JOINED = "the model simulates {} as well once it is fitted to them, too: the other records leave a parameter uncertain"
 BESIDE = (
-    "no effect is the curve that is left: the parameters and gains of the causes are those beside it, and `extend`"
+    "what is left is no effect: the parameters and gains of the causes are those beside it, and `extend`"
     " keeps these parameters, for a fit without the curve would lead them astray"
 )
 SHAPELESS = "the misfit is far above the noise, yet no curve along one variable explains much of it"

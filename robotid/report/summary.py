@@ -247,7 +247,7 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
         )
         yield f"{verb} {left} beyond the noise{share}."
     if d.causes and d.shape is not None and d.verdict != "unknown":
-        yield f"no effect of the catalogue is what is left, which {ordering(d.shape, f.units)}."
+        yield f"what is left is no effect of the catalogue; it {ordering(d.shape, f.units)}."
 
 
 def _happened(f: Findings, d: Diagnosis) -> Iterator[str]:

@@ -116,8 +116,8 @@ def test_clean_and_unknown_are_answers() -> None:
 def test_the_curve_beside_which_a_cause_was_found_is_told_with_how_it_counts() -> None:
     assert UNKNOWN.shape is not None
     beside = replace(NAMED, shape=replace(UNKNOWN.shape, along="phi_m, by twist"), beside_shape=True)
-    sentence = "which follows the motor angle best, counted in proportion to gear twist."
-    assert f"No effect of the catalogue is what is left, {sentence}" in told(diagnosis=beside)
+    sentence = "it follows the motor angle best, counted in proportion to gear twist."
+    assert f"What is left is no effect of the catalogue; {sentence}" in told(diagnosis=beside)
     assert sentence not in told(diagnosis=replace(beside, shape=None, beside_shape=False))
 
 
