@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from robotid.diagnosis.clock import recorded_late
+from robotid.diagnosis.clock import in_time
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.scoring.candidate import columns_of
 from robotid.diagnosis.scoring.projection import project
 from robotid.diagnosis.scoring.ranking import CandidateScan
 from robotid.diagnosis.search.coloured import by_noise, left_by
-from robotid.diagnosis.search.data import Evidence, first_state
+from robotid.diagnosis.search.data import Evidence
 from robotid.errors import RobotidError
 from robotid.estimate.fitted_model import fitted_model, simulate_records
 from robotid.pipeline.execute import execute
@@ -50,7 +50,7 @@ def _tested(spec: Spec, folder: Path) -> Result:
     fitted_to = [record for record in records if record.name in model.records]
     held_out = [record for record in records if record.name not in model.records]
     evidence = Evidence(model, simulate_records(model, fitted_to), held_out)
-    state = first_state(evidence.on(recorded_late(evidence, criteria).corrected), criteria)
+    state = in_time(evidence, criteria).start
     left = left_by(state.model)
     scan = CandidateScan(state.model, state.scan.candidates, state.scan.scans).whitened_as(left.noise.segments)
     projected = project(scan.scans)
