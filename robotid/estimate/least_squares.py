@@ -44,14 +44,22 @@ class SolveOptions:
     tolerance : the iteration has converged once a full step would reduce the cost by less than this, relative to it.
     max_small_steps : how many steps in a row may reduce the cost by less than that although they predicted more, as
     they do where friction leaves kinks; where longer ones could not be simulated, also by less than what fitting noise
-    brings. interruptible : an interrupt from the keyboard ends the iteration with the last
-    iterate, not the program.
+    brings. steady : share of the cost by which an iteration beyond the largest number must have lowered it for another
+    one, up to `further` of them: in a narrow valley none gets far, and each gets on. interruptible : an interrupt from
+    the keyboard ends the iteration with the last iterate, not the program.
     """
 
     max_iterations: int = 50
     tolerance: float = 1e-8
     max_small_steps: int = 3
+    steady: float = 1.0
+    further: int = 0
     interruptible: bool = False
+
+    def goes_on(self, cost: Sequence[float]) -> bool:
+        """Whether an iteration may follow these, by the cost at the start and after each."""
+        beyond = len(cost) - 1 - self.max_iterations
+        return beyond < 0 or (beyond < self.further and cost[-2] - cost[-1] > self.steady * cost[-2])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,7 +174,7 @@ def solving(
     at = yield first
     del first, initial  # of a long record they are large, and only the latest evaluation is needed
     try:
-        for number in range(1, options.max_iterations + 1):
+        while options.goes_on(costs):
             check()
             reduction = predicted_reduction(at, bounds) / max(costs[-1], 1e-300)
             if reduction < options.tolerance:
@@ -188,7 +196,7 @@ def solving(
             small_steps = small_steps + 1 if decrease < small * costs[-1] else 0
             costs.append(after.cost)
             if log is not None:
-                log(Iteration(number, after.cost, decrease))
+                log(Iteration(len(costs) - 1, after.cost, decrease))
     except (Interrupted, KeyboardInterrupt):
         if not options.interruptible:
             raise

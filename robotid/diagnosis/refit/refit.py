@@ -102,12 +102,14 @@ def unknowns_of(problem: OutputError) -> Unknowns:
 
 def solve_effort(samples: int, energy: float, options: RefitOptions) -> SolveOptions:
     """When a fit ends that starts at this energy: a misfit hides what finer steps would gain."""
-    most = REFIT.max_iterations if options.max_iterations is None else options.max_iterations
+    asked = options.max_iterations
+    most, further = (REFIT.max_iterations, REFIT.further_iterations) if asked is None else (asked, 0)
+    effort = SolveOptions(most, REFIT.careful_tolerance, steady=REFIT.steady, further=further)
     misfit = max(0.0, 1.0 - samples / max(energy, 1e-300))
     if options.careful and misfit < REFIT.little_misfit:
-        return SolveOptions(most, REFIT.careful_tolerance)
+        return effort
     tolerance = max(REFIT.tolerance, REFIT.misfit_tolerance * misfit)
-    return SolveOptions(most, tolerance, max_small_steps=1)
+    return replace(effort, tolerance=tolerance, max_small_steps=1)
 
 
 Begun = tuple[OutputError, Evaluation]

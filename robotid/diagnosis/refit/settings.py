@@ -14,6 +14,8 @@ class RefitSettings:
     unidentifiable: float = 1e-9  # smallest singular value of the scaled Jacobian that counts as information
     patience: int = TRIAL_PATIENCE  # windows that may fail to settle
     max_iterations: int = 12  # of the fit; one that is on its way needs half of them
+    further_iterations: int = 28  # of one that is in a narrow valley, where little noise is known
+    steady: float = 0.03  # of the cost, which each of these must lower it by
     tolerance: float = 1e-4  # of the cost: least decrease that is worth another step
     careful_tolerance: float = 1e-5  # the same for the model that is diagnosed, once little misfit is left
     hopeless_start: float = 20.0  # times the energy that is low enough: a start that leaves more is none

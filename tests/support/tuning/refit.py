@@ -51,6 +51,19 @@ def check_a_refit_takes_a_dozen_iterations() -> None:
     assert solve_effort(SAMPLES, SAMPLES, RefitOptions(max_iterations=4)).max_iterations == 4
 
 
+@sees(REFIT, "further_iterations")
+@sees(REFIT, "steady")
+def check_in_a_narrow_valley_a_refit_goes_on_while_each_iteration_gets_on() -> None:
+    effort = solve_effort(SAMPLES, SAMPLES, QUICK)
+    slow, slower, first = (0.9 ** np.arange(n) for n in (30, 60, 12))
+    assert effort.goes_on(slow)
+    assert not effort.goes_on(slower)
+    assert effort.goes_on(0.96 ** np.arange(30))
+    assert not effort.goes_on(0.98 ** np.arange(30))
+    assert effort.goes_on(first**0.0)
+    assert not solve_effort(SAMPLES, SAMPLES, RefitOptions(max_iterations=4)).goes_on(slow[:5])
+
+
 @sees(REFIT, "tolerance")
 def check_a_step_that_gains_less_than_one_variance_in_ten_thousand_samples_is_the_last() -> None:
     assert solve_effort(SAMPLES, SAMPLES, QUICK).tolerance * SAMPLES == pytest.approx(1.0, rel=0.5)
