@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robotid.model import term
-from robotid.model.array import Array
+from robotid.model.array import Array, Mask
 from robotid.model.companion import Course
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
@@ -56,10 +56,14 @@ class Merged:
 class FilteredRecord:
     """A record through a parallel filter. What regressions of several models on it have in common is worked out once:
     the motion, of records that are short enough to keep it, and filtered columns, by effect, values of its parameters
-    and parameter, as many as there is room for."""
+    and parameter, as many as there is room for.
+
+    left_out : samples (n,) that tell nothing, None where all do.
+    """
 
     record: Record
     parallel: ParallelFilter
+    left_out: Mask | None = None
     columns: dict[tuple[str, tuple[float, ...], int, bool], Array] = field(default_factory=dict)
     torques: tuple[Array, Array, Array, Array] | None = None
     known_motion: Kinematics | None = None
@@ -77,6 +81,13 @@ class FilteredRecord:
     def apply(self, signal: Array) -> Array:
         """A signal (n,) through the filter."""
         return self.parallel.apply(signal, self.record.sampling_time)
+
+    def telling(self, speed: Array) -> Mask:
+        """Which samples are fast enough and show nothing of those that are left out. speed (m,) : filtered."""
+        kept = np.abs(speed) >= self.parallel.min_speed
+        if self.left_out is None:
+            return kept
+        return kept & ~self.parallel.reached_by(self.left_out, self.record.sampling_time)
 
     def torque_less(self, known: Array, speed: Array) -> tuple[Array, Array, Array]:
         """The recorded torque, what is left of it less what is known (n,), and the speed (n,), filtered."""
@@ -120,7 +131,7 @@ def regress_on(filtered: FilteredRecord, joint: Joint, parameters: Parameters) -
                 motor_side.append(own[-1] if alike else _filtered(filtered, other, key))
                 known -= parameters.values[k] * column
     torque, tau, speed = filtered.torque_less(known, motion.speed)
-    kept = np.abs(speed) >= filtered.parallel.min_speed
+    kept = filtered.telling(speed)
     columns = np.array([*own, *motor_side]).reshape(2, len(names), len(tau))[:, :, kept]
     return Regression(tuple(names), columns[0], columns[1], torque[kept], tau[kept])
 

@@ -7,18 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotid.estimate.cutoff import SAMPLES_A_PERIOD, finest, noise_limit
+from robotid.estimate.cutoff import finest, noise_limit
 from robotid.estimate.regressor import moving
-from robotid.model.array import Array, Mask
+from robotid.estimate.rest import at_rest
+from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.term import Motion
-from robotid.signals.angle_noise import angle_noise
 from robotid.signals.differentiate import central_difference, low_pass
 from robotid.signals.frf import Frf, combine, estimate_frf
 from robotid.signals.record import Record
 
-AT_REST = 6.0  # standard deviations of its noise over which an angle at rest spreads
 LINES = 10.0  # of a record, below which no noise limit is sought
 ALIKE = 0.01  # relative difference of reference RMS at which two records are realisations of one excitation
 
@@ -84,17 +83,7 @@ def _direction(record: Record, limit: float) -> Array:
     """Direction of a motion by its angle, (n,), zero where it rests. limit : from where the angle is noisy [Hz]."""
     h = record.sampling_time
     angle = low_pass(record.phi_m, h, min(limit, finest(h)))
-    return np.where(_rests(record), 0.0, np.sign(central_difference(angle, h)))
-
-
-def _rests(record: Record) -> Mask:
-    """Where the angle keeps within its noise for two periods of the finest motion, (n,): a reversal passes sooner."""
-    from scipy.ndimage import maximum_filter1d, minimum_filter1d  # late: a configuration is read without it
-
-    noise = np.sqrt(angle_noise(record.phi_m, record.sampling_time) * 0.5 / record.sampling_time)
-    samples = int(2 * SAMPLES_A_PERIOD)
-    range_of = maximum_filter1d(record.phi_m, samples) - minimum_filter1d(record.phi_m, samples)
-    return np.asarray(maximum_filter1d(range_of <= AT_REST * noise, samples, origin=-(1 - samples % 2)))
+    return np.where(at_rest(record), 0.0, np.sign(central_difference(angle, h)))
 
 
 def nonlinear_torque(joint: Joint, parameters: Parameters, record: Record) -> Array:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from robotid.model.array import Array
+from robotid.model.array import Array, Mask
 
 NYQUIST_SHARE = 0.8  # a cut-off beyond this share of the Nyquist frequency filters nothing worth having
 SAMPLES_A_CUTOFF = 4.0  # samples kept a period of the cut-off
@@ -70,6 +70,15 @@ class ParallelFilter:
         """Signals (..., n) filtered and decimated, (..., n / step)."""
         assert self.cutoff is not None
         return decimate(signals, sampling_time, self.cutoff, self.order)
+
+    def reached_by(self, samples: Mask, sampling_time: float) -> Mask:
+        """Where some samples (n,) show most in what the filter leaves of all, (n / step,): within half a period of the
+        cut-off of them."""
+        from scipy.ndimage import maximum_filter1d  # late: a configuration is read without it
+
+        assert self.cutoff is not None
+        around = maximum_filter1d(samples, max(1, round(1 / (self.cutoff * sampling_time))))
+        return np.asarray(around[kept(len(samples), sampling_time, self.cutoff)])
 
 
 AUTOMATIC = ParallelFilter()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from robotid.signals.differentiate import (
+    ParallelFilter,
     bandwidth,
     central_difference,
     decimate,
@@ -82,3 +83,12 @@ def test_a_spectrum_of_a_long_signal_leaves_out_its_last_samples() -> None:
     assert 1_000_003 - kept < 4_096
     signal = np.sin(2 * np.pi * 5.0 * np.arange(1_000_003) * 1e-3)
     assert bandwidth(signal, 1e-3) == bandwidth(signal[:kept], 1e-3)
+
+
+def test_a_sample_shows_within_half_a_period_of_the_cutoff_in_what_is_left_of_all() -> None:
+    parallel, samples = ParallelFilter(20.0), np.arange(len(T)) == 5000
+    reached = parallel.reached_by(samples, H)
+    at = parallel.apply(T, H)[reached]
+    assert len(reached) == len(parallel.apply(T, H))
+    assert at.min() == pytest.approx(5.0 - 0.025, abs=0.0125)
+    assert at.max() == pytest.approx(5.0 + 0.025, abs=0.0125)

@@ -2,12 +2,14 @@
 
 A model that lacks most of what moves a joint is fitted to parameters of another joint, and simulates another motion.
 Along that one, the effect that is lacking may score next to nothing. The measured motion is not led astray: there the
-recorded torque is regressed on the rigid joint with each candidate besides.
+recorded torque is regressed on the rigid joint with each candidate besides. Where the motor rests, dry friction takes
+what torque there is: no model explains that, and it would pass for something that no effect does.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,12 +25,14 @@ from robotid.diagnosis.search.settings import ACCEPTANCE, CHOICE
 from robotid.diagnosis.search.state import SearchState
 from robotid.errors import NumericsError
 from robotid.estimate.regressor import FilteredRecord, moving, regress_on
+from robotid.estimate.rest import at_rest
 from robotid.estimate.rigid import RigidResult, fit_rigid, fit_rigid_on
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure, is_change
 from robotid.model.term import Role
 from robotid.signals.differentiate import ParallelFilter
+from robotid.signals.record import Record
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,11 +53,9 @@ def asked_for(state: SearchState, criteria: Criteria) -> list[CandidateRefit]:
     records = [replace(one, name=f"{k}") for k, one in enumerate(state.recorded)]
     structure, parameters = state.model.structure, state.model.parameters
     try:
-        before = fit_rigid(assemble(structure), parameters, records)
+        filtered, before = _regression(assemble(structure), parameters, records)
     except NumericsError:
         return []
-    parallel = ParallelFilter(min(before.cutoff.values()))
-    filtered = [FilteredRecord(record, parallel) for record in records]
     found, whole = list(_regressed(state, filtered, before)), _left(before)
     most = max((whole - one.left for one in found), default=0.0)
     if most < (1.0 - CHOICE.good_start) * whole:
@@ -65,6 +67,20 @@ def asked_for(state: SearchState, criteria: Criteria) -> list[CandidateRefit]:
         for one in _best_of_each(alike)[: criteria.max_refits]
     )
     return in_order([one for one in refits if one is not None], state.data, criteria)
+
+
+def _regression(
+    joint: Joint, parameters: Parameters, records: Sequence[Record]
+) -> tuple[list[FilteredRecord], RigidResult]:
+    """The records through the filter that passes the motion of all, and the regression of a model on them: where the
+    motor moves, or on the whole of them where that is too little. Raises NumericsError where that is, too."""
+    whole = fit_rigid(joint, parameters, records)
+    parallel = ParallelFilter(min(whole.cutoff.values()))
+    moving_only = [FilteredRecord(record, parallel, at_rest(record)) for record in records]
+    with suppress(NumericsError):
+        return moving_only, fit_rigid_on(moving_only, joint, parameters)
+    filtered = [FilteredRecord(record, parallel) for record in records]
+    return filtered, fit_rigid_on(filtered, joint, parameters)
 
 
 def _refitted(one: Regressed, start: Parameters, state: SearchState) -> CandidateRefit | None:
@@ -136,8 +152,8 @@ def _waves(
     if turn is None:
         return
     for one in filtered:
-        lacking, angle = regress_on(one, joint, known), one.apply(turn * one.record.phi_m)
-        yield Wave(angle, lacking.tau * lacking.columns.sum(axis=0))
+        lacking, kept = regress_on(one, joint, known), one.telling(one.apply(one.motion.speed))
+        yield Wave(one.apply(turn * one.record.phi_m)[kept], lacking.tau * lacking.columns.sum(axis=0))
 
 
 def _left(rigid: RigidResult) -> float:

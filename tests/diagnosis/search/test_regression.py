@@ -5,16 +5,34 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
 import pytest
-from support.small_bench import QUICK, TRUTH, begun, evidence, records
+from support.small_bench import (
+    AXIS,
+    DURATION,
+    QUICK,
+    SAMPLING_TIME,
+    TRUTH,
+    begun,
+    evidence,
+    records,
+    records_of,
+)
 
+from robotid.catalogue import assemble
+from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.refit import AS_IT_IS, refit
+from robotid.diagnosis.search.acceptance import accept_asked_for
 from robotid.diagnosis.search.data import first_state
 from robotid.diagnosis.search.refits import RefitRound
 from robotid.diagnosis.search.regression import asked_for
 from robotid.diagnosis.search.search import add_cause
 from robotid.diagnosis.search.state import SearchState
 from robotid.estimate.fitted_model import simulate_record
+from robotid.estimate.rest import at_rest
+from robotid.model.array import Array
+from robotid.model.joint import Joint
+from robotid.signals.record import Record
 
 GRAVITY = {"motor.gravity.G": 0.4, "motor.gravity.H": 0.0}
 ASTRAY = {"motor.inertia.J": 0.6, "motor.viscous.Fv": 8.0, "motor.coulomb.Fc": 0.2}
@@ -53,8 +71,12 @@ def test_a_fit_in_pieces_has_the_torque_of_whole_records_regressed() -> None:
     assert found.model.parameters["motor.gravity.G"] == pytest.approx(0.4, rel=0.05)
 
 
-def test_a_torque_that_is_explained_asks_for_nothing() -> None:
-    assert asked_for(begun(records({}), QUICK).scored(QUICK), QUICK) == []
+def test_a_torque_that_is_explained_asks_for_nothing_that_stands() -> None:
+    """A cogging with any number of periods takes most of the little that a filter leaves, and a simulation refutes
+    it."""
+    state = begun(records({}), QUICK).scored(QUICK)
+    assert {one.effect for one in asked_for(state, QUICK)} <= {"motor.cogging"}
+    assert accept_asked_for(state, [], QUICK, lambda _: None).causes == ()
 
 
 def test_periods_between_those_of_the_grid_are_read_off_the_torque() -> None:
@@ -67,3 +89,42 @@ def test_periods_between_those_of_the_grid_are_read_off_the_torque() -> None:
     found = asked_for(blind, QUICK)[0]
     assert found.effect == "motor.cogging"
     assert found.model.parameters["motor.cogging.n"] == pytest.approx(45.3, rel=0.01)
+
+
+def with_pauses(joint: Joint, truth: Mapping[str, float]) -> list[Record]:
+    """Moves there and back, each after a pause in which dry friction carries what torque the controller has left."""
+    t = np.arange(round(2 * DURATION / SAMPLING_TIME)) * SAMPLING_TIME
+
+    def moves(speed: float, period: float) -> Array:
+        wave = np.sin(2 * np.pi * t / period)
+        return np.asarray(speed * np.sign(wave) * np.clip(10.0 * (np.abs(wave) - 0.4), 0.0, 1.0))
+
+    wanted = {"slow": moves(3.0, 2.0), "wide": moves(12.0, 1.3), "check": moves(7.0, 1.6)}
+    return records_of(joint, truth, wanted=wanted)
+
+
+DRAGS_ONE_WAY = (
+    assemble(AXIS.extended("motor.asymmetric_coulomb"), angle=True),
+    TRUTH | {"motor.asymmetric_coulomb.dFc": 0.03},
+)
+WITHOUT_SLOWEST = Criteria(skip=("power_friction", "cogging", "position_friction"))
+
+
+def test_what_dry_friction_carries_at_rest_hides_nothing_that_the_torque_asks_for() -> None:
+    made = with_pauses(*DRAGS_ONE_WAY)
+    assert np.mean([at_rest(one).mean() for one in made]) > 0.2
+    found = asked_for(begun(made, WITHOUT_SLOWEST).scored(WITHOUT_SLOWEST), WITHOUT_SLOWEST)
+    assert {"motor.asymmetric_coulomb", "motor.constant_torque"} <= {one.effect for one in found}
+    assert max(abs(one.model.parameters.values[-1]) for one in found) == pytest.approx(0.03, rel=0.1)
+
+
+def test_errors_of_the_torque_that_cover_a_misfit_do_not_hide_what_the_torque_asks_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """They are sized by what the model leaves, however far it has gone astray."""
+    made = with_pauses(*DRAGS_ONE_WAY)
+    state = first_state(evidence(made), WITHOUT_SLOWEST, torque_errors="white").scored(WITHOUT_SLOWEST)
+    assert state.misfit < state.data.samples
+    monkeypatch.setattr("robotid.diagnosis.search.search.refit_hopeful", lambda *_: RefitRound())
+    (cause,) = add_cause(state, WITHOUT_SLOWEST, lambda _: None).causes
+    assert {"motor.asymmetric_coulomb", "motor.constant_torque"} <= set(cause.twins)
