@@ -26,6 +26,10 @@ BESIDE = (
     "what is left is no effect: the parameters and gains of the causes are those beside it, and `extend`"
     " keeps these parameters, for a fit without the curve would lead them astray"
 )
+IMITATED = (
+    "what is missing acts like {}, whose parameters make no sense here: either something else is missing, or the motion"
+    " covers too little of it"
+)
 SHAPELESS = "the misfit is far above the noise, yet no curve along one variable explains much of it"
 
 
@@ -39,6 +43,8 @@ def remarks(word: Verdict, found: SearchResult, *, swamped: bool) -> tuple[str, 
     if word == "unknown":
         if apart:
             return (APART.format(apart, apart),)
+        if found.imitated:
+            return (IMITATED.format(next(one.effect for one in found.rejected if one.imitates)),)
         return (SHAPELESS,) if found.curve is None and not found.late else ()
     sentences = [BESIDE] if found.beside_curve else []
     if passing(found) > 0.0:

@@ -124,7 +124,7 @@ def known_noise(found: SearchResult) -> dict[str, Noise] | None:
 
     By as much as a whitened residual exceeds noise, the residual itself does.
     """
-    if found.curve is not None or found.coloured is None or not found.coloured.noise_reached:
+    if found.curve is not None or found.imitated or found.coloured is None or not found.coloured.noise_reached:
         return None
     fitted = {one.record.name for one in found.last.fitted}
     segments, left = (*found.coloured.fitted, *found.coloured.validation), (*found.last.fitted, *found.last.validation)
@@ -155,7 +155,7 @@ def _word(found: SearchResult, changes: Sequence[RecordChange], misfit: float, f
     """The verdict in one word. changes : that stand."""
     if found.causes or changes:
         return "named"
-    if found.late or found.agreement.apart:
+    if found.late or found.agreement.apart or found.imitated:
         return "unknown"
     return without_cause(misfit, floor, shape=found.curve is not None, events=bool(found.events))
 

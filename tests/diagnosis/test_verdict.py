@@ -16,6 +16,7 @@ from robotid.diagnosis.results import Diagnosis
 from robotid.diagnosis.search.agreement import Agreement
 from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.search.search import as_result
+from robotid.diagnosis.search.state import RejectedCause
 from robotid.diagnosis.search.torque_errors import torque_errors
 from robotid.diagnosis.verdict import verdict
 from robotid.estimate.fitted_model import fitted_model
@@ -49,6 +50,16 @@ def test_only_a_model_that_leaves_noise_on_its_own_records_is_said_to_be_wrong_e
         made = records(hidden)
         found = replace(as_result(begun(made, QUICK).scored(QUICK)), agreement=Agreement(apart=("check",)))
         assert verdict(fitted_model(fitted(made)), simulated(made), found, QUICK).apart == apart
+
+
+def test_what_acts_like_an_effect_that_makes_no_sense_is_not_clean() -> None:
+    made = records({})
+    rejected = RejectedCause("motor.thermal_friction", 1.0, 10.0, "makes no sense: T = 1 s")
+    for imitates, word in ((False, "clean"), (True, "unknown")):
+        found = as_result(begun(made, QUICK).scored(QUICK))
+        found = replace(found, rejected=(replace(rejected, imitates=imitates),))
+        d = verdict(fitted_model(fitted(made)), simulated(made), found, QUICK)
+        assert (d.verdict, any("acts like motor.thermal_friction" in one for one in d.remarks)) == (word, imitates)
 
 
 def test_a_motion_that_torque_errors_throw_off_is_not_known_to_be_clean(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -147,8 +147,16 @@ def accept_best(state: SearchState, refits: Sequence[CandidateRefit], steps: Ste
         if why is None:
             doubted = [before for before in refits[:k] if _is_doubted(steps.to(before), step, criteria)]
             return state.with_cause(as_cause(state, [one, *doubted, *refits[k + 1 :]], step))
-        state = state.with_rejected(RejectedCause(one.effect, step.share, step.gain, why))
+        imitates = _is_only_senseless(step, criteria)
+        state = state.with_rejected(RejectedCause(one.effect, step.share, step.gain, why, imitates))
     return state
+
+
+def _is_only_senseless(step: Step, criteria: Criteria) -> bool:
+    """Whether parameters that make no sense are all that speaks against a cause. Where they do not, what it explains is
+    no noise all the same."""
+    others = (test for test in OBJECTIONS if test is not is_not_physical)
+    return is_not_physical(step, criteria) is not None and all(test(step, criteria) is None for test in others)
 
 
 def _is_doubted(rejected: Step, accepted: Step, criteria: Criteria) -> bool:

@@ -48,12 +48,14 @@ class AcceptedCause:
 
 @dataclass(frozen=True, slots=True)
 class RejectedCause:
-    """An effect that was refitted and rejected. explained and gain as of `AcceptedCause`; why : in words."""
+    """An effect that was refitted and rejected. explained and gain as of `AcceptedCause`; why : in words; imitates : it
+    stands every test but that its parameters make sense, so that something else acts like it."""
 
     effect: str
     explained: float
     gain: float
     why: str
+    imitates: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -145,6 +147,11 @@ class SearchResult:
     def remaining_share(self) -> float:
         """Share of the first model's misfit energy that the causes leave."""
         return max(0.0, 1.0 - sum(cause.explained for cause in self.causes))
+
+    @property
+    def imitated(self) -> bool:
+        """Whether no cause was found, and something that is no noise acts like an effect that makes no sense."""
+        return not self.causes and any(one.imitates for one in self.rejected)
 
     @property
     def judging(self) -> EvaluationData:

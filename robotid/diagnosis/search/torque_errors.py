@@ -12,7 +12,7 @@ from robotid.estimate.residual import measured_output
 def leaves_only_noise(found: SearchResult) -> bool:
     """Whether noise of any colour is all that the last model leaves, and not so much that it hides what is missing."""
     reached = found.coloured is not None and found.coloured.noise_reached
-    return reached and found.curve is None and not is_swamped(found)
+    return reached and found.curve is None and not found.imitated and not is_swamped(found)
 
 
 def is_swamped(found: SearchResult) -> bool:

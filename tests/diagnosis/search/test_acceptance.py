@@ -150,3 +150,25 @@ def test_what_may_be_noise_is_fitted_once_more_only_where_the_misfit_is_large(si
     one, said = CandidateRefit(score, refit(structure, [start], state.data, state.first.trajectories)), list[str]()
     assert accept_from_the_start(state, [one], Steps(state), replace(QUICK, significance=0.0), said.append) is state
     assert bool(said) is tried
+
+
+def test_what_stands_every_test_but_that_of_sense_imitates_what_is_missing() -> None:
+    """No gearbox warms up in a second; but whatever fades so is no noise either."""
+    fading = {"motor.thermal_friction.c": 0.4, "motor.thermal_friction.T": 1.0}
+    state = begun(records(fading), QUICK).scored(QUICK)
+    score = next(one for one in state.round.scores if one.candidate.name == "motor.thermal_friction")
+    structure, start = extended(state.first, "motor.thermal_friction", fading)
+    refits = [CandidateRefit(score, refit(structure, [start], state.data))]
+    after = accept_best(state, refits, Steps(state), QUICK)
+    assert after.causes == ()
+    assert after.rejected[0].why.startswith("makes no sense")
+    assert after.rejected[0].imitates
+
+
+def test_what_fails_another_test_imitates_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(acceptance, "OBJECTIONS", (lambda *_: "no", acceptance.is_not_physical))
+    monkeypatch.setattr(acceptance, "is_not_physical", lambda *_: "makes no sense")
+    state, _, both = idle_then_stribeck()
+    state = state.scored(QUICK)
+    one = CandidateRefit(state.round.scores[0], both)
+    assert not accept_best(state, [one], Steps(state), QUICK).rejected[0].imitates

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from support.plain_models import SAMPLES, plain_data, plain_model
 
-from robotid.diagnosis.search.state import SearchResult
+from robotid.diagnosis.search.state import RejectedCause, SearchResult
 from robotid.diagnosis.search.torque_errors import leaves_only_noise, prevail
 
 
@@ -31,3 +31,11 @@ def test_what_no_noise_explains_or_what_it_hides_is_not_only_noise(monkeypatch: 
     assert not leaves_only_noise(replace(seen, coloured=None))
     monkeypatch.setattr("robotid.diagnosis.search.torque_errors.is_swamped", lambda _: True)
     assert not leaves_only_noise(seen)
+
+
+def test_what_acts_like_an_effect_that_makes_no_sense_is_not_only_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = found(1.0)
+    monkeypatch.setattr("robotid.diagnosis.search.torque_errors.is_swamped", lambda _: False)
+    rejected = RejectedCause("motor.thermal_friction", 1.0, 10.0, "makes no sense")
+    assert leaves_only_noise(replace(seen, rejected=(rejected,)))
+    assert not leaves_only_noise(replace(seen, rejected=(replace(rejected, imitates=True),)))
