@@ -30,7 +30,10 @@ IMITATED = (
     "what is missing acts like {}, whose parameters make no sense here: either something else is missing, or the motion"
     " covers too little of it"
 )
-SHAPELESS = "the misfit is far above the noise, yet no curve along one variable explains much of it"
+SHAPELESS = (
+    "the misfit is far above the noise, yet no curve along one variable both carries over and stands out of noise of"
+    " any colour"
+)
 
 
 def remarks(word: Verdict, found: SearchResult, *, swamped: bool) -> tuple[str, ...]:

@@ -63,14 +63,16 @@ def solve(names: Sequence[str], blocks: Sequence[Block]) -> Solution:
 
 
 def solve_within(blocks: Sequence[Block], solution: Solution, limits: Limits) -> Array:
-    """The least squares of a solution within limits, theta (p,): what stops at a limit changes the others, too."""
+    """The least squares of a solution within limits, theta (p,): what stops at a limit changes the others, too, and is
+    at the limit to the last bit."""
     theta = solution.theta
     if np.all((limits.lower <= theta) & (theta <= limits.upper)):
         return theta
     columns, tau = _stack(blocks, solution.weights)
     scale = np.linalg.norm(columns, axis=1)
     within = lsq_linear((columns / scale[:, None]).T, tau, (limits.lower * scale, limits.upper * scale))
-    return np.asarray(within.x / scale)
+    stops = [within.active_mask < 0, within.active_mask > 0]
+    return np.asarray(np.select(stops, [limits.lower, limits.upper], within.x / scale))
 
 
 def relative_error(residual: Array, tau: Array) -> float:

@@ -24,6 +24,7 @@ from robotid.validation.results import RecordValidation
 
 MAX_NAMED = 3  # records that are named one by one
 MIN_REMAINING = 0.1  # of the noise: what is less is called nothing
+MUCH_WORSE = 2.0  # times the misfit of the records of the fit: what a model misses of others is told, too
 MIN_ORDER = 0.2  # share of the variance from which a variable is named
 
 
@@ -237,6 +238,7 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
         rest = f"the {significant(d.remaining, 2)} {unit} that remain" if d.causes else "it"
         shape = "" if d.shape is None else f"; what is missing {ordering(d.shape, f.units)}"
         yield f"no effect of the catalogue explains {rest}, so the cause is unknown{shape}."
+        yield from _much_worse_elsewhere(f, d)
     elif d.causes and d.remaining < d.misfit:
         verb = "Together they leave" if len(d.causes) > 1 else "It leaves"
         left = f"{significant(d.remaining, 2)} {unit}" if d.remaining > MIN_REMAINING * d.noise_floor else "nothing"
@@ -273,6 +275,14 @@ def _wrong_elsewhere(f: Findings, d: Diagnosis) -> Iterator[str]:
             f"On {_records(list(wrong))}, held out of the fit, it is wrong by {size} {f.units(d.unit)} RMS beyond the"
             " noise, for reasons that the records of the fit do not show."
         )
+
+
+def _much_worse_elsewhere(f: Findings, d: Diagnosis) -> Iterator[str]:
+    """The held-out records on which a model is far more wrong than on those of its fit."""
+    wrong = {n: m.misfit for n, m in d.records.items() if m.role == "validate" and m.misfit > MUCH_WORSE * d.misfit}
+    if wrong:
+        size = significant(max(wrong.values()), 2)
+        yield f"On {_records(list(wrong))}, held out of the fit, it is wrong by {size} {f.units(d.unit)} RMS."
 
 
 def _only_noise(f: Findings, d: Diagnosis, noise: str) -> str:

@@ -113,6 +113,17 @@ def test_clean_and_unknown_are_answers() -> None:
     assert unknown.endswith("what is missing follows the motor angle best.")
 
 
+def test_a_held_out_record_that_is_simulated_far_worse_is_told_of() -> None:
+    for misfit, expected in ((2.5, True), (1.5, False)):
+        worse = {
+            name: replace(m, misfit=misfit * UNKNOWN.misfit) if m.role == "validate" else m
+            for name, m in UNKNOWN.records.items()
+        }
+        assert any(m.role == "validate" for m in worse.values())
+        text = told(diagnosis=replace(UNKNOWN, records=worse), extension=None)
+        assert ("held out of the fit, it is wrong by" in text) == expected
+
+
 def test_the_curve_beside_which_a_cause_was_found_is_told_with_how_it_counts() -> None:
     assert UNKNOWN.shape is not None
     beside = replace(NAMED, shape=replace(UNKNOWN.shape, along="phi_m, by twist"), beside_shape=True)
