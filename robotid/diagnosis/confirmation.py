@@ -13,15 +13,12 @@ from dataclasses import replace
 import numpy as np
 
 from robotid.diagnosis.results import Cause, Diagnosis, Rejected, Verdict
-from robotid.diagnosis.search.physical_sense import declarations, sigmas_apart
-from robotid.diagnosis.search.settings import ACCEPTANCE
+from robotid.diagnosis.search.physical_sense import declarations
 from robotid.diagnosis.settings import VERDICT
 from robotid.diagnosis.verdict import is_partial, without_cause
-from robotid.estimate.result import FitResult
 from robotid.model.structure import changed, is_change, rests_on
 
 NOT_CONFIRMED = "a fit does not confirm it: the held-out records gain nothing by it"
-INDISTINCT = "a fit does not confirm it: {} = {:.2g} is known to {:.2g} there"
 ANOTHER_SIZE = "is not the same in all records: {} of {} differs by {:.0f} % of its size"
 RESTS = "only makes up for {}, which is no cause"
 BESIDE = "carries over only beside {}, which is no cause"
@@ -44,23 +41,6 @@ def another_size(cause: Cause, diagnosis: Diagnosis) -> str | None:
             if parameter in nulls and apart > size:
                 return ANOTHER_SIZE.format(parameter.rpartition(".")[2], record, 100.0 * apart / max(size, 1e-300))
     return None
-
-
-def indistinct(diagnosis: Diagnosis, fit: FitResult) -> dict[str, str]:
-    """The causes whose size does not differ from nothing in a fit, by name, and why. The noise of a search is flatter
-    than that of a fit, and what a reader is told of a size is by the latter."""
-    found = {}
-    for cause in diagnosis.causes:
-        nulls = {name: p.null for name, p in declarations(cause.effect) if p.null is not None}
-        at = [k for k, p in enumerate(fit.parameters) if p.name in nulls and 0.0 < p.std_robust < np.inf]
-        if not at:
-            continue
-        sizes = [fit.parameters[k] for k in at]
-        apart = np.array([p.value - nulls[p.name] for p in sizes])
-        if sigmas_apart(apart, fit.covariance_robust[np.ix_(at, at)]) < ACCEPTANCE.amplitude_sigma:
-            symbol = sizes[0].name.rpartition(".")[2]
-            found[cause.effect] = INDISTINCT.format(symbol, sizes[0].value, sizes[0].std_robust)
-    return found
 
 
 def unconfirmed(diagnosis: Diagnosis) -> dict[str, str]:

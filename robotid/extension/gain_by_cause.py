@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from robotid.diagnosis.confirmation import indistinct, unconfirmed, without_causes
+from robotid.diagnosis.confirmation import unconfirmed, without_causes
 from robotid.diagnosis.results import Diagnosis
 from robotid.estimate.result import FitResult
 from robotid.extension.task import ExtensionTask, effects_to_add, fits_with, gain, others_than, tried_with
@@ -75,5 +75,5 @@ def _confirmed(diagnosis: Diagnosis, task: ExtensionTask) -> Diagnosis:
         for cause in diagnosis.causes
     )
     judged = replace(diagnosis, causes=causes, refitted={p.name: p.value for p in last.parameters})
-    none = indistinct(judged, last) | unconfirmed(judged)
+    none = unconfirmed(judged)
     return _confirmed(without_causes(judged, none), task) if none else judged

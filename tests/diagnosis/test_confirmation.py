@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from support.diagnosed import FIT, NAMED, PAYLOAD, STRIBECK, estimate
+from support.diagnosed import NAMED, PAYLOAD, STRIBECK, estimate
 
-from robotid.diagnosis.confirmation import NOT_CONFIRMED, indistinct, is_idle, unconfirmed, without_causes
+from robotid.diagnosis.confirmation import NOT_CONFIRMED, is_idle, unconfirmed, without_causes
 from robotid.diagnosis.results import Cause
 
 
@@ -29,26 +28,6 @@ def change(value: float) -> Cause:
 @pytest.mark.parametrize(("gain", "idle"), [(0.001, True), (-0.2, True), (0.01, False), (float("nan"), False)])
 def test_a_cause_is_confirmed_by_its_gain_where_there_is_one_to_measure(gain: float, idle: bool) -> None:
     assert is_idle(cause(gain)) == idle
-
-
-@pytest.mark.parametrize(("deviation", "none"), [(0.06, False), (0.07, True)])
-def test_a_cause_whose_size_a_fit_does_not_know_to_a_third_is_not_confirmed(deviation: float, none: bool) -> None:
-    """0.2 Nm."""
-    fit = replace(FIT, covariance_robust=np.diag([1.0, deviation**2]))
-    why = indistinct(NAMED, fit)
-    assert set(why) == ({STRIBECK.effect} if none else set())
-    assert all("dFs = 0.2 is known to 0.02" in words for words in why.values())
-
-
-def test_a_sine_and_a_cosine_have_a_size_together() -> None:
-    """One of 0.1 +- 0.04, the other of -0.12 +- 0.04 Nm; as one size 3.9 deviations from nothing."""
-    two = (estimate("motor.cogging.A", 0.1, "Nm"), estimate("motor.cogging.B", -0.12, "Nm"))
-    waves = replace(NAMED, causes=(replace(STRIBECK, effect="motor.cogging", parameters=two),))
-    fit = replace(FIT, parameters=two, covariance_robust=np.diag([0.04, 0.04]) ** 2)
-    assert indistinct(waves, fit) == {}
-    assert set(indistinct(waves, replace(fit, covariance_robust=np.diag([0.06, 0.06]) ** 2))) == {"motor.cogging"}
-    unknown = tuple(replace(one, std_robust=float("nan")) for one in two)
-    assert indistinct(waves, replace(fit, parameters=unknown)) == {}
 
 
 def test_without_its_only_cause_a_large_misfit_is_unknown() -> None:

@@ -72,12 +72,8 @@ def amplitude_sigmas(model: RefittedModel, effect: str) -> float:
     fitted = amplitudes(model, effect)
     if not fitted:
         return float("inf")
-    at = list(fitted)
-    return sigmas_apart(np.array(list(fitted.values())), model.covariance[np.ix_(at, at)])
-
-
-def sigmas_apart(apart: Array, covariance: Array) -> float:
-    """How many standard deviations numbers (k,) of this covariance (k, k) are away from nothing, all together."""
+    at, apart = list(fitted), np.array(list(fitted.values()))
+    covariance = model.covariance[np.ix_(at, at)]
     scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     standard = apart / scale
     distance = float(standard @ np.linalg.pinv(covariance / np.outer(scale, scale)) @ standard)
