@@ -335,9 +335,7 @@ def add_cause(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
     accepted = len(extended.causes) > len(state.causes)
     if found.unexamined or (accepted and extended.causes[-1].explained > CHOICE.doubtful_share * left_share(state)):
         return extended
-    if state.misfit > state.data.samples or state.data.torque_errors is not None:
-        # what scores along another motion than the measured one may be anything; and errors of the torque that are
-        # sized by what the model leaves are as large as that, however far it has gone astray
+    if state.misfit > state.data.samples:  # what scores along another motion than the measured one may be anything
         rejected = state if accepted else extended
         other = accept_asked_for(rejected, found.refits, criteria, log)
         if len(other.causes) > len(state.causes) and not (

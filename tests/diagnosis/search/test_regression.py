@@ -116,15 +116,3 @@ def test_what_dry_friction_carries_at_rest_hides_nothing_that_the_torque_asks_fo
     found = asked_for(begun(made, WITHOUT_SLOWEST).scored(WITHOUT_SLOWEST), WITHOUT_SLOWEST)
     assert {"motor.asymmetric_coulomb", "motor.constant_torque"} <= {one.effect for one in found}
     assert max(abs(one.model.parameters.values[-1]) for one in found) == pytest.approx(0.03, rel=0.1)
-
-
-def test_errors_of_the_torque_that_cover_a_misfit_do_not_hide_what_the_torque_asks_for(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """They are sized by what the model leaves, however far it has gone astray."""
-    made = with_pauses(*DRAGS_ONE_WAY)
-    state = first_state(evidence(made), WITHOUT_SLOWEST, torque_errors="white").scored(WITHOUT_SLOWEST)
-    assert state.misfit < state.data.samples
-    monkeypatch.setattr("robotid.diagnosis.search.search.refit_hopeful", lambda *_: RefitRound())
-    (cause,) = add_cause(state, WITHOUT_SLOWEST, lambda _: None).causes
-    assert {"motor.asymmetric_coulomb", "motor.constant_torque"} <= set(cause.twins)
