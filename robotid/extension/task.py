@@ -20,7 +20,6 @@ from robotid.estimate.fitted_model import FittedModel, fitted_model, simulate_re
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.result import FitResult
 from robotid.extension.results import Score
-from robotid.model.parameters import KnownParameter
 from robotid.model.structure import Structure, changed, is_change, rests_on
 from robotid.parallel import ahead, each
 from robotid.signals.metrics import fit_percent
@@ -67,9 +66,7 @@ class ExtensionTask:
         structure = self.structure_with(effects)
         joint = assemble(structure, angle=self.before.keeps_angle)
         used = [r for r in self.records if r.name in self.before.records]
-        own = joint.parameters().names
-        known = {name: KnownParameter(value, fixed=True) for name, value in self.held.items() if name in own}
-        first, *others = (carried(old.parameters, structure, values).with_known(known) for values in self.starts)
+        first, *others = (carried(old.parameters, structure, values).held_at(self.held) for values in self.starts)
         options = replace(self.options, other_starts=tuple(others))
         return fit_model(self.before.name, joint, first, used, options)
 

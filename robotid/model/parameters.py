@@ -95,6 +95,11 @@ class Parameters:
                 lower[k], upper[k] = one.bounds
         return replace(self, values=values, lower=lower, upper=upper, free=free)
 
+    def held_at(self, values: Mapping[str, float]) -> Parameters:
+        """The same parameters, those of these names fixed at these values, as far as they are among them."""
+        held = {name: KnownParameter(value, fixed=True) for name, value in values.items() if name in self.names}
+        return self.with_known(held)
+
     def taken_from(self, old: Parameters) -> Parameters:
         """The same parameters with values, bounds and freedom of those of the same name in another model."""
         fresh = {key: getattr(self, key).copy() for key in ("values", "lower", "upper", "free")}

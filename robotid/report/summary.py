@@ -24,7 +24,7 @@ from robotid.validation.results import RecordValidation
 
 MAX_NAMED = 3  # records that are named one by one
 MIN_REMAINING = 0.1  # of the noise: what is less is called nothing
-MUCH_WORSE = 2.0  # times the misfit of the records of the fit: what a model misses of others is told, too
+MUCH_WORSE = 2.0  # times the misfit of the records of the fit: what a model misses of others is stated, too
 MIN_ORDER = 0.2  # share of the variance from which a variable is named
 
 
@@ -270,19 +270,20 @@ def _wrong_elsewhere(f: Findings, d: Diagnosis) -> Iterator[str]:
     """What a model gets wrong on held-out records although it leaves but noise on those of its fit."""
     wrong = {name: m.misfit for name, m in d.records.items() if m.role == "validate" and m.misfit > m.noise_floor}
     if wrong:
-        size = significant(max(wrong.values()), 2)
-        yield (
-            f"On {_records(list(wrong))}, held out of the fit, it is wrong by {size} {f.units(d.unit)} RMS beyond the"
-            " noise, for reasons that the records of the fit do not show."
-        )
+        yield f"{_wrong_by(f, d, wrong)} beyond the noise, for reasons that the records of the fit do not show."
 
 
 def _much_worse_elsewhere(f: Findings, d: Diagnosis) -> Iterator[str]:
     """The held-out records on which a model is far more wrong than on those of its fit."""
     wrong = {n: m.misfit for n, m in d.records.items() if m.role == "validate" and m.misfit > MUCH_WORSE * d.misfit}
     if wrong:
-        size = significant(max(wrong.values()), 2)
-        yield f"On {_records(list(wrong))}, held out of the fit, it is wrong by {size} {f.units(d.unit)} RMS."
+        yield f"{_wrong_by(f, d, wrong)}."
+
+
+def _wrong_by(f: Findings, d: Diagnosis, wrong: Mapping[str, float]) -> str:
+    """On which held-out records a model is wrong, and by how much at most. wrong : misfits by record."""
+    size = significant(max(wrong.values()), 2)
+    return f"On {_records(list(wrong))}, held out of the fit, it is wrong by {size} {f.units(d.unit)} RMS"
 
 
 def _only_noise(f: Findings, d: Diagnosis, noise: str) -> str:

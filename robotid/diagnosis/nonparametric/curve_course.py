@@ -19,7 +19,6 @@ from robotid.diagnosis.refit.refit import refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, carried
 from robotid.model.array import Array
 from robotid.model.companion import CompanionKind, with_companion
-from robotid.model.parameters import KnownParameter
 from robotid.model.port import Port
 from robotid.model.structure import Structure
 from robotid.signals.companion import Companion
@@ -93,8 +92,8 @@ def refit_beside_course(
     )
     ports = course_of(near.fitted[0], basis, values)
     structure = beside_course(near.structure, ports)
-    fixed = {f"{effect}.g": KnownParameter(1.0, fixed=True) for effect in structure.effects if is_course(effect)}
-    starts = [carried(one, structure, {}).with_known(fixed) for one in starts_along(near, moved)]
+    gains = {f"{effect}.g": 1.0 for effect in structure.effects if is_course(effect)}
+    starts = [carried(one, structure, {}).held_at(gains) for one in starts_along(near, moved)]
     return refit(structure, starts, data, near.trajectories, sweep_options()), data
 
 

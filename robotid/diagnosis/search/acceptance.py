@@ -155,14 +155,19 @@ def accept_best(state: SearchState, refits: Sequence[CandidateRefit], steps: Ste
 def _is_only_senseless(step: Step, criteria: Criteria) -> bool:
     """Whether parameters that make no sense are all that speaks against a cause. Where they do not, what it explains is
     no noise all the same."""
-    others = (test for test in OBJECTIONS if test is not is_not_physical)
-    return is_not_physical(step, criteria) is not None and all(test(step, criteria) is None for test in others)
+    senseless = is_not_physical(step, criteria) is not None
+    return senseless and _stands_all_but((is_not_physical,), step, criteria)
+
+
+def _stands_all_but(excused: Sequence[Objection], step: Step, criteria: Criteria) -> bool:
+    """Whether a cause stands all tests but some, whatever these say."""
+    return all(test in excused or test(step, criteria) is None for test in OBJECTIONS)
 
 
 def _is_doubted(rejected: Step, accepted: Step, criteria: Criteria) -> bool:
     """Whether a cause is rejected by chance alone: it fails only the tests of its scatter, and that of its gain only
     where it simulates the held-out records no worse than one that is accepted."""
-    if any(test not in BY_CHANCE and test(rejected, criteria) is not None for test in OBJECTIONS):
+    if not _stands_all_but(BY_CHANCE, rejected, criteria):
         return False
     worse = rejected.after.validation_energy > accepted.after.validation_energy
     return not worse or gains_by_chance(rejected, criteria) is None

@@ -20,7 +20,6 @@ from robotid.diagnosis.search.coloured import in_colour, left_by
 from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.state import AcceptedCause, SearchResult, is_plain, share_removed
 from robotid.diagnosis.settings import VERDICT
-from robotid.model.parameters import KnownParameter
 from robotid.model.structure import belongs
 
 
@@ -60,8 +59,7 @@ def with_causes(found: SearchResult, beside: SearchResult) -> SearchResult:
     named = {cause.effect for cause in causes}
     known = beside.last.parameters
     own = {name: known[name] for name in known.names if any(belongs(name, effect) for effect in named)}
-    fixed = {name: KnownParameter(value, fixed=True) for name, value in own.items()}
-    starts = [carried(old, structure, {}).with_known(fixed) for old in (known, first.parameters)]
+    starts = [carried(old, structure, {}).held_at(own) for old in (known, first.parameters)]
     last = refit(structure, starts, data, options=CAREFUL)
     return replace(
         found,
