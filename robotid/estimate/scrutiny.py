@@ -46,14 +46,14 @@ class ScrutinySettings:
     """From when on a fit is doubted.
 
     torque_factor, torque_percent : its torque error exceeds the start's by this factor, and by so much [%].
-    inertia_factor : its inertia and the start's differ by this factor. start_factor : a start value that differs by it
-    from the regression's is far from there. at_limit : share of what its measurement allows
-    by which a first speed is nearer to the limit. poor_fit [%] : a fit below it is
-    tried with a constant torque in any case. offset_gain : factor by which a constant torque must
-    lower the variance of every residual. better : share by which a second fit must lower the residuals to be kept.
-    astray [%] : a fit below it is off by ten times the motion and more, and nothing is added to it.
-    unstable : factors of e by which an error grows over a record, from which on a poor fit is tried in pieces; growth :
-    those over such a piece; points : of a record at which the growth is computed, about.
+    inertia_factor : its inertia and the start's differ by this factor. start_factor : a start value that differs by
+    it from the regression's is far from there. at_limit : share of what its measurement allows by which a first
+    speed is nearer to the limit. poor_fit [%] : a fit below it is tried with a constant torque in any case.
+    offset_gain : factor by which a constant torque must lower the variance of every residual. better : share by
+    which a second fit must lower the residuals to be kept. astray [%] : a fit below it is off by ten times the
+    motion and more, and nothing is added to it. unstable : factors of e by which an error grows over a record, from
+    which on a poor fit is tried in pieces; growth : those over such a piece; pieces : of a record, in which a fit
+    that contradicts the torque is tried; points : of a record at which the growth is computed, about.
     """
 
     torque_factor: float = 1.5
@@ -67,6 +67,7 @@ class ScrutinySettings:
     astray: float = -900.0
     unstable: float = 10.0
     growth: float = 3.0
+    pieces: tuple[int, ...] = (16, 32)
     points: int = 2000
 
 
@@ -190,7 +191,8 @@ def _scrutinised(first: FitResult, task: FitTask) -> ScrutinisedFit:
     _refuse_astray(first)
     offset = _with_offset(first, task)
     if offset is None:
-        return ScrutinisedFit(replace(first, remarks=found))
+        shorter = _in_shorter_pieces(first, task)
+        return ScrutinisedFit(replace(first, remarks=found) if shorter is None else shorter)
     values = {p.name: p.value for p in offset.parameters if p.name in joint.names}
     again = replace(task, parameters=parameters.with_values(values)).attempt()
     if again is not None and _misfit(again) < (1 - SETTINGS.better) * _misfit(first):
@@ -353,6 +355,37 @@ def _in_pieces(first: FitResult, task: FitTask) -> FitResult | None:
     )
     remarks = (*doubts(found, task.joint, task.parameters, task.records), remark)
     return replace(found, horizon=horizon, remarks=remarks)
+
+
+def _in_shorter_pieces(first: FitResult, task: FitTask) -> FitResult | None:
+    """The fit over pieces in which it meets the torque as its start does, where a poor one of whole records does not;
+    None where none serve, or are not needed.
+
+    On a motion that little damps, an open simulation adds up what is missing, and parameters that keep it near the
+    record may be far from those that move the joint.
+    """
+
+    def contradicts(fit: FitResult) -> bool:
+        values = np.array([p.value for p in fit.parameters])
+        return any(_worse_torque(task.joint, task.parameters, values, task.records))
+
+    poor = min(first.fit_percent.values()) < SETTINGS.poor_fit
+    if task.options.horizon is not None or not poor or not contradicts(first):
+        return None
+    duration = min(record.duration for record in task.records)
+    least = max(2 * SHORTEST_PIECE * record.sampling_time for record in task.records)
+    for count in SETTINGS.pieces:
+        horizon = float(f"{duration / count:.1g}")
+        found = task.with_options(horizon=horizon).attempt() if horizon >= least else None
+        if found is None or contradicts(found):
+            continue
+        remark = (
+            f"in pieces of {horizon:g} s the fit meets the torque as its start does, and of whole records it does not:"
+            " fitted, validated and diagnosed in such pieces"
+        )
+        remarks = (*doubts(found, task.joint, task.parameters, task.records), remark)
+        return replace(found, horizon=horizon, remarks=remarks)
+    return None
 
 
 def _beside_lacking(task: FitTask) -> FitResult | None:

@@ -89,6 +89,29 @@ def test_a_fit_without_fault_is_not_tried_again() -> None:
     assert scrutinised_fit(FitTask("m", JOINT, start(0.0), [record(0.0)], FitOptions())).with_offset is None
 
 
+@cache
+def pushed() -> tuple[Record, Parameters]:
+    """The axis without fault, leant on for half a second with as much as its dry friction; and a start on it."""
+    plain = record(0.0)
+    push = np.where((plain.t > 1.5) & (plain.t < 2.0), 0.012, 0.0)
+    found = replace(plain, tau_m=plain.tau_m - push)
+    return found, starting_parameters(JOINT, {}, fit_rigid(JOINT, JOINT.parameters(), [found]).guesses)
+
+
+def test_what_an_open_simulation_adds_up_does_not_go_into_the_parameters_of_short_pieces() -> None:
+    found, begin = pushed()
+    task = FitTask("m", JOINT, begin, [found], FitOptions())
+    whole, chosen = task.fit(), scrutinised_fit(task).fit
+    assert any("went into the parameters" in doubt for doubt in doubts(whole, JOINT, begin, [found]))
+    assert chosen.horizon is not None
+    assert 0.1 <= chosen.horizon <= 0.25
+    assert "meets the torque as its start does" in chosen.remarks[-1]
+    for name in ("motor.viscous.Fv", "motor.coulomb.Fc"):
+        assert abs(chosen[name].value - TRUTH[name]) < 0.5 * abs(whole[name].value - TRUTH[name])
+    given = replace(task, options=FitOptions(horizon=2.0))
+    assert scrutinised_fit(given).fit.horizon is None, "pieces that are asked for stay as they are"
+
+
 def test_a_friction_that_vanishes_is_said() -> None:
     assert "motor.coulomb.Fc ended at its lower bound, 0, from a start at 0.0128" in scrutinised(0.012).remarks
 

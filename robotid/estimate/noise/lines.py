@@ -73,7 +73,7 @@ class Innovations:
         omega = 2 * np.pi * np.arange(1, n // 2 + 1) / n
         innovations, left, basis = whiten(one.signal), np.ones(n // 2), np.zeros((0, n))
         if one.columns is not None and len(one.columns):
-            basis = orthonormal(whiten(one.columns))
+            basis = orthonormal(whiten(one.columns))[-(n // 2) :]  # of a few samples, columns would leave no frequency
             innovations = innovations - (basis @ innovations) @ basis
             left = 1.0 - np.minimum(1.0, periodogram(basis).sum(axis=0))
         seen = np.flatnonzero(left > 1.0 - settings.full)
@@ -109,7 +109,7 @@ def periodogram(signals: Array) -> Array:
 
 
 def orthonormal(columns: Array) -> Array:
-    """Rows (r, n) that span the same as columns (m, n)."""
+    """Rows (r, n) that span the same as columns (m, n), those that most columns share last."""
     length = np.linalg.norm(columns, axis=1)
     scaled = columns[length > 0] / length[length > 0, None]
     values, vectors = np.linalg.eigh(scaled @ scaled.T)

@@ -247,6 +247,18 @@ def test_a_misfit_is_not_explained_by_noise() -> None:
     assert not any(is_explained(one, level) for one, level in zip(wrong, fit_levels(wrong), strict=True))
 
 
+@pytest.mark.parametrize("count", [20, 41, 60])
+def test_columns_that_take_nearly_all_of_a_short_piece(count: int) -> None:
+    """As those of reversals do where a motion rests in noise."""
+    rng, found = np.random.default_rng(4), []
+    for _ in range(20):
+        columns = rng.standard_normal((count, 50))
+        noise = NOISE["speed"] * rng.standard_normal(50)
+        (one,) = fit_levels([Residual(noise, joint("speed"), columns)])
+        found.append(np.sqrt(one.output))
+    assert np.median(found) == pytest.approx(NOISE["speed"], rel=0.2)
+
+
 @pytest.mark.parametrize("output", ["speed", "position"])
 def test_the_response_by_modes_is_that_of_every_frequency(output: str) -> None:
     response, omega = joint(output), np.geomspace(1e-3, np.pi, 50)
