@@ -242,12 +242,7 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
     elif d.causes and d.remaining < d.misfit:
         verb = "Together they leave" if len(d.causes) > 1 else "It leaves"
         left = f"{significant(d.remaining, 2)} {unit}" if d.remaining > MIN_REMAINING * d.noise_floor else "nothing"
-        share = (
-            f" ({portion(d.remaining_share, 0)} of the misfit's energy, weighed by the noise)"
-            if left != "nothing"
-            else ""
-        )
-        yield f"{verb} {left} beyond the noise{share}."
+        yield f"{verb} {left} beyond the noise{_what_is_left(f, d) if left != 'nothing' else ''}."
     if d.causes and d.shape is not None and d.verdict != "unknown":
         yield f"what is left is no effect of the catalogue; it {ordering(d.shape, f.units)}."
 
@@ -290,8 +285,18 @@ def _only_noise(f: Findings, d: Diagnosis, noise: str) -> str:
     """What a model without a cause leaves, as the end of a sentence. noise : its size, with the unit."""
     if not d.torque_errors:
         return f"noise of {noise} RMS: there is nothing else to explain."
-    errors = f"errors of the torque of {significant(d.torque_errors, 2)} {f.units('Nm')}"
-    return f"{noise} RMS, no more than {errors} would: nothing stands out of these."
+    return f"{noise} RMS, {_passes_for(f, d)}: nothing stands out of these."
+
+
+def _what_is_left(f: Findings, d: Diagnosis) -> str:
+    """How much of the misfit the causes leave, or what it passes for: weighed by torque errors it is no share."""
+    if d.torque_errors:
+        return f", {_passes_for(f, d)}"
+    return f" ({portion(d.remaining_share, 0)} of the misfit's energy, weighed by the noise)"
+
+
+def _passes_for(f: Findings, d: Diagnosis) -> str:
+    return f"no more than errors of the torque of {significant(d.torque_errors, 2)} {f.units('Nm')} would"
 
 
 def _invisible(d: Diagnosis) -> Iterator[str]:

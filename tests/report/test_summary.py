@@ -113,6 +113,12 @@ def test_clean_and_unknown_are_answers() -> None:
     assert unknown.endswith("what is missing follows the motor angle best.")
 
 
+def test_what_causes_leave_beside_errors_of_the_torque_is_no_share() -> None:
+    text = told(diagnosis=replace(findings().diagnosis, torque_errors=0.162, remaining_share=0.0))
+    expected = "Together they leave 0.011 rad/s beyond the noise, no more than errors of the torque of 0.16 Nm would."
+    assert expected in text
+
+
 def test_a_held_out_record_that_is_simulated_far_worse_is_told_of() -> None:
     for misfit, expected in ((2.5, True), (1.5, False)):
         worse = {

@@ -120,6 +120,8 @@ def remainder(d: Diagnosis) -> str:
     if all(cause.explained_of for cause in d.causes):
         return ""
     level = f"{rms(d.remaining, 2)} of {rms(d.misfit, 2)} {d.unit}"
+    if d.torque_errors:  # weighed by these nothing remains
+        return f"; what remains, {level}, is no more than {_passing(d)} would cause"
     return f"; {portion(d.remaining_share)} of the misfit's energy remains, {level}"
 
 

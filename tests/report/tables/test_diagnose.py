@@ -154,11 +154,16 @@ def test_rounding_is_shown_as_nothing(capsys: pytest.CaptureFixture[str]) -> Non
             " 60.0 % of the misfit's energy remains, 0.1 of 0.13 rad/s",
         ),
         (
+            replace(NAMED, causes=NAMED.causes[:1], remaining_share=0.0, torque_errors=0.162),
+            "m3 lacks motor.stribeck (or motor.presliding: these data cannot tell), which explains 97.0 %; what"
+            " remains, 0.011 of 0.13 rad/s, is no more than errors of the torque of 0.16 Nm would cause",
+        ),
+        (
             UNKNOWN,
             "m3 is wrong by 0.13 rad/s that no effect of the catalogue explains; it follows the motor angle best",
         ),
     ],
-    ids=["clean", "clean beside torque errors", "named", "partly named", "unknown"],
+    ids=["clean", "clean beside torque errors", "named", "partly named", "named beside torque errors", "unknown"],
 )
 def test_the_verdict_in_a_sentence(diagnosis: Diagnosis, sentence: str) -> None:
     assert diagnose.sentence(diagnosis) == sentence
