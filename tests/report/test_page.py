@@ -290,9 +290,9 @@ def test_the_answer_of_one_axis_alone_stands_once_in_the_head() -> None:
 
 
 def test_the_head_of_several_axes_carries_the_verdict_of_each_that_has_one() -> None:
-    found = findings()
-    partly = replace(found, diagnosis=replace(found.diagnosis, verdict="partly named"))
-    axes = {"a1": AxisPage(found, ()), "a2": AxisPage(partly, ()), "a3": AxisPage(up_to("fits"), ())}
+    found = replace(findings().diagnosis, missing={}, residuals={}, curves=())
+    verdicts = {"a1": found, "a2": replace(found, verdict="partly named"), "a3": None}
+    axes = {name: AxisPage(Findings("irb", diagnosis=one), ()) for name, one in verdicts.items()}
     head = re.search(r'<p class="head">(.*?)</p>', robot_page(axes, ORIGIN, "robot"), re.DOTALL)
     assert head is not None
     marks = re.findall(r'<strong class="verdict ([\w-]+)"><a href="#(.*?)">(\w+)</a>: (.*?)</strong>', head[1])

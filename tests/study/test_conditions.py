@@ -24,6 +24,7 @@ LONG = {
     "friction that drifts",
     "shaken_base",
     "quadratic_gear_damping",
+    "stiffness_by_angle",
 }
 """Those that take longest."""
 
@@ -49,7 +50,9 @@ def test_what_no_effect_of_the_catalogue_is_does_not_bear_the_name_of_one(name: 
     assert (found.error, found.causes) == ("", ())
 
 
-@pytest.mark.parametrize("condition", ["4 ms", "angle alone", "torque error AR 0.99"])
+@pytest.mark.parametrize(
+    "condition", ["4 ms", "angle alone", pytest.param("torque error AR 0.99", marks=pytest.mark.slow)]
+)
 def test_a_true_effect_is_the_first_that_is_named(condition: str) -> None:
     found = trial(condition, "effect", "gear.soft_spring")
     assert found.first

@@ -38,6 +38,7 @@ def test_a_hidden_effect_is_named_and_the_extended_model_gains_what_the_true_one
     assert judged.share >= SHARE
 
 
+@pytest.mark.slow
 def test_both_effects_of_a_pair_are_named(tmp_path: Path) -> None:
     result, judged = tried("pair-arm_viscous-motor_stribeck-small-1", tmp_path)
     assert judged.in_class, result.causes
@@ -45,6 +46,7 @@ def test_both_effects_of_a_pair_are_named(tmp_path: Path) -> None:
     assert judged.share >= SHARE
 
 
+@pytest.mark.slow
 def test_an_effect_of_no_catalogue_is_told_as_unknown_with_its_shape(tmp_path: Path) -> None:
     result, judged = tried("unknown-tight_spot-large-0", tmp_path)
     assert judged.right, (result.verdict, result.causes)
