@@ -18,7 +18,7 @@ from robotid.diagnosis.noise.whitening import Segment
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.estimate.noise.floor import torque_floor
 from robotid.estimate.noise.information import is_explained
-from robotid.estimate.noise.levels import fit_levels
+from robotid.estimate.noise.levels import fit_levels_by_record
 from robotid.estimate.noise.lines import Residual
 from robotid.estimate.noise.response import torque_response
 from robotid.estimate.noise.settings import LevelSettings
@@ -66,7 +66,8 @@ def coloured_noise(segments: Sequence[SimulatedSegment], columns: Sequence[Array
     """The noise of every segment beside columns (m, n), of which a fit has taken out what lies along them."""
     pairs = zip(segments, columns, strict=True)
     residuals = [_residual(one, taken, output) for one, taken in pairs]
-    levels = list(fit_levels(residuals, LevelSettings(clip=NOISE.clip)))
+    names = [one.record.name for one in segments]
+    levels = list(fit_levels_by_record(residuals, names, LevelSettings(clip=NOISE.clip)))
     for derived in (False, True):  # an angle's noise and a speed's do not compare
         alike = [k for k, seen in enumerate(residuals) if (seen.response.derivation is not None) == derived]
         for k, level in zip(alike, without_rest([levels[k] for k in alike]) if alike else (), strict=True):

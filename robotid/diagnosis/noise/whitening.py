@@ -57,15 +57,16 @@ def with_typical_noise(
     segments: Sequence[Segment], records: Sequence[Record], joint: Joint, theta: Array, output: Quantity
 ) -> tuple[Segment, ...]:
     """Records that served for no fit, with the typical noise of the segments that did: their own residual may hold a
-    misfit. The torque's noise is the same in all.
+    misfit. The torque's noise is the largest of these.
 
     theta : (p,) of the joint.
     """
     found, filters = [], [segment.whitening for segment in segments]
+    loudest = max((one.levels for one in filters), key=lambda levels: levels.torque + levels.red)
     for record in records:
         derivation = Derivation.of(record, output)
         usual = float(np.median([one.output_noise(derivation) for one in filters]))
-        levels = replace(filters[0].levels, output=usual)
+        levels = replace(loudest, output=usual)
         own = joint.in_record(theta, record.name)
         found.append(Segment(record, whitening(joint, own, output, record, levels)))
     return tuple(found)

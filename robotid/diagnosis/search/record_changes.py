@@ -15,6 +15,7 @@ from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandid
 from robotid.diagnosis.scoring.score_test import significance
 from robotid.diagnosis.search.agreement import Together, is_loud
 from robotid.diagnosis.search.carry_over import held_out_gain
+from robotid.diagnosis.search.coloured import left_by, p_value
 from robotid.diagnosis.search.settings import CHANGES
 from robotid.errors import NumericsError
 from robotid.estimate.least_squares import SolveOptions, solve
@@ -85,7 +86,9 @@ def _differs(model: RefittedModel, data: EvaluationData, change: RecordChange, u
     removed = same.energy - apart.energy
     if removed < CHANGES.confirmed_share * (same.energy - usual * same.samples):
         return False
-    return significance(removed / usual, 1, same.energy / usual, same.samples, len(model.columns)) < level
+    if significance(removed / usual, 1, same.energy / usual, same.samples, len(model.columns)) >= level:
+        return False
+    return p_value(apart, change.effect, left_by(apart)) < level
 
 
 @dataclass(frozen=True, slots=True)

@@ -157,15 +157,15 @@ def _beside_doubtful_events(
         if not events:
             return found
         again = _by_each_noise(evidence, _scored(start, criteria, log), criteria, log)
+        first, plain = found.first, is_plain(found.first, found.data)
+        explained = share_removed(first, first, again.first, found.data, plain=plain)
+        needed = leaves_only_noise(again) or explained > 1.0 - ACCEPTANCE.unknown_share
+        stand = needed and all(stands_out(event, again.last, criteria) for event in events)
+        return replace(again, events=tuple(events)) if stand else found
     except NumericsError:
         return found
     except OutOfTime:
         return replace(found, late=True, unexamined=(ONCE, *found.unexamined))
-    first, plain = found.first, is_plain(found.first, found.data)
-    explained = share_removed(first, first, again.first, found.data, plain=plain)
-    needed = leaves_only_noise(again) or explained > 1.0 - ACCEPTANCE.unknown_share
-    stand = needed and all(stands_out(event, again.last, criteria) for event in events)
-    return replace(again, events=tuple(events)) if stand else found
 
 
 def _beside_curve(evidence: Evidence, found: SearchResult, criteria: Criteria, log: Log) -> SearchResult:

@@ -20,6 +20,7 @@ from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 from robotid.model.array import Array
 
 KINSHIP = 35 / 18  # neighbouring frequencies per independent one under a Hann taper
+OF_THE_TORQUE = 3  # parameters of its noise: white, red, and the memory of the red one
 SCORING, PRECISION, TIE = 30, 1e-8, 1e-12  # steps of Fisher scoring, relative change at its end, of equal spectra
 
 
@@ -38,6 +39,23 @@ def fit_levels(residuals: Sequence[Residual], settings: LevelSettings = SETTINGS
         if done:
             break
     return levels
+
+
+def fit_levels_by_record(
+    residuals: Sequence[Residual], records: Sequence[str], settings: LevelSettings = SETTINGS
+) -> tuple[NoiseLevels, ...]:
+    """The same with errors of the torque of each record's own, where the Bayesian information criterion asks for them:
+    what a measured current is wrong by often grows with it. records : of which one each residual is, by name."""
+    common = fit_levels(residuals, settings)
+    names = dict.fromkeys(records)
+    own = list(common)
+    for name in names if len(names) > 1 else ():
+        at = [k for k, record in enumerate(records) if record == name]
+        for k, levels in zip(at, fit_levels([residuals[k] for k in at], settings), strict=True):
+            own[k] = levels
+    costs = [sum(map(_unlikelihood, residuals, levels)) for levels in (common, own)]
+    further = OF_THE_TORQUE * (len(names) - 1) * float(np.log(sum(len(one.signal) for one in residuals)))
+    return tuple(own) if costs[1] + further < costs[0] else common
 
 
 def _start(residuals: Sequence[Residual], settings: LevelSettings) -> tuple[NoiseLevels, ...]:

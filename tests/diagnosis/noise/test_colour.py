@@ -125,3 +125,17 @@ def test_a_segment_at_rest_does_not_have_much_less_noise_than_the_others() -> No
     found = coloured_noise((first, first, still), [NOTHING] * 3, "speed")
     levels = [np.sqrt(segment.whitening.levels.output) for segment in found.segments]
     assert levels[2] == pytest.approx(0.25 * levels[0], rel=0.05)
+
+
+@pytest.mark.parametrize("factor", [1.0, 6.0])
+def test_errors_of_the_torque_may_be_larger_in_one_record(factor: float) -> None:
+    rng, made = np.random.default_rng(5), []
+    for k, one in enumerate(segments(*CLEAN)):
+        red = lfilter([np.sqrt(1 - 0.95**2)], [1.0, -0.95], rng.standard_normal(len(one.residual) + 500))[500:]
+        error = 0.03 * (factor if k else 1.0) * red
+        made.append(replace(one, residual=one.residual + in_the_speed(one, error)))
+    found = coloured_noise(tuple(made), [NOTHING] * 2, "speed")
+    assert found.linearly_explained
+    first, second = (np.sqrt(one.whitening.levels.red) for one in found.segments)
+    assert second / first == pytest.approx(factor, rel=0.25 if factor > 1 else 1e-9)
+    assert first == pytest.approx(0.03, rel=0.3)
