@@ -14,6 +14,7 @@ from robotid.signals.trace import Trace
 
 Verdict = Literal["clean", "named", "partly named", "unknown", "not explained"]
 EventKind = Literal["bump", "step", "drift"]
+NOT_EXAMINED = "not examined: the time was up"  # why an effect that scored was rejected
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -165,3 +166,8 @@ class Diagnosis(Displayed):
     apart: tuple[str, ...] = ()
     torque_errors: float = field(default=0.0, metadata={"unit": "Nm", "least": 0.0})
     beside_shape: bool = False
+
+    @property
+    def is_cut_short(self) -> bool:
+        """Whether the time was up before all effects that scored were examined."""
+        return any(one.why == NOT_EXAMINED for one in self.rejected)

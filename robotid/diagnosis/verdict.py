@@ -14,7 +14,7 @@ from robotid.diagnosis.misfit.summary import MisfitLocation, locate_misfit
 from robotid.diagnosis.noise.noise_floor import Noise
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.remarks import UNEXPLAINED, remarks
-from robotid.diagnosis.results import Cause, DetectionLimit, Diagnosis, Misfit, Rejected, Verdict
+from robotid.diagnosis.results import NOT_EXAMINED, Cause, DetectionLimit, Diagnosis, Misfit, Rejected, Verdict
 from robotid.diagnosis.search.agreement import Agreement
 from robotid.diagnosis.search.coloured import energy_a_sample
 from robotid.diagnosis.search.limits import detection_limits
@@ -35,7 +35,6 @@ from robotid.signals.trace import Trace, downsampled
 
 K = TypeVar("K")
 SAME = 1e-9  # relative: levels that are closer are one
-NOT_EXAMINED = "not examined: the time was up"
 
 
 def verdict(

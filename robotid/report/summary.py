@@ -237,7 +237,8 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
     if d.verdict == "unknown":
         rest = f"the {significant(d.remaining, 2)} {unit} that remain" if d.causes else "it"
         shape = "" if d.shape is None else f"; what is missing {ordering(d.shape, f.units)}"
-        yield f"no effect of the catalogue explains {rest}, so the cause is unknown{shape}."
+        examined = "effect that was examined in time" if d.is_cut_short else "effect of the catalogue"
+        yield f"no {examined} explains {rest}, so the cause is unknown{shape}."
         yield from _much_worse_elsewhere(f, d)
     elif d.causes and d.remaining < d.misfit:
         verb = "Together they leave" if len(d.causes) > 1 else "It leaves"

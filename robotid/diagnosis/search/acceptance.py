@@ -21,6 +21,7 @@ from robotid.diagnosis.search.driven import starts_by_itself
 from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
 from robotid.diagnosis.search.refits import (
     CandidateRefit,
+    are_collinear,
     carries_over,
     from_the_start,
     indistinguishable_energy,
@@ -294,14 +295,7 @@ def as_cause(state: SearchState, refits: Sequence[CandidateRefit], step: Step, *
 
 def collinear(best: Score, seen: Round) -> list[str]:
     """Effects whose columns span what those of the best do."""
-    names = []
-    for one in seen.best_of_each:
-        if one.directions.size and best.directions.size:
-            cosines = np.linalg.svd(one.directions.T @ best.directions, compute_uv=False)
-            same_size = one.directions.shape[1] == best.directions.shape[1]
-            if same_size and cosines.min() > ACCEPTANCE.collinear_cosine:
-                names.append(one.candidate.name)
-    return names
+    return [one.candidate.name for one in seen.best_of_each if are_collinear(one, best)]
 
 
 def drop_worthless(state: SearchState, criteria: Criteria, log: Log) -> SearchState:

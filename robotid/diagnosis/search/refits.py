@@ -84,11 +84,24 @@ def hopeful(scores: Sequence[Score]) -> list[Score]:
 
 def chosen_of(scores: Sequence[Score], criteria: Criteria) -> list[Score]:
     """The best of scores, as many as the criteria allow, and beyond these the next effects of the catalogue where
-    changes of records have taken the place of all but a few."""
-    best, further = list(scores[: criteria.max_refits]), scores[criteria.max_refits :]
+    changes of records have taken the place of all but a few. A change that is one with another on these records, as the
+    same one of the other of two records, takes no place."""
+    best, further, places = list[Score](), list[Score](), criteria.max_refits
+    for one in scores:
+        mirrored = is_change(one.candidate.name) and any(are_collinear(one, other) for other in best)
+        (best if mirrored or places > 0 else further).append(one)
+        places -= not mirrored
     least = min(CHOICE.least_effects, criteria.max_refits)
     room = least - sum(not is_change(one.candidate.name) for one in best)
     return [*best, *[one for one in further if not is_change(one.candidate.name)][: max(0, room)]]
+
+
+def are_collinear(one: Score, other: Score) -> bool:
+    """Whether the columns of one span what those of another do."""
+    if not (one.directions.size and one.directions.shape == other.directions.shape):
+        return False
+    cosines = np.linalg.svd(one.directions.T @ other.directions, compute_uv=False)
+    return bool(cosines.min() > ACCEPTANCE.collinear_cosine)
 
 
 def _variants(best: Sequence[Score], points: Sequence[Score]) -> list[Score]:

@@ -102,7 +102,8 @@ def sentence(diagnosis: Diagnosis) -> str:
         return f"{d.model} leaves noise on the records of its fit and is wrong by {wrong} {unit} on {listed(d.apart)}"
     place = "" if d.shape is None else f"; it {_on_axis(d, ordering_of(d.shape))}"
     known = f"{d.model} lacks {causes}, and more" if causes else f"{d.model} is wrong by {rms(d.misfit, 2)} {unit}"
-    return f"{known} that no effect of the catalogue explains{place}"
+    examined = "effect that was examined in time" if d.is_cut_short else "effect of the catalogue"
+    return f"{known} that no {examined} explains{place}"
 
 
 def _passing(d: Diagnosis) -> str:

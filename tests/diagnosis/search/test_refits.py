@@ -19,7 +19,7 @@ from robotid.diagnosis.scoring.catalogue_candidates import term_candidate
 from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search import refits
-from robotid.diagnosis.search.refits import CandidateRefit, in_order, refit_hopeful
+from robotid.diagnosis.search.refits import CandidateRefit, chosen_of, in_order, refit_hopeful
 from robotid.errors import NumericsError
 from robotid.estimate.residual import OutputError
 from robotid.model.port import Port
@@ -122,6 +122,24 @@ def test_a_refit_that_does_harm_elsewhere_has_lost_its_way_but_beside_errors_of_
         asked.clear()
         assert refits._kept(end, one, replace(state, data=data), 0.0) is end
         assert bool(asked) == tried
+
+
+def test_a_change_of_the_other_of_two_records_takes_no_place() -> None:
+    """Both are one, but for the parameter that all records share."""
+    effect = term_candidate(Port.MOTOR, TERMS["quadratic_friction"], (0.0,))
+
+    def scored(name: str, column: int, energy: float) -> Score:
+        return Score(replace(effect, name=name), energy, (1.0,), np.eye(4)[:, column : column + 1], np.zeros(4))
+
+    first, other, third = (f"record_change.{record}.motor.coulomb.Fc" for record in "abc")
+    names = [first, other, third, "motor.stribeck", "motor.cogging"]
+    scores = [
+        scored(name, column, 9.0 - k) for k, (name, column) in enumerate(zip(names, (0, 0, 1, 2, 3), strict=True))
+    ]
+    found = chosen_of(scores, Criteria(max_refits=3))
+    assert [one.candidate.name for one in found] == [first, other, third, "motor.stribeck", "motor.cogging"]
+    apart = [scored("motor.stribeck", 0, 9.0), scored("motor.cogging", 0, 8.0)]
+    assert len(chosen_of(apart, Criteria(max_refits=1))) == 1
 
 
 def test_only_what_is_significant_and_worth_it_is_refitted() -> None:

@@ -11,7 +11,7 @@ import pytest
 from support.diagnosed import CLEAN, EXTENSION, NAMED, PAYLOAD, PUSH, UNKNOWN
 
 from robotid.cli.console import print_json, print_tables
-from robotid.diagnosis.results import Diagnosis, Separation
+from robotid.diagnosis.results import NOT_EXAMINED, Diagnosis, Rejected, Separation
 from robotid.report.tables import diagnose, extend
 from robotid.report.tables.table import Table
 
@@ -159,11 +159,24 @@ def test_rounding_is_shown_as_nothing(capsys: pytest.CaptureFixture[str]) -> Non
             " remains, 0.011 of 0.13 rad/s, is no more than errors of the torque of 0.16 Nm would cause",
         ),
         (
+            replace(UNKNOWN, rejected=(Rejected("motor.stribeck", 0.9, 0.0, NOT_EXAMINED),)),
+            "m3 is wrong by 0.13 rad/s that no effect that was examined in time explains; it follows the motor angle"
+            " best",
+        ),
+        (
             UNKNOWN,
             "m3 is wrong by 0.13 rad/s that no effect of the catalogue explains; it follows the motor angle best",
         ),
     ],
-    ids=["clean", "clean beside torque errors", "named", "partly named", "named beside torque errors", "unknown"],
+    ids=[
+        "clean",
+        "clean beside torque errors",
+        "named",
+        "partly named",
+        "named beside torque errors",
+        "cut short",
+        "unknown",
+    ],
 )
 def test_the_verdict_in_a_sentence(diagnosis: Diagnosis, sentence: str) -> None:
     assert diagnose.sentence(diagnosis) == sentence

@@ -231,6 +231,8 @@ def check_a_drawn_simulation_may_fail_in_ten_windows() -> None:
 def check_innovations_beyond_three_deviations_count_as_three() -> None:
     asked = list[float]()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(colour, "fit_levels", lambda _, settings: asked.append(settings.clip) or [NoiseLevels(1.0)])
+        patch.setattr(
+            colour, "fit_levels_by_record", lambda _, __, settings: asked.append(settings.clip) or [NoiseLevels(1.0)]
+        )
         colour.coloured_noise([plain_segment(1.0)], [np.zeros((0, SAMPLES))], "speed")
     assert asked == [pytest.approx(3.0)]

@@ -102,7 +102,7 @@ def check_all_but_a_few_per_cent_is_everything() -> None:
 @sees(CHOICE, "least_effects")
 def check_three_effects_are_refitted_however_many_changes_of_records_score_better() -> None:
     other = replace(friction(9.0).candidate, name="record_change.a.motor.viscous.Fv")
-    changes = [replace(friction(9.0), candidate=other)] * 6
+    changes = [replace(friction(9.0, np.eye(6)[:, k : k + 1]), candidate=other) for k in range(6)]
     found = chosen_of([*changes, *[friction(5.0)] * 6], Criteria(max_refits=4))
     assert len(found) == 4 + 3
 
