@@ -70,8 +70,8 @@ class InitFlexSettings(Section):
 
 
 class FitSettings(Section):
-    """Output-error fit. output : what is compared, absent: the angle where no record has a measured speed, else the
-    speed. models : name to the records that it is fitted to, absent: one model
+    """Output-error fit. output : what is compared, absent: the speed, also where it is derived from the
+    angle. models : name to the records that it is fitted to, absent: one model
     of all records with role estimate. best : the model that later stages use, by default the last. weights : factor of
     a record on the weight that its noise gives it. multistart : further starts, drawn about the first. fix : dotted
     names of parameters that keep their start. horizon [s] : length of the pieces of a record that are simulated from

@@ -111,7 +111,7 @@ _REST = Template("""
 # init_flex:
 #   band: null                     # such as [1.0, 40.0] in Hz; the excitation's own when null
 # fit:
-#   output: null                   # speed or position; when null position where no record has a measured speed
+#   output: null                   # speed or position; when null speed, also where it is derived from the angle
 #   models:                        # each fitted to the records that it names
 #     m1: [$fitted]
 #   best: m1                       # the model that later stages use

@@ -9,13 +9,7 @@ from robotid.model.joint import Joint
 from robotid.model.structure import Structure
 from robotid.signals.record import Quantity, Record
 
-OF_AN_ANGLE: Quantity = "speed"  # of records whose speed is derived from their angle: an open-loop angle drifts
-
-
-def default_output(records: Iterable[Record]) -> Quantity:
-    """What is compared where nothing else is asked: the speed, unless no record has one that was measured."""
-    seen = tuple(records)
-    return OF_AN_ANGLE if seen and all(record.speed_is_derived for record in seen) else "speed"
+DEFAULT_OUTPUT: Quantity = "speed"  # also where it is derived from the angle: an angle drifts in open loop
 
 
 def joint_for(structure: Structure, output: Quantity, records: Iterable[Record]) -> Joint:

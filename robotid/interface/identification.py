@@ -18,7 +18,7 @@ from robotid.estimate.identify import StartOptions, initialise_flexible, initial
 from robotid.estimate.result import Estimate, FitResult
 from robotid.estimate.rigid import RigidResult
 from robotid.estimate.scrutiny import FitTask, scrutinised_fit
-from robotid.estimate.sensing import default_output, joint_for
+from robotid.estimate.sensing import DEFAULT_OUTPUT, joint_for
 from robotid.interface.dataset import Dataset, as_dataset
 from robotid.interface.hints import in_python_terms
 from robotid.interface.model import Model
@@ -35,8 +35,8 @@ NAME = "m1"
 class Options:
     """How a model is fitted.
 
-    output : what is compared, "speed" or "position", None for the angle where no record has a measured speed and the
-    speed where one has. horizon [s] : length of the pieces of a record that are simulated
+    output : what is compared, "speed" or "position", None for the speed, also where it is derived from the angle.
+    horizon [s] : length of the pieces of a record that are simulated
     from first states of their own, None for whole records, "auto" for what the growth of errors on their motion asks
     for; the fit then has the one that was chosen. max_iterations and tolerance, relative to the cost : where
     the fit ends. weights : by record, a factor on the weight that its noise gives it. estimate_states : whether first
@@ -76,7 +76,7 @@ class Options:
     def fit(self) -> FitOptions:
         """Those of the fit."""
         return FitOptions(
-            output=self.output or "speed",
+            output=self.output or DEFAULT_OUTPUT,
             max_iterations=self.max_iterations,
             tolerance=self.tolerance,
             weights=self.weights,
@@ -177,7 +177,7 @@ def fit(
     for name in options.weights:
         if name not in data.names:
             raise ConfigError(f'there is no record "{name}"', where="Options, weights", hint=suggest(name, data.names))
-    output = options.output or default_output(used)
+    output = options.output or DEFAULT_OUTPUT
     options = replace(options, output=output)
     joint = joint_for(model.structure, output, used)
     with in_python_terms(), computing():

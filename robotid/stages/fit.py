@@ -12,7 +12,7 @@ from robotid.estimate.identify import starting_parameters
 from robotid.estimate.result import End, FitResult, Fits
 from robotid.estimate.rigid import RigidResult
 from robotid.estimate.scrutiny import FitTask, ScrutinisedFit, scrutinised_fit
-from robotid.estimate.sensing import default_output, joint_for
+from robotid.estimate.sensing import DEFAULT_OUTPUT, joint_for
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.parallel import ahead
@@ -30,7 +30,7 @@ def fit(settings: Config, recordings: Recordings, rigid: RigidResult, flex: Flex
     assert settings.fit.models is not None
     assert settings.fit.best is not None
     used = recordings.of(dict.fromkeys(name for members in settings.fit.models.values() for name in members))
-    output = settings.fit.output or default_output(used)
+    output = settings.fit.output or DEFAULT_OUTPUT
     joint = joint_for(settings.structure(), output, used)
     parameters = start(settings, joint, rigid, flex)
     options = replace(fit_options(settings, output), interruptible=True)
