@@ -125,15 +125,9 @@ def test_a_flexible_joint_whose_speed_is_zero(tmp_path: Path, capsys: pytest.Cap
     assert "write dphi_m: null" in capsys.readouterr().err.splitlines()[-1]
 
 
-@pytest.mark.parametrize(
-    ("name", "speed"),
-    [
-        pytest.param("torque_sign", True, id="torque_sign-speed"),
-        pytest.param("angle_sign", False, id="angle_sign-angle"),
-        pytest.param("torque_sign", False, id="torque_sign-angle", marks=pytest.mark.slow),
-        pytest.param("angle_sign", True, id="angle_sign-speed", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", [True, False], ids=["speed", "angle"])
+@pytest.mark.parametrize("name", ["torque_sign", "angle_sign"])
 def test_a_flexible_joint_with_a_wrong_sign_is_given_no_cause(
     name: str, speed: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -25,6 +25,8 @@ LONG = {
     "shaken_base",
     "quadratic_gear_damping",
     "stiffness_by_angle",
+    "friction_step",
+    "torque error AR 0.9",
 }
 """Those that take longest."""
 
@@ -51,7 +53,12 @@ def test_what_no_effect_of_the_catalogue_is_does_not_bear_the_name_of_one(name: 
 
 
 @pytest.mark.parametrize(
-    "condition", ["4 ms", "angle alone", pytest.param("torque error AR 0.99", marks=pytest.mark.slow)]
+    "condition",
+    [
+        "angle alone",
+        pytest.param("4 ms", marks=pytest.mark.slow),
+        pytest.param("torque error AR 0.99", marks=pytest.mark.slow),
+    ],
 )
 def test_a_true_effect_is_the_first_that_is_named(condition: str) -> None:
     found = trial(condition, "effect", "gear.soft_spring")

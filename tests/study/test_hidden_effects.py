@@ -12,7 +12,7 @@ from study.trials.trial import Result, run
 
 EFFECTS = (
     "effect-motor_stribeck-large-0",
-    "effect-torque_torque_delay-large-0",
+    pytest.param("effect-torque_torque_delay-large-0", marks=pytest.mark.slow),
     pytest.param("effect-motor_position_friction-large-0", marks=pytest.mark.slow),
     pytest.param("effect-gear_soft_spring-large-0", marks=pytest.mark.slow),
     pytest.param("effect-arm_coulomb-large-0", marks=pytest.mark.slow),

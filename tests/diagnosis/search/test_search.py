@@ -265,7 +265,13 @@ def test_a_small_effect_that_leaves_noise_explains_all_that_was_missing() -> Non
 
 
 @pytest.mark.parametrize(
-    "size", [0.05, 0.06, 0.08, 0.2], ids=["lost in torque errors", "doubtful", "of lesser share", "of most"]
+    "size",
+    [
+        pytest.param(0.05, id="lost in torque errors"),
+        pytest.param(0.06, id="doubtful"),
+        pytest.param(0.08, id="of lesser share", marks=pytest.mark.slow),
+        pytest.param(0.2, id="of most", marks=pytest.mark.slow),
+    ],
 )
 def test_an_event_beside_a_cause_is_told(size: float) -> None:
     """It is seen once the cause is there, and the noise of the sensors behind it; or beside the cause; or before it."""
