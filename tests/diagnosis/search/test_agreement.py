@@ -12,6 +12,7 @@ from support.small_bench import SAMPLING_TIME, TRUTH, Criteria, fitted, made_alo
 
 from robotid.diagnosis.procedure import diagnose
 from robotid.diagnosis.results import Diagnosis
+from robotid.diagnosis.search import record_changes
 from robotid.report.tables.diagnose import sentence
 
 FEW = Criteria(max_refits=1)
@@ -41,6 +42,15 @@ def test_one_that_has_changed_is_named() -> None:
     found = accelerated(by=2.0, heavier=1.2)
     assert [cause.effect for cause in found.causes] == ["record_change.check.motor.inertia.J"]
     assert found.causes[0].parameters[0].value == pytest.approx(0.2 * TRUTH["motor.inertia.J"], rel=0.1)
+
+
+def test_one_whose_size_scatters_from_block_to_block_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = list[str]()
+    monkeypatch.setattr(record_changes, "p_value", lambda _, effect, __: asked.append(effect) or 0.5)
+    found = accelerated.__wrapped__(by=2.0, heavier=1.2)
+    assert asked == ["record_change.check.motor.inertia.J"]
+    assert not found.causes
+    assert found.verdict != "clean"
 
 
 @cache
