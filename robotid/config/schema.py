@@ -70,13 +70,13 @@ class InitFlexSettings(Section):
 
 
 class FitSettings(Section):
-    """Output-error fit. output : what is compared, absent: the speed, also where it is derived from the
-    angle. models : name to the records that it is fitted to, absent: one model
-    of all records with role estimate. best : the model that later stages use, by default the last. weights : factor of
-    a record on the weight that its noise gives it. multistart : further starts, drawn about the first. fix : dotted
-    names of parameters that keep their start. horizon [s] : length of the pieces of a record that are simulated from
-    first states of their own, absent: the whole record at once, unless an open simulation fits poorly and is unstable
-    or contradicts the torque; auto: pieces over which no error grows far, where any does."""
+    """Output-error fit. output : what is compared, absent: the speed, also where it is derived from the angle.
+    models : name to the records that it is fitted to, absent: one model of all records with role estimate. best : the
+    model that later stages use, by default the last. weights : factor of a record on the weight that its noise gives
+    it. multistart : further starts, drawn about the first. fix : dotted names of parameters that keep their start.
+    horizon [s] : length of the pieces of a record that are simulated from first states of their own, absent: the whole
+    record at once, unless an open simulation fits poorly and is unstable or contradicts the torque; auto: pieces over
+    which no error grows far, where any does."""
 
     output: Literal["speed", "position"] | None = None
     models: Annotated[dict[Name, tuple[str, ...]], Field(min_length=1)] | None = None

@@ -291,9 +291,14 @@ def _instability(joint: Joint, parameters: Parameters, records: Sequence[Record]
     rates = [growth_rate(joint, parameters.values, record) for record in records]
     growth, rate = max(rate * record.duration for rate, record in zip(rates, records, strict=True)), max(rates)
     horizon = float(f"{SETTINGS.growth / rate:.1g}") if rate > 0.0 else None
-    if horizon is not None and any(horizon < 2 * SHORTEST_PIECE * record.sampling_time for record in records):
+    if horizon is not None and _is_too_short(horizon, records):
         horizon = None
     return _Instability(rate, growth, horizon)
+
+
+def _is_too_short(horizon: float, records: Sequence[Record]) -> bool:
+    """Whether pieces of this length [s] would have too few samples in a record."""
+    return any(horizon < 2 * SHORTEST_PIECE * record.sampling_time for record in records)
 
 
 def _nearer_start(task: FitTask) -> FitTask | None:
@@ -353,8 +358,12 @@ def _in_pieces(first: FitResult, task: FitTask) -> FitResult | None:
         f"an error of the open simulation grows by a factor of e in {1 / instability.rate:.2g} s on this motion, and"
         f" the fit of whole records is {least:.1f} %: fitted, validated and diagnosed in pieces of {horizon:g} s"
     )
-    remarks = (*doubts(found, task.joint, task.parameters, task.records), remark)
-    return replace(found, horizon=horizon, remarks=remarks)
+    return _as_cut(found, horizon, remark, task)
+
+
+def _as_cut(fit: FitResult, horizon: float, remark: str, task: FitTask) -> FitResult:
+    """A fit over pieces of this length [s], with what speaks against it and why it was made so."""
+    return replace(fit, horizon=horizon, remarks=(*doubts(fit, task.joint, task.parameters, task.records), remark))
 
 
 def _in_shorter_pieces(first: FitResult, task: FitTask) -> FitResult | None:
@@ -373,18 +382,15 @@ def _in_shorter_pieces(first: FitResult, task: FitTask) -> FitResult | None:
     if task.options.horizon is not None or not poor or not contradicts(first):
         return None
     duration = min(record.duration for record in task.records)
-    least = max(2 * SHORTEST_PIECE * record.sampling_time for record in task.records)
     for count in SETTINGS.pieces:
         horizon = float(f"{duration / count:.1g}")
-        found = task.with_options(horizon=horizon).attempt() if horizon >= least else None
-        if found is None or contradicts(found):
-            continue
-        remark = (
-            f"in pieces of {horizon:g} s the fit meets the torque as its start does, and of whole records it does not:"
-            " fitted, validated and diagnosed in such pieces"
-        )
-        remarks = (*doubts(found, task.joint, task.parameters, task.records), remark)
-        return replace(found, horizon=horizon, remarks=remarks)
+        found = None if _is_too_short(horizon, task.records) else task.with_options(horizon=horizon).attempt()
+        if found is not None and not contradicts(found):
+            remark = (
+                f"in pieces of {horizon:g} s the fit meets the torque as its start does, and of whole records it does"
+                " not: fitted, validated and diagnosed in such pieces"
+            )
+            return _as_cut(found, horizon, remark, task)
     return None
 
 
@@ -394,11 +400,11 @@ def _beside_lacking(task: FitTask) -> FitResult | None:
 
     Of whole records, no simulation of such a motion leads to what is lacking, not even one with it.
     """
-    joint, found = task.joint, list(_regressed_beside(task))
+    found = list(_regressed_beside(task))
     if not found:
         return None
     try:
-        before = _torque_error_percent(fit_rigid(joint, task.parameters, task.records))
+        before = _torque_error_percent(fit_rigid(task.joint, task.parameters, task.records))
     except NumericsError:
         return None
     after, what, extended, start = min(found, key=lambda one: one[0])
@@ -415,8 +421,7 @@ def _beside_lacking(task: FitTask) -> FitResult | None:
         f" {plain(before)} %, and an error of the open simulation grows by a factor of e in"
         f" {1 / instability.rate:.2g} s: fitted, validated and diagnosed in pieces of {instability.horizon:g} s"
     )
-    remarks = (*doubts(fit, joint, task.parameters, task.records), remark)
-    return replace(fit, horizon=instability.horizon, remarks=remarks)
+    return _as_cut(fit, instability.horizon, remark, task)
 
 
 def _torque_error_percent(rigid: RigidResult) -> float:

@@ -19,6 +19,7 @@ from robotid.report.drawing.location import best_of_each, ordering
 from robotid.report.events import described, not_accounted_for
 from robotid.report.findings import Findings
 from robotid.report.style.axes import axis_label
+from robotid.report.tables.diagnose import no_effect
 from robotid.validation.identifiability import UNSEEN_SHARE, hidden_by_errors
 from robotid.validation.results import RecordValidation
 
@@ -237,8 +238,7 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
     if d.verdict == "unknown":
         rest = f"the {significant(d.remaining, 2)} {unit} that remain" if d.causes else "it"
         shape = "" if d.shape is None else f"; what is missing {ordering(d.shape, f.units)}"
-        examined = "effect that was examined in time" if d.is_cut_short else "effect of the catalogue"
-        yield f"no {examined} explains {rest}, so the cause is unknown{shape}."
+        yield f"{no_effect(d)} explains {rest}, so the cause is unknown{shape}."
         yield from _much_worse_elsewhere(f, d)
     elif d.causes and d.remaining < d.misfit:
         verb = "Together they leave" if len(d.causes) > 1 else "It leaves"

@@ -7,12 +7,13 @@ import time
 import pytest
 from support.alike import alike
 from support.eventful import PUSH, eventful
-from support.small_bench import QUICK, STRIBECK, fitted, records
+from support.small_bench import QUICK, STRIBECK, begun, fitted, records
 
 from robotid.diagnosis import DiagnosisOptions, diagnose
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.search import refits, search
 from robotid.diagnosis.search.data import Evidence
+from robotid.diagnosis.search.events import SeenEvent
 from robotid.extension import extension_task, with_gains
 from robotid.interrupt import OutOfTime, check, deadline, until
 
@@ -107,6 +108,21 @@ def test_an_event_that_takes_too_long_to_set_aside_stays_and_is_named_as_not_exa
     assert None not in ends
     (remark,) = (one for one in found.remarks if "not examined" in one)
     assert remark.startswith("the budget of 60 s is spent; not examined: what happened once in slow at ")
+
+
+def test_an_event_beside_causes_that_no_time_is_left_to_judge_is_not_examined(monkeypatch: pytest.MonkeyPatch) -> None:
+    def too_late(*_: object) -> None:
+        raise OutOfTime
+
+    start = begun(records({}), QUICK).scored(QUICK)
+    evidence, found, seen = Evidence(start.first, [], []), search.as_result(start), [SeenEvent(PUSH, leading=True)]
+    monkeypatch.setattr(search, "largest_event", lambda *_, **__: seen.pop() if seen else None)
+    monkeypatch.setattr(search, "_set_aside", lambda *_: (PUSH, evidence, start))
+    monkeypatch.setattr(search, "_by_each_noise", lambda *_: found)
+    monkeypatch.setattr(search, "leaves_only_noise", lambda _: True)
+    monkeypatch.setattr(search, "stands_out", too_late)
+    result = search._beside_doubtful_events(evidence, found, start, QUICK, lambda _: None)
+    assert (result.late, result.unexamined, result.events) == (True, (search.ONCE,), ())
 
 
 def test_an_event_that_is_set_aside_in_time_is_kept() -> None:

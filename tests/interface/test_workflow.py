@@ -256,6 +256,7 @@ def test_pieces_that_a_fit_was_cut_into_are_longer_for_a_coarser_record() -> Non
     coarse = rid.read({name: values[:800:4] for name, values in motor_log(seed=2).items()}, name="coarse")
     fine = rid.read({name: values[:800] for name, values in motor_log().items()}, name="fine")
     fit = rid.fit(RIGID, fine, options=rid.Options(horizon=0.1))
+    assert fit.output == "speed", "though only the angle was logged"
     found = rid.diagnose(fit, held_out=coarse, criteria=rid.Criteria(max_refits=1, max_causes=1))
     assert "coarse" in found.records
     assert rid.extend(fit, found).added == ()

@@ -73,11 +73,11 @@ def test_a_first_state_that_flatters_is_remarked():
 
 
 def test_traces_of_long_records_are_thinned(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("robotid.signals.trace.MAX_SAMPLES", 400)
+    monkeypatch.setattr("robotid.signals.trace.MAX_SAMPLES", 1200)
     record = clean_records()[0]
     trace = validate_model(model({}), (record,), (), ValidationOptions()).records["small"].trace
-    assert len(trace.t) == len(trace.measured) == len(trace.simulated) <= 400 < len(record)
-    assert trace.t[-1] == pytest.approx(record.t[-1], abs=0.02)
+    assert len(trace.t) == len(trace.measured) == len(trace.simulated) <= 1200 < len(record)
+    assert trace.t[-1] == pytest.approx(record.t[-1], abs=0.01)
 
 
 def test_a_model_of_another_joint_than_its_parameters():

@@ -27,9 +27,9 @@ def likely_levels(
     """Levels that explain residuals about as well as the likeliest, with the share of belief in each.
 
     Among red noises a corner weighs with its likelihood, and beforehand with the root of what the spectra would tell of
-    it (Jeffreys 1946): slow ones, which all look alike, count no more often than they can be told apart. Between these
-    noises, a white one and none the criterion of Bayes decides. levels : the likeliest; seen : residuals whitened by
-    them.
+    it (Jeffreys 1946): slow ones, which all look alike, count no more often than they can be distinguished. Between
+    these noises, a white one and none the criterion of Bayes decides. levels : the likeliest; seen : residuals whitened
+    by them.
     """
     if not any(one.signal.any() for one in residuals):
         return [(1.0, tuple(levels))]

@@ -48,8 +48,10 @@ def fit_levels_by_record(
     what a measured current is wrong by often grows with it. records : of which one each residual is, by name."""
     common = fit_levels(residuals, settings)
     names = dict.fromkeys(records)
+    if len(names) < 2:
+        return common
     own = list(common)
-    for name in names if len(names) > 1 else ():
+    for name in names:
         at = [k for k, record in enumerate(records) if record == name]
         for k, levels in zip(at, fit_levels([residuals[k] for k in at], settings), strict=True):
             own[k] = levels

@@ -102,8 +102,12 @@ def sentence(diagnosis: Diagnosis) -> str:
         return f"{d.model} leaves noise on the records of its fit and is wrong by {wrong} {unit} on {listed(d.apart)}"
     place = "" if d.shape is None else f"; it {_on_axis(d, ordering_of(d.shape))}"
     known = f"{d.model} lacks {causes}, and more" if causes else f"{d.model} is wrong by {rms(d.misfit, 2)} {unit}"
-    examined = "effect that was examined in time" if d.is_cut_short else "effect of the catalogue"
-    return f"{known} that no {examined} explains{place}"
+    return f"{known} that {no_effect(d)} explains{place}"
+
+
+def no_effect(d: Diagnosis) -> str:
+    """No effect, in words that claim no more than was examined."""
+    return "no effect that was examined in time" if d.is_cut_short else "no effect of the catalogue"
 
 
 def _passing(d: Diagnosis) -> str:
