@@ -67,6 +67,11 @@ def check_signals() -> None:
         raise Interrupted
 
 
+def signals() -> int:
+    """How many signals have asked to stop so far."""
+    return 0 if _requests is None else _requests.received
+
+
 @contextmanager
 def deadline(at: float | None) -> Iterator[None]:
     """Let `check` raise OutOfTime once the clock of `time.monotonic` is past a time [s]; None: never."""

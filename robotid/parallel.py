@@ -7,9 +7,10 @@ task in this process gets its arrays as pickling leaves them, contiguous and not
 of a scalar product depends on how its factors lie in memory.
 
 Processes are started once the work at hand takes longer than they take to start, and stay until the block of `working`
-ends. What tasks share is written to a file once and mapped into the memory of each process; a large result comes back
-the same way. A process ends by itself when this one has gone, leaves keyboard interrupts to it, and abandons a task
-whose result is no longer wanted.
+ends. There is one less than may work, for this process does not only wait: it does what it asks for where that is not
+begun, and what comes next while another is at it. What tasks share is written to a file once and mapped into the memory
+of each process; a large result comes back the same way. A process ends by itself when this one has gone, leaves
+keyboard interrupts to it, and abandons a task whose result is no longer wanted.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
-from robotid.interrupt import Interrupted, asking, check_signals, deadline, until
+from robotid.interrupt import Interrupted, OutOfTime, asking, check_signals, deadline, signals, until
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -123,8 +124,8 @@ def ahead(
     log: Event | None = None,
     hands_on_interrupts: bool = False,
 ) -> Iterator[Sequence[Result]]:
-    """The results of task(shared, item), each there when it is asked for: several processes work ahead, one works when
-    asked. What is not asked for within the block is dropped.
+    """The results of task(shared, item), each there when it is asked for: other processes work ahead, this one works
+    when asked. What is not asked for within the block is dropped.
 
     samples : over which a task runs, to tell whether it is worth a process. log : what tasks report; they are called
     with it as log=, and reports arrive in the order in which results are asked for. hands_on_interrupts : an interrupt
@@ -181,8 +182,7 @@ class _Crew:
                 self.started = _Pool(self)
             except (ImportError, OSError):  # a system without semaphores or shared folders: one process will do
                 self.broken = True
-        ready = self.started is not None and (self.started.first.done() or seconds > START_UP)
-        return self.started if ready else None
+        return self.started
 
     def dismiss(self) -> None:
         """End the processes."""
@@ -256,13 +256,23 @@ class _Pool:
         self.folder = Path(tempfile.mkdtemp(prefix="robotid-"))
         try:
             self.executor = ProcessPoolExecutor(
-                self.crew.jobs, initializer=_begin, initargs=(os.getpid(), str(self.folder)), env=ONE_THREAD
+                self.others, initializer=_begin, initargs=(os.getpid(), str(self.folder)), env=ONE_THREAD
             )
-            with _interrupts_blocked():
-                self.first = self.executor.submit(_nothing)  # processes start at the first task
+            self.first = self.submit(_nothing)  # processes start at the first task
         except BaseException:
             shutil.rmtree(self.folder, ignore_errors=True)
             raise
+
+    @property
+    def others(self) -> int:
+        """How many processes there are besides this one."""
+        return self.crew.jobs - 1
+
+    def submit(self, task: Callable[..., Result], *arguments: Any) -> Future[Result]:
+        """Have a process do a task."""
+        with _interrupts_blocked():
+            future: Future[Result] = self.executor.submit(task, *arguments)
+        return future
 
     @contextmanager
     def call(
@@ -273,7 +283,7 @@ class _Pool:
         log: Event | None,
         hands_on_interrupts: bool,
     ) -> Iterator[Sequence[Result] | None]:
-        """Results of the processes; None where these cannot be reached."""
+        """Results of the processes and of this one; None where there is no room for what they share."""
         self.calls += 1
         file = self.folder / f"{self.calls}"
         try:
@@ -282,21 +292,11 @@ class _Pool:
             self.crew.broken = True
             yield None
             return
-        reports = [self.folder / f"{self.calls}-{k}" for k in range(len(items))]
-        results = [Path(f"{report}-result") for report in reports]
-        futures: list[Future[Result]] = []
+        results = _Shared(self, file, task, shared, items, log, hands_on_interrupts)
         try:
-            with _interrupts_blocked():
-                for item, report, result in zip(items, reports, results, strict=True):
-                    asked = _Asked(task, str(file), item, str(result), None if log is None else str(report), until())
-                    futures.append(self.executor.submit(_serve, asked))
-            yield _FromProcesses(self, futures, (task, shared, items), log, hands_on_interrupts)
+            yield results
         finally:
-            for future in futures:
-                future.cancel()
-            for path in (file, *reports, *results, Path(f"{file}-interrupted")):
-                with suppress(OSError):
-                    path.unlink(missing_ok=True)
+            results.drop()
 
     def close(self) -> None:
         """End the processes: those that still work notice that their folder has gone."""
@@ -304,49 +304,131 @@ class _Pool:
         self.executor.shutdown(wait=True)
 
 
-class _FromProcesses(_Lazily[Result], Generic[Item, Result]):
-    """Results of other processes. work : the task, what it shares and its items, for a process that has died."""
+class _Shared(_Lazily[Result], Generic[Item, Result]):
+    """Results of other processes and of this one. Others begin with what is asked for after the first, which this one
+    will do."""
 
     def __init__(
         self,
         pool: _Pool,
-        futures: Sequence[Future[Result]],
-        work: tuple[Callable[..., Result], Any, Sequence[Item]],
+        file: Path,
+        task: Callable[..., Result],
+        shared: Any,
+        items: Sequence[Item],
         log: Event | None,
         hands_on_interrupts: bool,
     ) -> None:
-        super().__init__(len(futures))
-        self._pool, self._futures, self._work, self._log = pool, futures, work, log
+        super().__init__(len(items))
+        self._pool, self._file, self._task, self._items, self._log = pool, file, task, items, log
         self._hands_on_interrupts = hands_on_interrupts
-        self._file = pool.folder / f"{pool.calls}"
-        self._alone: _OneByOne[Item, Result] | None = None
+        self._here = _OneByOne(task, _as_sent(shared), items, log, _Crew(1))
+        self._failed: dict[int, BaseException] = {}
+        self._lock = threading.Lock()
+        self._waiting = [*range(1, len(items)), 0]
+        self._futures: dict[int, Future[Result]] = {}
+        self._until = until()
+        for _ in range(pool.others):  # at once, or as soon as they have started
+            pool.first.add_done_callback(self._feed)
+
+    def drop(self) -> None:
+        """What has not been asked for is wanted no more."""
+        with self._lock:
+            self._waiting.clear()
+        for future in self._futures.values():
+            future.cancel()
+        left = [path for k in self._futures for path in (self._reports(k), self._results(k))]
+        for path in (self._file, *left, self._interrupted):
+            with suppress(OSError):
+                path.unlink(missing_ok=True)
+
+    def _reports(self, k: int) -> Path:
+        return Path(f"{self._file}-{k}")
+
+    def _results(self, k: int) -> Path:
+        return Path(f"{self._file}-{k}-result")
+
+    @property
+    def _interrupted(self) -> Path:
+        return Path(f"{self._file}-interrupted")
+
+    def _feed(self, _: Future[Any]) -> None:
+        """Have a process that is free do what comes next. Is called in a thread of its library, too."""
+        with self._lock:
+            if not self._waiting or self._pool.crew.broken:
+                return
+            k = self._waiting[0]
+            reports = None if self._log is None else str(self._reports(k))
+            asked = _Asked(self._task, str(self._file), self._items[k], str(self._results(k)), reports, self._until)
+            try:
+                future = self._pool.submit(_serve, asked)
+            except RuntimeError:  # its processes have ended: all is done here
+                self._pool.crew.broken = True
+                return
+            self._futures[self._waiting.pop(0)] = future
+        future.add_done_callback(self._feed)
+
+    def _taken(self, k: int | None = None) -> int | None:
+        """The number of a task that this process is to do: this one, or the next, None where it is begun."""
+        with self._lock:
+            found = next((j for j in self._waiting if k is None or j == k), None)
+            if found is not None:
+                self._waiting.remove(found)
+            return found
 
     def _result(self, k: int) -> Result:
-        from concurrent.futures import wait
-        from concurrent.futures.process import BrokenProcessPool
-
-        future, reports = self._futures[k], _Reports(Path(f"{self._file}-{k}"), self._log)
-        if self._alone is not None and not future.done():
-            return self._alone[k]
-        done = False
-        while not done:
+        if self._taken(k) is not None:
+            return self._done_here(k)
+        if k not in self._futures:
+            if k in self._failed:
+                raise self._failed[k]
+            return self._here[k]
+        future, reports = self._futures[k], _Reports(self._reports(k), self._log)
+        while not future.done():
             try:
                 check_signals()
             except Interrupted:
                 if not self._hands_on_interrupts:
                     raise
-                Path(f"{self._file}-interrupted").touch()
-            done = bool(wait([future], timeout=POLL).done)
+                self._interrupted.touch()
             reports.read()
+            self._wait(future)
+        reports.read()
+        return self._received(k, future)
+
+    def _wait(self, future: Future[Result]) -> None:
+        """Wait a little for what a process does, or do what comes next."""
+        from concurrent.futures import wait
+
+        following = self._taken() if self._log is None else None  # reports keep the order of the results
+        if following is None:
+            wait([future], timeout=POLL)
+            return
+        try:
+            self._done_here(following)
+        except (Exception, OutOfTime) as error:
+            self._failed[following] = error
+
+    def _done_here(self, k: int) -> Result:
+        """The result of a task that this process does, as another would: without the others."""
+        before, token = signals(), _crew.set(_Crew(1))
+        try:
+            return self._here[k]
+        finally:
+            _crew.reset(token)
+            if self._hands_on_interrupts and signals() > before:
+                self._interrupted.touch()
+
+    def _received(self, k: int, future: Future[Result]) -> Result:
+        """The result of a process that is done with it, or has died over it: the rest is done here."""
+        from concurrent.futures import CancelledError
+        from concurrent.futures.process import BrokenProcessPool
+
         try:
             found = future.result()
             return _read(found.file) if isinstance(found, _Written) else found
-        except BrokenProcessPool:  # one was killed, for its memory perhaps: the rest is done here
+        except (BrokenProcessPool, CancelledError):  # one was killed, for its memory perhaps
             self._pool.crew.broken = True
-            task, shared, items = self._work
-            if self._alone is None:
-                self._alone = _OneByOne(task, _as_sent(shared), items, self._log, self._pool.crew)
-            return self._alone[k]
+            return self._done_here(k)
 
 
 @dataclass(slots=True, eq=False)

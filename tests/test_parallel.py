@@ -9,6 +9,8 @@ import sys
 import tempfile
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +26,15 @@ pytest.importorskip("loky", reason="processes need loky")
 MUCH = 10_000_000  # samples: worth a process
 
 
+@contextmanager
+def both_working() -> Iterator[None]:
+    """Two processes, of which the second has started."""
+    with working(2):
+        while len(set(each(tasks.process, None, range(2), samples=MUCH))) < 2:
+            time.sleep(0.02)
+        yield
+
+
 def test_results_are_the_same_to_the_last_bit_wherever_arrays_lie() -> None:
     wide = np.random.default_rng(0).standard_normal((300, 400))
     found = []
@@ -37,7 +48,9 @@ def test_results_are_the_same_to_the_last_bit_wherever_arrays_lie() -> None:
 def test_work_is_done_elsewhere_only_where_it_is_worth_it() -> None:
     with working(2):
         assert set(each(tasks.process, None, range(3), samples=1)) == {os.getpid()}
-        assert os.getpid() not in each(tasks.process, None, range(3), samples=MUCH)
+    with both_working():
+        first, second = each(tasks.process, None, range(2), samples=MUCH)
+        assert first == os.getpid() != second
     with working(1):
         assert set(each(tasks.process, None, range(3), samples=MUCH)) == {os.getpid()}
     assert set(each(tasks.process, None, range(3), samples=MUCH)) == {os.getpid()}
@@ -48,11 +61,14 @@ def test_processes_are_born_deaf_to_the_keyboard_and_their_parent_is_not() -> No
     script = (  # nothing has begun here: whoever starts what later processes share, must not undo it
         "from robotid.parallel import each, working\n"
         "from support.tasks import deaf\n"
-        f"with working(2): print(*each(deaf, None, range(4), samples={MUCH}), deaf(None, 0))"
+        "found = [False, False]\n"
+        "with working(2):\n"
+        f"    while not found[1]: found = each(deaf, None, range(2), samples={MUCH})\n"
+        "print(*found)"
     )
     path = os.pathsep.join([str(ROOT), str(ROOT / "tests"), *sys.path])
     run = subprocess.run([sys.executable, "-c", script], env=os.environ | {"PYTHONPATH": path}, capture_output=True)
-    assert run.stdout.split() == [*[b"True"] * 4, b"False"]
+    assert run.stdout.split() == [b"False", b"True"]
 
 
 def test_processes_start_once() -> None:
@@ -107,7 +123,7 @@ def test_reports_arrive_in_the_order_of_the_results(jobs: int) -> None:
 
 def test_what_is_not_asked_for_is_abandoned() -> None:
     began = time.monotonic()
-    with working(2):
+    with both_working():
         with ahead(tasks.endless, None, [0, 1, 2], samples=MUCH) as found:
             assert found[0] == 0
         assert each(tasks.process, None, [0, 1], samples=MUCH)
@@ -124,24 +140,42 @@ def test_a_deadline_reaches_every_process(jobs: int) -> None:
 
 
 def test_an_interrupt_ends_the_wait() -> None:
-    with interruptible(), working(2), ahead(tasks.endless, None, [1, 2], samples=MUCH) as found:
+    with interruptible(), both_working(), ahead(tasks.endless, None, [0, 1], samples=MUCH) as found:
         threading.Timer(0.5, signal.raise_signal, [signal.SIGTERM]).start()
         with pytest.raises(Interrupted):
-            found[0]
+            found[1]
+
+
+def test_an_interrupt_of_what_this_process_does_is_handed_on() -> None:
+    with (
+        interruptible(),
+        both_working(),
+        ahead(tasks.endless, None, [1, 2], samples=MUCH, hands_on_interrupts=True) as found,
+    ):
+        threading.Timer(0.5, signal.raise_signal, [signal.SIGINT]).start()
+        assert found[0] == -1
+        assert found[1] == -2
+
+
+def test_an_error_of_what_was_done_ahead_comes_when_it_is_asked_for() -> None:
+    with both_working(), ahead(tasks.refused, None, [0, 2, 1], samples=MUCH) as found:
+        assert (found[1], found[0]) == (2, 0)
+        with pytest.raises(NumericsError):
+            found[2]
 
 
 def test_an_interrupt_is_handed_on_where_tasks_end_early() -> None:
     with (
         interruptible(),
-        working(2),
-        ahead(tasks.endless, None, [1, 2], samples=MUCH, hands_on_interrupts=True) as found,
+        both_working(),
+        ahead(tasks.endless, None, [0, 1], samples=MUCH, hands_on_interrupts=True) as found,
     ):
-        threading.Timer(2.0, signal.raise_signal, [signal.SIGINT]).start()
-        assert list(found) == [-1, -2]
+        threading.Timer(0.5, signal.raise_signal, [signal.SIGINT]).start()
+        assert list(found) == [0, -1]
 
 
 def test_work_goes_on_where_a_process_dies() -> None:
-    with working(2):
+    with both_working():
         assert each(tasks.killed, os.getpid(), [1, 2, 3], samples=MUCH) == [1, 2, 3]
         assert set(each(tasks.process, None, range(3), samples=MUCH)) == {os.getpid()}
 
@@ -157,7 +191,7 @@ def test_large_results_come_whole_and_leave_no_file(monkeypatch: pytest.MonkeyPa
     wide = np.random.default_rng(1).standard_normal((300, 700))
     assert wide.nbytes > LARGE
     for jobs in (1, 2):
-        with working(jobs):
+        with working(jobs) if jobs == 1 else both_working():
             found = each(tasks.scaled, wide, [1, 2, 3], samples=MUCH)
             assert not [path.name for path in tmp_path.rglob("*-result")]
         assert [name for name, _ in found] == ["times 1", "times 2", "times 3"]
@@ -168,7 +202,7 @@ def test_large_results_come_whole_and_leave_no_file(monkeypatch: pytest.MonkeyPa
 
 
 def test_a_large_result_comes_where_no_file_has_room() -> None:
-    with working(2):
+    with both_working():
         found = each(tasks.scaled_on_a_full_disk, np.ones((300, 700)), [1, 2], samples=MUCH)
     assert [float(values.sum()) for _, values in found] == [210_000.0, 420_000.0]
 
