@@ -79,6 +79,11 @@ class FitResult(Displayed):
     def converged(self) -> bool:
         return self.end is End.CONVERGED
 
+    @property
+    def misfit(self) -> float:
+        """Geometric mean of the records' residuals, in the unit of the output."""
+        return float(np.exp(np.mean(np.log(np.maximum(list(self.noise_std.values()), 1e-300)))))
+
     def contradictions(self) -> Iterator[str]:
         """What does not agree with its records and its joint, as sentences: for a result that was read from a file."""
         if set(self.records) != set(self.fit_percent):

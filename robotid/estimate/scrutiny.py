@@ -162,7 +162,7 @@ def _first_fit(task: FitTask) -> tuple[FitResult, FitTask]:
     except NumericsError:
         if not fits:
             raise
-    return min(fits, key=lambda one: _misfit(one[0]))
+    return min(fits, key=lambda one: one[0].misfit)
 
 
 def _is_believed(fit: FitResult, task: FitTask) -> bool:
@@ -179,7 +179,7 @@ def _scrutinised(first: FitResult, task: FitTask) -> ScrutinisedFit:
         return ScrutinisedFit(first)
     nearer = _nearer_start(task)
     again = None if nearer is None else nearer.attempt()
-    if nearer is not None and again is not None and _misfit(again) < (1 - SETTINGS.better) * _misfit(first):
+    if nearer is not None and again is not None and again.misfit < (1 - SETTINGS.better) * first.misfit:
         return _noted(_scrutinised(again, nearer), FAR_START)
     if task.options.horizon is None and min(first.fit_percent.values()) < SETTINGS.poor_fit:
         in_pieces = _in_pieces(first, task)
@@ -195,7 +195,7 @@ def _scrutinised(first: FitResult, task: FitTask) -> ScrutinisedFit:
         return ScrutinisedFit(replace(first, remarks=found) if shorter is None else shorter)
     values = {p.name: p.value for p in offset.parameters if p.name in joint.names}
     again = replace(task, parameters=parameters.with_values(values)).attempt()
-    if again is not None and _misfit(again) < (1 - SETTINGS.better) * _misfit(first):
+    if again is not None and again.misfit < (1 - SETTINGS.better) * first.misfit:
         note = "fitted once more from the parameters of a fit with a constant torque, which simulates it better"
         doubted = tuple(doubts(again, joint, parameters, records))
         return ScrutinisedFit(replace(again, remarks=(*doubted, note, _advice(again, offset))), offset)
@@ -475,11 +475,6 @@ def _by_regression(task: FitTask) -> tuple[Parameters, ...]:
         return (_regressed_with(OFFSET, task)[2],)
     except NumericsError:
         return ()
-
-
-def _misfit(fit: FitResult) -> float:
-    """Geometric mean of the records' residuals, in the unit of the output."""
-    return float(np.exp(np.mean(np.log(np.maximum(list(fit.noise_std.values()), 1e-300)))))
 
 
 def _advice(first: FitResult, offset: FitResult) -> str:

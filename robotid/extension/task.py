@@ -20,6 +20,7 @@ from robotid.estimate.fitted_model import FittedModel, fitted_model, simulate_re
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.result import FitResult
 from robotid.extension.results import Score
+from robotid.extension.scored_starts import scored_starts
 from robotid.model.structure import Structure, changed, is_change, rests_on
 from robotid.parallel import ahead, each
 from robotid.signals.metrics import fit_percent
@@ -60,15 +61,48 @@ class ExtensionTask:
         return reduce(with_effect, effects, self.before.structure)
 
     def fit_with(self, effects: Sequence[str]) -> FitResult:
-        """The model with further effects, fitted on the records of its fit. Raises NumericsError where it does not
-        converge."""
-        old = fitted_model(self.before, estimate_states=self.options.estimate_states)
-        structure = self.structure_with(effects)
+        """The model with further effects, fitted on the records of its fit. Ones that no start has a value of begin as
+        their score promises where that suits the records better than what they begin as by default, and also beside
+        the values from which the fit itself started, for what it lacks may have led it astray. Raises NumericsError
+        where it does not converge."""
+        known = {name for start in self.starts for name in start}
+        new = [effect for effect in effects if not any(name.startswith(f"{effect}.") for name in known)]
+        if not new:
+            return self._fitted(effects, self.starts)
+        scored = scored_starts(self._model, self._used, new, self.horizon)
+        origin = self.before.start
+        elsewhere = self._attempted(effects, [origin, *(one | origin for one in scored)]) if origin else None
+        try:
+            found = self._fitted(effects, [*self.starts, *scored])
+        except NumericsError:
+            if elsewhere is None:
+                raise
+            return elsewhere
+        return found if elsewhere is None or found.misfit <= elsewhere.misfit else elsewhere
+
+    @property
+    def _model(self) -> FittedModel:
+        return fitted_model(self.before, estimate_states=self.options.estimate_states)
+
+    @property
+    def _used(self) -> list[Record]:
+        """The records of the fit."""
+        return [r for r in self.records if r.name in self.before.records]
+
+    def _attempted(self, effects: Sequence[str], starts: Sequence[Starts]) -> FitResult | None:
+        """The same from these starts, None where it does not converge."""
+        try:
+            return self._fitted(effects, starts)
+        except NumericsError:
+            return None
+
+    def _fitted(self, effects: Sequence[str], starts: Sequence[Starts]) -> FitResult:
+        """The same from the best of these starts."""
+        old, structure = self._model.parameters, self.structure_with(effects)
         joint = assemble(structure, angle=self.before.keeps_angle)
-        used = [r for r in self.records if r.name in self.before.records]
-        first, *others = (carried(old.parameters, structure, values).held_at(self.held) for values in self.starts)
+        first, *others = (carried(old, structure, values).held_at(self.held) for values in starts)
         options = replace(self.options, other_starts=tuple(others))
-        return fit_model(self.before.name, joint, first, used, options)
+        return fit_model(self.before.name, joint, first, self._used, options)
 
     def scores(self, fit: FitResult) -> dict[str, Score]:
         """A fit on every record on which it can be simulated, by record name."""

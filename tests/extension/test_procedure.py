@@ -13,11 +13,12 @@ from support.diagnosed import STRIBECK as CAUSE
 from support.small_bench import SAMPLING_TIME, TRUTH, fitted, records
 
 from robotid.errors import NumericsError
-from robotid.estimate.fitted_model import FittedModel, Simulated
+from robotid.estimate.fitted_model import FittedModel, Simulated, fitted_model
 from robotid.estimate.result import FitResult
 from robotid.extension import ExtensionTask, extend, extension_task, gains, with_gains
 from robotid.extension import task as fits
 from robotid.extension.results import Extension
+from robotid.extension.scored_starts import scored_starts
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.signals.metrics import fit_percent
@@ -182,3 +183,22 @@ def test_a_gain_is_the_one_that_the_extension_measures_and_comes_cause_by_cause(
     assert last is not None
     assert last.structure.effects[-2:] == ("motor.stribeck", "motor.constant_torque")
     assert gains(task, ()) == ([], None)
+
+
+def test_an_effect_that_was_not_diagnosed_leaves_a_fit_that_went_astray() -> None:
+    locked = tuple(replace(p, value=50.0 * p.value if "coulomb" in p.name else p.value) for p in before().parameters)
+    astray = replace(before(), parameters=locked, start=dict(TRUTH))
+    found = ExtensionTask(astray, made()).fit_with(["motor.stribeck"])
+    named = ExtensionTask(before(), made(), [STRIBECK]).fit_with(["motor.stribeck"])
+    assert found.misfit == pytest.approx(named.misfit, rel=1e-3)
+
+
+def test_an_effect_that_was_not_diagnosed_starts_at_what_its_score_promises() -> None:
+    small = [replace(record, tau_m=1e-3 * record.tau_m) for record in made()]  # what it is by default would lock it
+    found = ExtensionTask(fitted(small), small).fit_with(["motor.stribeck"])
+    named = ExtensionTask(before(), made(), [STRIBECK]).fit_with(["motor.stribeck"])
+    assert found.misfit == pytest.approx(named.misfit, rel=0.01)
+
+
+def test_of_an_effect_that_is_there_no_score_promises_anything() -> None:
+    assert scored_starts(fitted_model(before()), made()[:2], ["motor.coulomb"], None) == []

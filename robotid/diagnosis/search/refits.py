@@ -323,7 +323,8 @@ class _Attempt:
 
 def _attempt(one: Score, state: SearchState) -> _Attempt:
     """From where the score promises the end, and from part of the way."""
-    starts = [_start(state.round.model, one, way) for way in CHOICE.start_ways]
+    model = state.round.model
+    starts = [extended(model, one.candidate.name, start_values(model, one, way)) for way in CHOICE.start_ways]
     return _Attempt(starts[0][0], tuple(start for _, start in starts), one.energy)
 
 
@@ -378,12 +379,12 @@ def keeps_promise(promised: float, state: SearchState, after: RefittedModel) -> 
     return removed > CHOICE.kept_promise * promised and harmless
 
 
-def _start(scanned: RefittedModel, one: Score, way: float) -> tuple[Structure, Parameters]:
-    """The extended structure, and its parameters a part of the way from the null to what the score promises.
+def start_values(scanned: RefittedModel, one: Score, way: float) -> dict[str, float]:
+    """Values by dotted name, of a model's parameters and a candidate's, a part of the way from the null to what the
+    score promises.
 
     scanned : the model in which the candidate was seen.
     """
     old = scanned.parameters
     moved = {old.names[k]: old.values[k] + way * d for k, d in zip(scanned.columns, one.moved, strict=True)}
-    values = one.candidate.start([way * a for a in one.amplitude])
-    return extended(scanned, one.candidate.name, moved | dict(values))
+    return moved | dict(one.candidate.start([way * a for a in one.amplitude]))
