@@ -68,5 +68,6 @@ def with_typical_noise(
         usual = float(np.median([one.output_noise(derivation) for one in filters]))
         levels = replace(loudest, output=usual)
         own = joint.in_record(theta, record.name)
-        found.append(Segment(record, whitening(joint, own, output, record, levels)))
+        filtered = whitening(joint, own, output, record, levels)
+        found.append(Segment(record, filtered.allowing_for(max(one.excess for one in filters))))
     return tuple(found)

@@ -148,6 +148,15 @@ def by_noise(blocks: BlockedRegression, at: Sequence[int], energy: float, sample
     return float(fisher.sf(blocks.energy_of(at) / len(at) / max(1.0, energy), len(at), samples))
 
 
+def told_by_the_motion(left: Left) -> Left:
+    """The same with noise whose torque passes along the simulated motion, where that explains what a model leaves and
+    the linear response of the joint does not."""
+    if left.noise.linearly_explained:
+        return left
+    noise = left.noise.along_the_motion()
+    return replace(left, noise=noise, energy=1.0) if noise.linearly_explained else left
+
+
 def in_colour(model: RefittedModel, data: EvaluationData, noise: ColouredNoise) -> EvaluationData:
     """The data of a search by the coloured noise that its last model leaves."""
     records = [segment.record for segment in data.validation]

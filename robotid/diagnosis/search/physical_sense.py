@@ -33,11 +33,15 @@ def is_not_physical(step: Step, criteria: Criteria) -> str | None:
             if declared.physical is None:
                 continue
             low, high = declared.physical.range(port_range(model, effect))
-            value, spread = model.parameters[name], ACCEPTANCE.physical_sigma * deviation(model, name)
-            if value + spread < low or value - spread > high:
+            value, std = model.parameters[name], deviation(model, name)
+            spread = ACCEPTANCE.physical_sigma * std
+            certainly = value + spread < low or value - spread > high
+            unknown = std > abs(value) and not low <= value <= high  # these records do not tell it, and it is no law
+            if certainly or unknown:
                 unit = on_axis(linear=model.structure.linear)(declared.unit)
                 size = f"{value:.3g}" if unit == "1" else f"{value:.3g} {unit}"
-                return f"makes no sense: {declared.symbol} = {size}, and {declared.physical.why}"
+                known = f", known to {std:.2g}" if unknown else ""
+                return f"makes no sense: {declared.symbol} = {size}{known}, and {declared.physical.why}"
     return None
 
 

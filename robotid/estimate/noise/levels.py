@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import nnls
 
-from robotid.estimate.noise.lines import Innovations, Residual, band_edges, band_means
+from robotid.estimate.noise.lines import Innovations, Residual, band_edges, band_means, whitened_lines
 from robotid.estimate.noise.settings import SETTINGS, SMALLEST, LevelSettings
 from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 from robotid.model.array import Array
@@ -78,8 +78,13 @@ def _start(residuals: Sequence[Residual], settings: LevelSettings) -> tuple[Nois
 
 
 def _unlikelihood(one: Residual, levels: NoiseLevels) -> float:
-    """Minus twice the logarithm of the innovations' likelihood."""
+    """Minus twice the logarithm of the innovations' likelihood; of their spectrum's (Whittle 1953) where the motion
+    itself tells what passes, which no filter does."""
     whiten = innovations_filter(one.response, levels)
+    if one.passed is not None:
+        seen = Innovations.of(one, whiten, SETTINGS)
+        power, expected = whitened_lines(one, whiten, SETTINGS, seen)
+        return 2 / KINSHIP * float(np.sum(np.log(expected / seen.gain) + power / expected))
     innovations = whiten(one.signal)
     first = whiten.sections[:, 0].prod() / whiten.sections[:, 3].prod()
     return float(innovations @ innovations) - 2.0 * len(innovations) * float(np.log(abs(first)))

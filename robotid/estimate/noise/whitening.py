@@ -12,7 +12,7 @@ and whitened as such. The constants that a difference has lost are projected out
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -50,12 +50,20 @@ class InnovationsFilter:
     """From a residual to its innovations over their standard deviation.
 
     sections (s, 6) : of the second order, of a filter of what the sensor shows; derivation : by which the residual's
-    speed comes from an angle, which is then what the sensor shows.
+    speed comes from an angle, which is then what the sensor shows. excess : by how much more energy these noises show
+    than the response that shapes the filter lets pass, for which it allows.
     """
 
     sections: Array
     levels: NoiseLevels
     derivation: Derivation | None = None
+    excess: float = 1.0
+
+    def allowing_for(self, excess: float) -> InnovationsFilter:
+        """The filter that allows for so much energy."""
+        sections = self.sections.copy()
+        sections[0, :3] *= np.sqrt(self.excess / excess)
+        return replace(self, sections=sections, excess=excess)
 
     def __call__(self, signals: Array) -> Array:
         """Signals (..., n), whitened."""
