@@ -21,7 +21,7 @@ from robotid.estimate.noise.lines import Residual
 from robotid.estimate.noise.passage import TorquePassage, passed_noise
 from robotid.estimate.noise.response import TorqueResponse, torque_response
 from robotid.estimate.noise.reversals import reversal_columns
-from robotid.estimate.noise.settings import ROUGHLY
+from robotid.estimate.noise.settings import LevelSettings
 from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 from robotid.estimate.residual import Evaluation, OutputError, measured_output
 from robotid.estimate.spans import Spans
@@ -32,6 +32,7 @@ from robotid.simulation.trajectory import Trajectory
 
 INVOLVED = 0.1  # component of an unidentifiable direction from which a parameter is named
 ROUNDING = 1e-14  # of a signal's RMS: no simulation is closer to it than that
+ROUGHLY = LevelSettings(sweeps=1)  # the noise of a filter that only has to make a residual nearly white
 UNIDENTIFIABLE = 1e-7  # smallest singular value, relative to the largest, of the Jacobian with unit columns
 
 

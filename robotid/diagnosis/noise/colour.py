@@ -6,7 +6,7 @@ as these three can explain it: a test by this noise is blunter than one by the s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -17,21 +17,18 @@ from robotid.diagnosis.noise.settings import NOISE
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.estimate.noise.floor import torque_floor
-from robotid.estimate.noise.information import is_explained
-from robotid.estimate.noise.levels import fit_levels, fit_levels_by_record
-from robotid.estimate.noise.lines import Residual, whitened_lines
+from robotid.estimate.noise.information import is_explained, loudest_octave
+from robotid.estimate.noise.levels import corners_of, fit_levels_by_record
+from robotid.estimate.noise.lines import Innovations, Residual
 from robotid.estimate.noise.passage import TorquePassage, passed_noise
 from robotid.estimate.noise.response import torque_response
-from robotid.estimate.noise.settings import ROUGHLY, SETTINGS, LevelSettings
+from robotid.estimate.noise.settings import SETTINGS, LevelSettings
 from robotid.estimate.noise.whitening import InnovationsFilter, NoiseLevels, innovations_filter
 from robotid.estimate.residual import measured_output
 from robotid.model.array import Array
 from robotid.signals.derivation import Derivation
 from robotid.signals.quality import quantum
 from robotid.signals.record import Quantity
-
-CLIPPED = LevelSettings(clip=NOISE.clip)
-PASSAGES = 2  # of the torque's noise along a motion: the first by filters that are roughly right
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,41 +58,29 @@ class ColouredNoise:
         return tuple(is_explained(seen, one.whitening.levels, tolerance=NOISE.tolerance) for one, seen in pairs)
 
     def along_the_motion(self) -> ColouredNoise:
-        """The same noises at levels by which they explain what every segment shows where errors of the torque pass
-        along the simulated motion, which rests and reverses, and not as through a joint that slips all the time. This
-        one where none do, or they grow beyond all numbers.
-
-        Such a likelihood has several hollows: levels in common and of each record's own are tried, with all that shows
-        and with bursts clipped.
-        """
-        levels = [fit_levels([seen], ROUGHLY)[0] for seen in self.residuals]
-        residuals, found = list(self.residuals), dict[int, tuple[Residual, NoiseLevels]]()
-        for settings in (SETTINGS, CLIPPED):
-            for _ in range(PASSAGES):  # what passes is told through the filter that the levels make
-                residuals = [self._passed(k, level) for k, level in enumerate(levels)]
-                if any(seen.passed is None for seen in residuals):
-                    return self
-                levels = _levels(residuals, [one.record.name for one in self.simulated], settings)
-                for tried in (fit_levels(residuals, settings), levels):
-                    for k, pair in enumerate(zip(residuals, tried, strict=True)):
-                        if k not in found and is_explained(*pair, tolerance=NOISE.tolerance):
-                            found[k] = pair
-                if len(found) == len(residuals):
-                    return self._with([found[k] for k in range(len(residuals))])
-        return self
-
-    def _passed(self, k: int, levels: NoiseLevels) -> Residual:
-        """A residual with what passes along its motion, as a filter of these levels shows it."""
-        one, seen = self.simulated[k], self.residuals[k]
-        passage = TorquePassage.of(one.trajectory, self.output, derived=seen.response.derivation is not None)
-        return replace(seen, passed=passed_noise(seen, innovations_filter(seen.response, levels), passage))
-
-    def _with(self, found: Sequence[tuple[Residual, NoiseLevels]]) -> ColouredNoise:
-        """The same with residuals of which passages are known, and levels for each."""
+        """The same noises where errors of the torque pass along the simulated motion, which rests and reverses, and not
+        as through a joint that slips all the time: of each segment's own, as large as its residual asks for. This one
+        where some segment shows more, or they grow beyond all numbers."""
+        pairs = [one for one in map(self._along, range(len(self.residuals))) if one is not None]
+        if len(pairs) < len(self.residuals):
+            return self
         segments = tuple(
-            Segment(one.record, _filter_along(*pair)) for one, pair in zip(self.segments, found, strict=True)
+            Segment(one.record, _filter_along(*pair)) for one, pair in zip(self.segments, pairs, strict=True)
         )
-        return replace(self, segments=segments, residuals=tuple(seen for seen, _ in found))
+        return replace(self, segments=segments, residuals=tuple(seen for seen, _ in pairs))
+
+    def _along(self, k: int) -> tuple[Residual, NoiseLevels] | None:
+        """A residual with what passes along its motion, and the slow errors by which no octave stands out: of every
+        corner those of the residual's energy, for a likelihood heeds most what bursts do at the highest frequencies,
+        and of these a motion that is linear about every sample knows least. None where there are none."""
+        one, seen, whiten = self.simulated[k], self.residuals[k], self.segments[k].whitening
+        passage = TorquePassage.of(one.trajectory, self.output, derived=seen.response.derivation is not None)
+        seen = replace(seen, passed=passed_noise(seen, whiten, passage))
+        if seen.passed is None:
+            return None
+        levels = [level for level in _of_its_energy(seen, whiten.levels.output) if level.red > 0.0]
+        explaining = [level for level in levels if is_explained(seen, level, tolerance=NOISE.tolerance)]
+        return (seen, min(explaining, key=lambda level: loudest_octave(seen, level))) if explaining else None
 
     def _explains(self, k: int) -> bool:
         levels = self.segments[k].whitening.levels
@@ -107,7 +92,7 @@ def coloured_noise(segments: Sequence[SimulatedSegment], columns: Sequence[Array
     """The noise of every segment beside columns (m, n), of which a fit has taken out what lies along them."""
     pairs = zip(segments, columns, strict=True)
     residuals = [_residual(one, taken, output) for one, taken in pairs]
-    levels = _levels(residuals, [one.record.name for one in segments], CLIPPED)
+    levels = _levels(residuals, [one.record.name for one in segments])
     found = [
         Segment(one.record, innovations_filter(seen.response, level))
         for one, seen, level in zip(segments, residuals, levels, strict=True)
@@ -115,9 +100,9 @@ def coloured_noise(segments: Sequence[SimulatedSegment], columns: Sequence[Array
     return ColouredNoise(tuple(found), tuple(segments), tuple(residuals), output)
 
 
-def _levels(residuals: Sequence[Residual], records: Sequence[str], settings: LevelSettings) -> list[NoiseLevels]:
+def _levels(residuals: Sequence[Residual], records: Sequence[str]) -> list[NoiseLevels]:
     """The levels of every residual. records : of which one each is, by name."""
-    levels = list(fit_levels_by_record(residuals, records, settings))
+    levels = list(fit_levels_by_record(residuals, records, LevelSettings(clip=NOISE.clip)))
     for derived in (False, True):  # an angle's noise and a speed's do not compare
         alike = [k for k, seen in enumerate(residuals) if (seen.response.derivation is not None) == derived]
         for k, level in zip(alike, without_rest([levels[k] for k in alike]) if alike else (), strict=True):
@@ -125,11 +110,20 @@ def _levels(residuals: Sequence[Residual], records: Sequence[str], settings: Lev
     return levels
 
 
+def _of_its_energy(seen: Residual, output: float) -> Iterator[NoiseLevels]:
+    """Red noises of the torque of every corner that show the energy of a residual, beside a noise of the output."""
+    plain = Innovations.of(seen, innovations_filter(seen.response, NoiseLevels(output)), SETTINGS)
+    corners = corners_of([seen], SETTINGS)
+    _, shown = plain.of_the_torque(seen, corners)
+    left = float(plain.power.sum()) - output * float(plain.gain.sum())
+    for corner, unit in zip(corners.tolist(), shown.sum(axis=1).tolist(), strict=True):
+        yield NoiseLevels(output, 0.0, max(0.0, left / unit), corner)
+
+
 def _filter_along(seen: Residual, levels: NoiseLevels) -> InnovationsFilter:
-    """The filter of these noises, which allows for what passes along the motion."""
+    """The filter of noises that explain a residual along its motion, which allows for the energy that they show."""
     whiten = innovations_filter(seen.response, levels)
-    _, expected = whitened_lines(seen, whiten)
-    return whiten.allowing_for(float(np.mean(expected)))
+    return whiten.allowing_for(max(1.0, float(np.mean(Innovations.of(seen, whiten, SETTINGS).power))))
 
 
 def _residual(one: SimulatedSegment, taken: Array, output: Quantity) -> Residual:

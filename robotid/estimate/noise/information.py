@@ -106,6 +106,11 @@ def is_explained(
     return not loud and not np.any((quietest > BURSTS) & (seen < QUIET * quietest))
 
 
+def loudest_octave(one: Residual, levels: NoiseLevels, settings: LevelSettings = SETTINGS) -> float:
+    """Energy of the octave of a residual that stands out most, over what noise of these levels shows there."""
+    return float(_octaves(one, innovations_filter(one.response, levels), settings)[0].max())
+
+
 def _octaves(
     one: Residual, whiten: InnovationsFilter, settings: LevelSettings, innovations: Innovations | None = None
 ) -> tuple[Array, Array]:

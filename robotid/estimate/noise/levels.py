@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import nnls
 
-from robotid.estimate.noise.lines import Innovations, Residual, band_edges, band_means, whitened_lines
+from robotid.estimate.noise.lines import Innovations, Residual, band_edges, band_means
 from robotid.estimate.noise.settings import SETTINGS, SMALLEST, LevelSettings
 from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 from robotid.model.array import Array
@@ -78,13 +78,8 @@ def _start(residuals: Sequence[Residual], settings: LevelSettings) -> tuple[Nois
 
 
 def _unlikelihood(one: Residual, levels: NoiseLevels) -> float:
-    """Minus twice the logarithm of the innovations' likelihood; of their spectrum's (Whittle 1953) where the motion
-    itself tells what passes, which no filter does."""
+    """Minus twice the logarithm of the innovations' likelihood."""
     whiten = innovations_filter(one.response, levels)
-    if one.passed is not None:
-        seen = Innovations.of(one, whiten, SETTINGS)
-        power, expected = whitened_lines(one, whiten, SETTINGS, seen)
-        return 2 / KINSHIP * float(np.sum(np.log(expected / seen.gain) + power / expected))
     innovations = whiten(one.signal)
     first = whiten.sections[:, 0].prod() / whiten.sections[:, 3].prod()
     return float(innovations @ innovations) - 2.0 * len(innovations) * float(np.log(abs(first)))
@@ -138,7 +133,7 @@ class Choice:
 
 def choices(residuals: Sequence[Residual], seen: Sequence[Innovations], settings: LevelSettings) -> list[Choice]:
     """Without noise on the torque, with white, and with red of every corner besides. seen : whitened residuals."""
-    corners = _corners(residuals, settings)
+    corners = corners_of(residuals, settings)
     lines = [_lines(one, by, corners, settings) for one, by in zip(residuals, seen, strict=True)]
     power = np.concatenate([one.power for one in lines])
     own = np.zeros((len(lines), len(power)))
@@ -187,7 +182,7 @@ def _root_information(parts: Array, slope: Array, count: Array) -> float:
     return float(np.linalg.norm(left))
 
 
-def _corners(residuals: Sequence[Residual], settings: LevelSettings) -> Array:
+def corners_of(residuals: Sequence[Residual], settings: LevelSettings) -> Array:
     """Corners of the red noise that are tried [rad/s]: from the slowest that a record can tell to a tenth of the
     sampling rate."""
     h = min(one.response.sampling_time for one in residuals)

@@ -39,6 +39,4 @@ class LevelSettings:
 
 
 SETTINGS = LevelSettings()
-ROUGHLY = LevelSettings(sweeps=1)
-"""For the noise of a filter that only has to make a residual nearly white."""
 MEDIAN, SMALLEST = 0.455, 1e-300  # of a squared standard normal; a variance that stands for none
