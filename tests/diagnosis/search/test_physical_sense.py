@@ -31,6 +31,13 @@ def test_what_may_lie_in_the_range_is_not_objected_to() -> None:
     assert is_not_physical(step_to(WARM_UP, {"c": 0.5, "T": 6.0}, {"T": 3.0, "c": 0.01}), CRITERIA) is None
 
 
+def test_what_no_record_tells_is_no_law_where_it_makes_no_sense() -> None:
+    """It is known less well than to its own size, and what it seems to be is outside the range."""
+    why = is_not_physical(step_to(WARM_UP, {"c": 0.5, "T": 6.0}, {"T": 600.0, "c": 0.01}), CRITERIA)
+    assert why == "makes no sense: T = 6 s, known to 6e+02, and nothing warms up so fast"
+    assert is_not_physical(step_to(WARM_UP, {"c": 0.5, "T": 12.0}, {"T": 600.0, "c": 0.01}), CRITERIA) is None
+
+
 def test_a_stribeck_speed_beyond_the_motion_is_none() -> None:
     """The axis is at rest."""
     why = is_not_physical(step_to("motor.stribeck", {"dFs": 0.1, "vs": 1.0}, {"vs": 0.01}), CRITERIA)
