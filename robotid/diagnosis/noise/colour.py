@@ -72,13 +72,15 @@ class ColouredNoise:
     def _along(self, k: int) -> tuple[Residual, NoiseLevels] | None:
         """A residual with what passes along its motion, and the slow errors by which no octave stands out: of every
         corner those of the residual's energy, for a likelihood heeds most what bursts do at the highest frequencies,
-        and of these a motion that is linear about every sample knows least. None where there are none."""
-        one, seen, whiten = self.simulated[k], self.residuals[k], self.segments[k].whitening
-        passage = TorquePassage.of(one.trajectory, self.output, derived=seen.response.derivation is not None)
+        and of these a motion that is linear about every sample knows least. None where there are none that are no
+        larger than those through a joint that slips: larger ones would pass for anything."""
+        simulated, seen, whiten = self.simulated[k], self.residuals[k], self.segments[k].whitening
+        passage = TorquePassage.of(simulated.trajectory, self.output, derived=seen.response.derivation is not None)
         seen = replace(seen, passed=passed_noise(seen, whiten, passage))
         if seen.passed is None:
             return None
-        levels = [level for level in _of_its_energy(seen, whiten.levels.output) if level.red > 0.0]
+        known = whiten.levels
+        levels = [one for one in _of_its_energy(seen, known.output) if 0.0 < one.red <= known.torque + known.red]
         explaining = [level for level in levels if is_explained(seen, level, tolerance=NOISE.tolerance)]
         return (seen, min(explaining, key=lambda level: loudest_octave(seen, level))) if explaining else None
 
