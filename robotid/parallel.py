@@ -136,7 +136,7 @@ def ahead(
     crew, seconds = _crew.get(), samples * len(items) * SECONDS_PER_SAMPLE
     pool = None if crew is None or len(items) < 2 else crew.pool(seconds)
     if pool is not None:
-        with pool.call(task, shared, items, log, hands_on_interrupts) as results:
+        with pool.call(_Work(task, items, log, hands_on_interrupts), shared) as results:
             if results is not None:
                 yield results
                 return
@@ -240,6 +240,16 @@ class _OneByOne(_Lazily[Result], Generic[Item, Result]):
         return found
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Work(Generic[Item, Result]):
+    """A task and its items; the rest as of `ahead`."""
+
+    task: Callable[..., Result]
+    items: Sequence[Item]
+    log: Event | None
+    hands_on_interrupts: bool
+
+
 @dataclass(slots=True, eq=False)
 class _Pool:
     """Processes and the folder that they share with this one."""
@@ -275,14 +285,7 @@ class _Pool:
         return future
 
     @contextmanager
-    def call(
-        self,
-        task: Callable[..., Result],
-        shared: Any,
-        items: Sequence[Item],
-        log: Event | None,
-        hands_on_interrupts: bool,
-    ) -> Iterator[Sequence[Result] | None]:
+    def call(self, work: _Work[Item, Result], shared: Any) -> Iterator[Sequence[Result] | None]:
         """Results of the processes and of this one; None where there is no room for what they share."""
         self.calls += 1
         file = self.folder / f"{self.calls}"
@@ -292,7 +295,7 @@ class _Pool:
             self.crew.broken = True
             yield None
             return
-        results = _Shared(self, file, task, shared, items, log, hands_on_interrupts)
+        results = _Together(self, file, work)
         try:
             yield results
         finally:
@@ -304,27 +307,17 @@ class _Pool:
         self.executor.shutdown(wait=True)
 
 
-class _Shared(_Lazily[Result], Generic[Item, Result]):
+class _Together(_Lazily[Result], Generic[Item, Result]):
     """Results of other processes and of this one. Others begin with what is asked for after the first, which this one
-    will do."""
+    will do. file : of what the tasks share."""
 
-    def __init__(
-        self,
-        pool: _Pool,
-        file: Path,
-        task: Callable[..., Result],
-        shared: Any,
-        items: Sequence[Item],
-        log: Event | None,
-        hands_on_interrupts: bool,
-    ) -> None:
-        super().__init__(len(items))
-        self._pool, self._file, self._task, self._items, self._log = pool, file, task, items, log
-        self._hands_on_interrupts = hands_on_interrupts
-        self._here = _OneByOne(task, _as_sent(shared), items, log, _Crew(1))
+    def __init__(self, pool: _Pool, file: Path, work: _Work[Item, Result]) -> None:
+        super().__init__(len(work.items))
+        self._pool, self._file, self._work = pool, file, work
+        self._here = _OneByOne(work.task, _read(str(file)), work.items, work.log, _Crew(1))
         self._failed: dict[int, BaseException] = {}
         self._lock = threading.Lock()
-        self._waiting = [*range(1, len(items)), 0]
+        self._waiting = [*range(1, len(work.items)), 0]
         self._futures: dict[int, Future[Result]] = {}
         self._until = until()
         for _ in range(pool.others):  # at once, or as soon as they have started
@@ -357,8 +350,9 @@ class _Shared(_Lazily[Result], Generic[Item, Result]):
             if not self._waiting or self._pool.crew.broken:
                 return
             k = self._waiting[0]
-            reports = None if self._log is None else str(self._reports(k))
-            asked = _Asked(self._task, str(self._file), self._items[k], str(self._results(k)), reports, self._until)
+            work, results = self._work, str(self._results(k))
+            reports = None if work.log is None else str(self._reports(k))
+            asked = _Asked(work.task, str(self._file), work.items[k], results, reports, self._until)
             try:
                 future = self._pool.submit(_serve, asked)
             except RuntimeError:  # its processes have ended: all is done here
@@ -382,12 +376,12 @@ class _Shared(_Lazily[Result], Generic[Item, Result]):
             if k in self._failed:
                 raise self._failed[k]
             return self._here[k]
-        future, reports = self._futures[k], _Reports(self._reports(k), self._log)
+        future, reports = self._futures[k], _Reports(self._reports(k), self._work.log)
         while not future.done():
             try:
                 check_signals()
             except Interrupted:
-                if not self._hands_on_interrupts:
+                if not self._work.hands_on_interrupts:
                     raise
                 self._interrupted.touch()
             reports.read()
@@ -399,7 +393,7 @@ class _Shared(_Lazily[Result], Generic[Item, Result]):
         """Wait a little for what a process does, or do what comes next."""
         from concurrent.futures import wait
 
-        following = self._taken() if self._log is None else None  # reports keep the order of the results
+        following = self._taken() if self._work.log is None else None  # reports keep the order of the results
         if following is None:
             wait([future], timeout=POLL)
             return
@@ -415,7 +409,7 @@ class _Shared(_Lazily[Result], Generic[Item, Result]):
             return self._here[k]
         finally:
             _crew.reset(token)
-            if self._hands_on_interrupts and signals() > before:
+            if self._work.hands_on_interrupts and signals() > before:
                 self._interrupted.touch()
 
     def _received(self, k: int, future: Future[Result]) -> Result:

@@ -146,15 +146,15 @@ def test_an_interrupt_ends_the_wait() -> None:
             found[1]
 
 
-def test_an_interrupt_of_what_this_process_does_is_handed_on() -> None:
+@pytest.mark.parametrize("numbers", [[1, 2], [0, 1]], ids=["of what this process does", "of the wait"])
+def test_an_interrupt_is_handed_on_where_tasks_end_early(numbers: list[int]) -> None:
     with (
         interruptible(),
         both_working(),
-        ahead(tasks.endless, None, [1, 2], samples=MUCH, hands_on_interrupts=True) as found,
+        ahead(tasks.endless, None, numbers, samples=MUCH, hands_on_interrupts=True) as found,
     ):
         threading.Timer(0.5, signal.raise_signal, [signal.SIGINT]).start()
-        assert found[0] == -1
-        assert found[1] == -2
+        assert list(found) == [-number for number in numbers]
 
 
 def test_an_error_of_what_was_done_ahead_comes_when_it_is_asked_for() -> None:
@@ -162,16 +162,6 @@ def test_an_error_of_what_was_done_ahead_comes_when_it_is_asked_for() -> None:
         assert (found[1], found[0]) == (2, 0)
         with pytest.raises(NumericsError):
             found[2]
-
-
-def test_an_interrupt_is_handed_on_where_tasks_end_early() -> None:
-    with (
-        interruptible(),
-        both_working(),
-        ahead(tasks.endless, None, [0, 1], samples=MUCH, hands_on_interrupts=True) as found,
-    ):
-        threading.Timer(0.5, signal.raise_signal, [signal.SIGINT]).start()
-        assert list(found) == [0, -1]
 
 
 def test_work_goes_on_where_a_process_dies() -> None:

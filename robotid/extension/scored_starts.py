@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
-from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import AS_IT_IS, refit
 from robotid.diagnosis.scoring.catalogue_candidates import candidates
 from robotid.diagnosis.scoring.projection import project
 from robotid.diagnosis.scoring.ranking import best_of_each
 from robotid.diagnosis.scoring.scan import scans
 from robotid.diagnosis.scoring.score_test import score
+from robotid.diagnosis.search.data import unweighted
 from robotid.diagnosis.search.refits import start_values
 from robotid.diagnosis.search.settings import CHOICE
 from robotid.errors import NumericsError
@@ -27,18 +26,9 @@ def scored_starts(
 
     records : of the fit; horizon [s] : of their pieces, None for whole records.
     """
-    pieces = [piece for record in records for piece in record.pieces(horizon)]
-    data = EvaluationData(
-        fitted=tuple(Segment(piece, UNIT_WHITENING) for piece in pieces),
-        validation=(),
-        output=model.output,
-        estimate_states=model.estimate_states,
-        noise_reached=False,
-        torque_errors=None,
-    )
     missing = [c for c in candidates(model.joint.structure, model.output, records=records) if c.name in effects]
     try:
-        now = refit(model.joint.structure, [model.parameters], data, options=AS_IT_IS)
+        now = refit(model.joint.structure, [model.parameters], unweighted(model, records, horizon), options=AS_IT_IS)
     except NumericsError:
         return []
     best = best_of_each(score(project(scans(now.fitted, now.unknowns, missing)), missing)) if missing else []

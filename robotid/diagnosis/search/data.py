@@ -55,8 +55,16 @@ def _fitted_to(records: Sequence[Record], evidence: Evidence) -> FittedModel:
     """The model of the evidence fitted to other records, by plain least squares of the output as fits are: the noise
     behind parameters that something else has led astray is not known."""
     model = evidence.model
-    pieces = [piece for record in records for piece in record.pieces(evidence.horizon)]
-    data = EvaluationData(
+    data = unweighted(model, records, evidence.horizon)
+    refitted = refit(model.joint.structure, [model.parameters], data, options=CAREFUL)
+    return replace(model, parameters=refitted.parameters, first_states={})
+
+
+def unweighted(model: FittedModel, records: Sequence[Record], horizon: float | None) -> EvaluationData:
+    """Records to be fitted by plain least squares of a model's output, as before the noise is known. horizon [s] : of
+    their pieces, None for whole records."""
+    pieces = [piece for record in records for piece in record.pieces(horizon)]
+    return EvaluationData(
         fitted=tuple(Segment(piece, UNIT_WHITENING) for piece in pieces),
         validation=(),
         output=model.output,
@@ -64,8 +72,6 @@ def _fitted_to(records: Sequence[Record], evidence: Evidence) -> FittedModel:
         noise_reached=False,
         torque_errors=None,
     )
-    refitted = refit(model.joint.structure, [model.parameters], data, options=CAREFUL)
-    return replace(model, parameters=refitted.parameters, first_states={})
 
 
 def first_state(evidence: Evidence, criteria: Criteria, *, torque_errors: TorqueErrors = None) -> SearchState:
