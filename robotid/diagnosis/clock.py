@@ -118,7 +118,8 @@ def _by_the_motion(evidence: Evidence) -> tuple[float, float]:
     if any(term.partition(".")[0] == Port.GEAR for term in evidence.model.joint.structure.terms):
         return 0.0, np.inf
     records = [*(run.record for run in evidence.fitted), *evidence.validation]
-    known = [one for one in (torque_delay(r) for r in records if r.torque_steps is None) if 0.0 < one.std < np.inf]
+    delays = [torque_delay(record, rigid=True) for record in records if record.torque_steps is None]
+    known = [one for one in delays if 0.0 < one.std < np.inf]
     if not known:
         return 0.0, np.inf
     values, weights = np.array([one.value for one in known]), np.array([one.std for one in known]) ** -2.0

@@ -300,9 +300,10 @@ def _completed(
         coloured = in_colour(result.last, result.data, left.noise)
         result = replace(result, coloured=coloured)
         if coloured.noise_reached:
-            slight = is_covered(result.first, coloured)
-            causes = _by_one_noise(result.causes, result.first, result.last, coloured, slight=slight)
-            result = replace(result, causes=causes, slight=slight)
+            # noise that only simulations explain has another energy than the linear one by which it is weighed
+            of_removed = is_covered(result.first, coloured) or not left.noise.linearly_explained
+            causes = _by_one_noise(result.causes, result.first, result.last, coloured, of_removed=of_removed)
+            result = replace(result, causes=causes, shares_of_removed=of_removed)
     except OutOfTime:
         return replace(result, late=True, unexamined=(UNEXPLAINED, CHANGES))
     if RECORD_CHANGE in criteria.skip:
@@ -369,17 +370,17 @@ def _by_one_noise(
     last: RefittedModel,
     data: EvaluationData,
     *,
-    slight: bool = False,
+    of_removed: bool = False,
 ) -> tuple[AcceptedCause, ...]:
     """The causes with what each explains beside those before it by the noise as it shows at last; when they were found
     it was taken for larger, and shares by different noises do not add up. The last one is measured by the model at the
-    end, so that all shares and what remains make one. slight : as of `SearchResult`."""
+    end, so that all shares and what remains make one. of_removed : `shares_of_removed` of `SearchResult`."""
     models = [*(cause.after for cause in causes[:-1]), last]
     left, plain = [1.0], is_plain(first, data)
     for model in models[: len(causes)]:
         share = (
             share_of_removed(first, model, last, data)
-            if slight
+            if of_removed
             else share_removed(first, first, model, data, plain=plain)
         )
         left.append(min(left[-1], 1.0 - share))

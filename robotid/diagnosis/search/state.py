@@ -122,8 +122,8 @@ class SearchResult:
     whether the time was up before the end. events : what happened once; all else is of records without them.
     coloured : the data by noise of any colour, as the last model leaves it; None where time ran out before.
     agreement : whether the last model can be that of the validation records, too, sought where nothing else was
-    found. slight : the misfit was no more than chance makes of the energy of noise, and the causes leave nothing
-    else: shares are of what they remove.
+    found. shares_of_removed : the causes leave nothing but noise, and its energy is no measure of the misfit, which was
+    no more than chance makes of it, or of which it explains all by simulations only: shares are of what they remove.
     """
 
     data: EvaluationData
@@ -141,7 +141,7 @@ class SearchResult:
     events: tuple[Event, ...] = ()
     coloured: EvaluationData | None = None
     agreement: Agreement = field(default_factory=Agreement)
-    slight: bool = False
+    shares_of_removed: bool = False
 
     @property
     def remaining_share(self) -> float:
@@ -160,17 +160,17 @@ class SearchResult:
 
     def explained_by_record(self) -> dict[str, float]:
         """Share of the first model's misfit energy that all causes remove, of each record, by the noise that shows at
-        last, or plainly as of `is_plain`; of a slight misfit all or nothing."""
+        last, or plainly as of `is_plain`; where shares are of what causes remove, all or nothing."""
         data = self.judging
         segments = (*data.fitted, *data.validation)
         before, after = (*self.first.fitted, *self.first.validation), (*self.last.fitted, *self.last.validation)
-        misfit = Segment.energy if self.slight else _measure(plain=is_plain(self.first, data))
+        misfit = Segment.energy if self.shares_of_removed else _measure(plain=is_plain(self.first, data))
         whole, removed = dict[str, float](), dict[str, float]()
         for segment, one, other in zip(segments, before, after, strict=True):
             name, energy = segment.record.name, misfit(segment, one.residual)
             whole[name] = whole.get(name, 0.0) + energy
             removed[name] = removed.get(name, 0.0) + energy - misfit(segment, other.residual)
-        if self.slight:
+        if self.shares_of_removed:
             return {name: float(energy > 0.0) for name, energy in removed.items()}
         return {name: float(np.clip(removed[name] / max(whole[name], 1e-9), 0.0, 1.0)) for name in whole}
 

@@ -12,6 +12,13 @@ What friction does about a reversal imitates a delay: it sticks, it yields befor
 columns beside those of the axis take all of that, a pulse at every reversal and a dry friction that is there at low
 speeds only, so that what is left to tell a delay is inertia and what moves on. A delay is the same at every cut-off;
 where the cut-offs contradict each other, the deviation is theirs.
+
+A spring and a damper between motor and load move the torque, too. Below the antiresonance at sqrt(k/Ja),
+
+    Ja s^2 v / (1 + Ja s^2 / (k + d s)) = Ja s v - Ja^2/k s^3 v + Ja^2 d/k^2 s^4 v + ...,
+
+whose last term has the phase of a delay. A delay is the same beside columns of both; where it is another one there, the
+deviation is the difference.
 """
 
 from __future__ import annotations
@@ -32,16 +39,29 @@ from robotid.signals.stretches import stretches
 UNKNOWN = Determined(0.0, np.inf)
 
 
-def torque_delay(record: Record) -> Determined:
+def torque_delay(record: Record, *, rigid: bool = False) -> Determined:
     """By how much the torque of a record is late [s], negative where it is early.
 
     Of several cut-offs up to the torque's bandwidth, that which tells it best among those below which the motion
     explains the torque; its deviation is as many times larger as the cut-offs differ by more than theirs (Birge 1932).
     Of a long record, the same in each of several stretches. Unknown where there are not two: the record is short, or
-    the axis is not rigid there.
+    the axis is not rigid there. rigid : the axis is known to be; else the delay must be the same beside columns of a
+    flexible joint, too.
     """
+    found = _best(record, flexible=False)
+    if rigid or not np.isfinite(found.std):
+        return found
+    beside = _best(record, flexible=True)
+    if not np.isfinite(beside.std):
+        return found
+    apart = max(0.0, (beside.value - found.value) ** 2 - beside.std**2)
+    return Determined(found.value, float(np.hypot(found.std, np.sqrt(apart))))
+
+
+def _best(record: Record, *, flexible: bool) -> Determined:
+    """The delay at the cut-off that tells it best."""
     found = (
-        _Lag.at(stretch, cutoff)
+        _Lag.at(stretch, cutoff, flexible=flexible)
         for stretch in stretches(record, DELAY.max_samples)
         for cutoff in dict.fromkeys(cutoffs(stretch))
     )
@@ -62,12 +82,15 @@ class _Lag:
     explained: float
 
     @classmethod
-    def at(cls, record: Record, cutoff: float) -> _Lag | None:
-        """The lag below a cut-off [Hz], None where the record is short or the best shift is the largest tried."""
+    def at(cls, record: Record, cutoff: float, *, flexible: bool) -> _Lag | None:
+        """The lag below a cut-off [Hz], None where the record is short or the best shift is the largest tried.
+
+        flexible : beside columns of a flexible joint.
+        """
         n, most = len(record), min(DELAY.max_shift, len(record) // DELAY.samples_a_shift)
         if most < 1:
             return None
-        columns, torque = _filtered(record, cutoff)
+        columns, torque = _filtered(record, cutoff, flexible=flexible)
         basis = np.linalg.qr(columns[:, most : n - most].T)[0]
         energy = np.array([_left(basis, torque[most + k : n - most + k]) for k in range(-most, most + 1)])
         best = int(np.argmin(energy))
@@ -86,8 +109,8 @@ def _disagreement(lags: Sequence[_Lag]) -> float:
     return max(1.0, float(np.sqrt(weights @ (values - mean) ** 2 / (len(lags) - 1))))
 
 
-def _filtered(record: Record, cutoff: float) -> tuple[Array, Array]:
-    """Columns of a rigid axis and of its reversals (7, n), and the torque as it acts at the samples (n,), through the
+def _filtered(record: Record, cutoff: float, *, flexible: bool) -> tuple[Array, Array]:
+    """Columns of an axis and of its reversals (7 or 9, n), and the torque as it acts at the samples (n,), through the
     same filter."""
     h, parallel = record.sampling_time, ParallelFilter(cutoff)
     motion = parallel.motion(record.phi_m, h)
@@ -97,7 +120,16 @@ def _filtered(record: Record, cutoff: float) -> tuple[Array, Array]:
     slow = dry * np.exp(-np.abs(v) / max(DELAY.slow * float(np.sqrt(np.mean(v**2))), 1e-300))
     rows = np.stack([motion.acceleration, v, dry, np.ones_like(x), x, np.gradient(dry), slow])
     size = np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
-    return low_pass(rows / size, h, cutoff), low_pass(acting, h, cutoff)
+    columns = low_pass(rows / size, h, cutoff)
+    return (np.vstack([columns, _of_a_spring(columns[0])]) if flexible else columns), low_pass(acting, h, cutoff)
+
+
+def _of_a_spring(acceleration: Array) -> Array:
+    """What a spring and its damper add to an acceleration (n,) below the antiresonance: its second and third
+    derivative, (2, n), of length 1."""
+    snap = np.gradient(np.gradient(acceleration))
+    rows = np.stack([snap, np.gradient(snap)])
+    return np.asarray(rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300))
 
 
 def _left(basis: Array, torque: Array) -> float:

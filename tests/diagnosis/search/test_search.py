@@ -24,6 +24,7 @@ from support.small_bench import (
 )
 
 from robotid.catalogue import assemble
+from robotid.diagnosis.noise.colour import ColouredNoise
 from robotid.diagnosis.noise.noise_estimate import TorqueErrors
 from robotid.diagnosis.nonparametric.curve_fit import fit_curves
 from robotid.diagnosis.results import Diagnosis, Event
@@ -257,11 +258,26 @@ def test_a_small_effect_that_leaves_noise_explains_all_that_was_missing() -> Non
     made = records({"motor.stribeck.dFs": 0.012, "motor.stribeck.vs": 1.0})
     growth = searched(made, QUICK)
     d = told(made, growth)
-    assert growth.slight
+    assert growth.shares_of_removed
     assert d.verdict == "named"
     assert [(cause.effect, cause.explained) for cause in d.causes] == [("motor.stribeck", 1.0)]
     assert d.remaining_share == 0.0
     assert {one.explained_after for one in d.records.values()} == {1.0}
+
+
+def test_shares_are_of_what_causes_remove_where_only_simulations_explain_the_noise(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The energy of such noise is another one than that of its linear model, by which shares would be measured."""
+    made = records(STRIBECK)
+    by_energy = searched(made, QUICK)
+    monkeypatch.setattr(ColouredNoise, "linearly_explained", property(lambda _: False))
+    growth = searched(made, QUICK)
+    assert not by_energy.shares_of_removed
+    assert growth.shares_of_removed
+    assert [cause.explained for cause in growth.causes] == [1.0]
+    d = told(made, growth)
+    assert (d.verdict, d.remaining_share) == ("named", 0.0)
 
 
 @pytest.mark.parametrize(

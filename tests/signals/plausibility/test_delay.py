@@ -9,10 +9,13 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+import scipy
 from support.diagnosed_run import configuration
 from support.mistaken_logs import FLEXIBLE, RATIO, RIGID, H, Log, log_of, swing
+from support.paper_joint import STRUCTURE, TRUTH
 
 from robotid.artifacts.store import load
+from robotid.catalogue import assemble
 from robotid.cli.app import main
 from robotid.model.array import Array
 from robotid.signals.measured import Selection, measured_records
@@ -22,6 +25,7 @@ from robotid.signals.quality import Recordings, inspect
 from robotid.signals.readers.table import Table
 from robotid.signals.record import Record
 from robotid.signals.resampling import mean_over_intervals
+from robotid.simulation.simulate import simulate
 
 EDGE = 25
 
@@ -55,7 +59,7 @@ def test_of_a_long_record_stretches_tell_the_delay(monkeypatch: pytest.MonkeyPat
     whole, seen = record(late_log(0.4)), list[int]()
     at = delay._Lag.at
     monkeypatch.setattr(delay, "DELAY", replace(delay.DELAY, max_samples=len(whole) // 2))
-    monkeypatch.setattr(delay._Lag, "at", lambda part, cutoff: (seen.append(len(part)), at(part, cutoff))[1])
+    monkeypatch.setattr(delay._Lag, "at", lambda part, *by, **how: (seen.append(len(part)), at(part, *by, **how))[1])
     found = torque_delay(whole)
     assert max(seen) == len(whole) // 10
     assert found.value / H == pytest.approx(0.4, abs=max(0.1, 3 * found.std / H))
@@ -64,6 +68,35 @@ def test_of_a_long_record_stretches_tell_the_delay(monkeypatch: pytest.MonkeyPat
 def test_a_joint_that_flexes_tells_no_delay_of_less_than_its_deviation() -> None:
     found = torque_delay(record(late_log(0.0, "flexible")))
     assert abs(found.ratio) < 3.0
+
+
+@cache
+def damped_gear() -> Record:
+    """The publication's joint with a stiffer and more damped gear, its notch at 20 Hz, moved up to 8 Hz."""
+    h, n = 1e-3, 24_000
+    low = scipy.signal.butter(4, 8.0, fs=1.0 / h, output="sos")
+    torque = scipy.signal.sosfilt(low, np.random.default_rng(1).standard_normal(n))
+    torque *= 5.0 / float(np.std(torque))
+    joint = assemble(STRUCTURE)
+    gear = {"gear.spring.k1": 18e6, "gear.cubic_spring.k3": 0.0, "gear.damper.d": 3e4}
+    theta = joint.parameters().with_values(TRUTH | gear).values
+    speed = simulate(
+        joint, theta, Record("gear", "estimate", "both", h, torque, 0 * torque, 0 * torque), np.zeros(3)
+    ).dphi_m
+    angle = scipy.integrate.cumulative_trapezoid(speed, dx=h, initial=0.0)
+    return Record.from_arrays(torque, angle, h, speed=speed, name="gear")
+
+
+def test_the_damper_of_a_gear_is_no_delay() -> None:
+    one = damped_gear()
+    assert torque_delay(one, rigid=True).ratio > 5.0
+    assert abs(torque_delay(one).ratio) < 3.0
+
+
+def test_a_delay_is_found_beside_the_damper_of_a_gear() -> None:
+    found = torque_delay(replace(damped_gear(), tau_m=np.roll(damped_gear().tau_m, 3)))
+    assert found.ratio > 5.0
+    assert found.value / 1e-3 == pytest.approx(3.0, abs=3.0 * found.std / 1e-3)
 
 
 @cache
