@@ -7,8 +7,9 @@ the others.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -39,13 +40,13 @@ class Together:
         own = replace(data, fitted=both, validation=())
         return cls(model, own, Trajectories(tuple(one.trajectory for one in near)))
 
-    def refitted(self, effect: str = "", value: float = 0.0) -> RefittedModel | None:
-        """The model fitted to all of them, with a change of a record that starts at a value, where one is named; None
-        where they cannot be simulated so."""
-        structure, start = self.model.structure, self.model.parameters
-        if effect:
+    def refitted(self, changes: Mapping[str, float] = MappingProxyType({})) -> RefittedModel | None:
+        """The model fitted to all of them, with changes of a record that start at these values, by name; None where
+        they cannot be simulated so."""
+        structure = self.model.structure
+        for effect in changes:
             structure = structure.extended(effect)
-            start = carried(start, structure, {effect: value})
+        start = carried(self.model.parameters, structure, changes)
         try:
             return refit(structure, [start], self.data, self.near, CONFIRMING)
         except NumericsError:

@@ -1,8 +1,9 @@
-"""What differs on validation records: one parameter at a time, found on their first part and measured on the second,
-each with half of what is wrong."""
+"""What differs on validation records: one parameter, or several that together leave nothing, as a payload changes an
+inertia and a weight. Found on their first part and measured on the second, each with half of what is wrong."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,8 +32,9 @@ from robotid.signals.record import SHORTEST_PIECE, Quantity
 class RecordChange:
     """A parameter that differs on a validation record.
 
-    value : its difference, in `unit`. explained : share of the misfit's energy on the second part that it removes;
-    gain : of the fit there [% points]; twins : what explains as much, itself first.
+    value : its difference, in `unit`, beside the others that differ there. explained : share of the misfit's energy on
+    the second part that it removes beside those before it; gain : of the fit there [% points]; twins : what explains
+    as much, itself first.
     """
 
     effect: str
@@ -45,50 +47,85 @@ class RecordChange:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Tried:
-    """A change found on the first part of a record. explained : of the misfit on the second, where `after` is what the
-    model simulates with it."""
+class _Changed:
+    """A record with changes, found on its first part. values : theirs; after : what the model simulates of the second
+    part with them."""
 
-    candidate: RecordChangeCandidate
-    value: float
-    explained: float
+    candidates: tuple[RecordChangeCandidate, ...]
+    values: tuple[float, ...]
     after: SegmentFit
 
 
 def find_record_changes(
     model: RefittedModel, data: EvaluationData, usual: float, level: float
 ) -> tuple[RecordChange, ...]:
-    """At most one change for each validation record that is simulated clearly worse than the fitted ones.
+    """What changed on each validation record that is simulated clearly worse than the fitted ones.
 
     usual : energy a sample on the fitted segments, what the fit could still take left out; level : of significance.
     """
-    found: dict[str, RecordChange] = {}
+    found: dict[str, tuple[RecordChange, ...]] = {}
     for segment, seen in zip(data.validation, model.validation, strict=True):
-        first, second = _parts(segment, seen.residual)
-        before = _simulated(model, second)
-        if before is not None and asks_for_a_reason(before, usual, model.output):
-            change = _best(model, first, before, usual)
-            if change is not None and change.p_value < level and _differs(model, data, change, usual, level):
-                found.setdefault(segment.record.name, change)
-    return tuple(found.values())
+        growing = [*_growing(model, segment, seen.residual, usual, level)]
+        stand = (changes for changes in reversed(growing) if _differs(model, data, changes, usual, level))
+        if changes := next(stand, None):
+            found.setdefault(segment.record.name, changes)
+    return tuple(change for changes in found.values() for change in changes)
 
 
-def _differs(model: RefittedModel, data: EvaluationData, change: RecordChange, usual: float, level: float) -> bool:
-    """Whether a parameter is not the same on a validation record and on those of the fit: the fit to all of them must
-    leave a misfit that the change explains. Else its own records have only determined it badly."""
-    both = Together.of(model, data, {changed(change.effect)[0]})
+def _growing(
+    model: RefittedModel, segment: Segment, residual: Array, usual: float, level: float
+) -> Iterator[tuple[RecordChange, ...]]:
+    """The changes of a segment that stand out of it, parameter by parameter, until nothing asks for a reason. Several
+    must leave nothing, for something else would ask for ever more of them; less than all may tell little."""
+    first, second = _parts(segment, residual)
+    before = _simulated(model, second)
+    if before is None:
+        return
+    misfit, at = _beyond(before, usual), _Changed((), (), before)
+    stood, found, tried = at, list[RecordChange](), 0
+    while asks_for_a_reason(at.after, usual, model.output) and len(found) < CHANGES.most:
+        asked = _asked_for(model, first, at)
+        tried += len(asked)
+        if not asked or at.after.energy - asked[0].after.energy < CHANGES.confirmed_share * _beyond(at.after, usual):
+            return
+        alone = [replace(one, twins=(one.effect,)) for one in found]  # what explained as much was not tried beside all
+        found = [*alone, _last_change(model, at.after, asked, misfit)]
+        at = asked[0]
+        if len(found) > 1 and asks_for_a_reason(at.after, usual, model.output):
+            continue
+        known = len(stood.candidates)
+        p = _p_value(stood.after, at.after, len(found) - known, usual, tried)
+        if p < level:
+            found = [*found[:known], *(replace(one, p_value=p) for one in found[known:])]
+            yield tuple(replace(one, value=value) for one, value in zip(found, at.values, strict=True))
+            stood = at
+
+
+def _beyond(one: SegmentFit, usual: float) -> float:
+    """Energy that a segment leaves beyond the usual."""
+    return one.energy - usual * len(one.residual)
+
+
+def _differs(
+    model: RefittedModel, data: EvaluationData, changes: Sequence[RecordChange], usual: float, level: float
+) -> bool:
+    """Whether parameters are not the same on a validation record and on those of the fit: the fit to all of them must
+    leave a misfit that the changes explain. Else its own records have only determined them badly."""
+    both = Together.of(model, data, {changed(changes[0].effect)[0]})
     same = both.refitted()
     if same is None:
         return True
-    apart = both.refitted(change.effect, change.value)
+    apart = both.refitted({change.effect: change.value for change in changes})
     if apart is None:
         return False
     removed = same.energy - apart.energy
     if removed < CHANGES.confirmed_share * (same.energy - usual * same.samples):
         return False
-    if significance(removed / usual, 1, same.energy / usual, same.samples, len(model.columns)) >= level:
+    known = same.energy / usual, same.samples, len(model.columns)
+    if significance(removed / usual, len(changes), *known) >= level:
         return False
-    return p_value(apart, change.effect, left_by(apart)) < level
+    left = left_by(apart)
+    return all(p_value(apart, change.effect, left) < level for change in changes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +143,7 @@ def changes_of(model: RefittedModel, segment: Segment) -> tuple[float, tuple[Seg
     before = _simulated(model, segment)
     found = []
     for candidate in record_changes(model.joint, model.columns, [segment.record.name]):
-        end = _run(model, segment, candidate, None)
+        end = _run(model, segment, (candidate,))
         if end is not None:
             after = segment_fit(segment, end.trajectories[0], model.output)
             name = model.joint.names[candidate.column]
@@ -128,56 +165,76 @@ def _parts(segment: Segment, residual: Array) -> tuple[Segment, Segment]:
     return replace(segment, record=record.piece(0, cut)), replace(segment, record=record.piece(cut, len(record)))
 
 
-def _best(model: RefittedModel, first: Segment, before: SegmentFit, usual: float) -> RecordChange | None:
-    """The change that carries over best from the first part of a record to the second, `before` without it, of those
-    with which the fit of that rises."""
-    second = Segment(before.record, before.whitening)
-    misfit = before.energy - usual * len(before.residual)
-    tried = []
+def _asked_for(model: RefittedModel, first: Segment, at: _Changed) -> list[_Changed]:
+    """The changes of a record with one more each, of those with which the fit of its second part rises, the one that
+    carries over best first."""
+    second = Segment(at.after.record, at.after.whitening)
+    found = []
     for candidate in record_changes(model.joint, model.columns, [first.record.name]):
-        value = _fitted_value(model, first, candidate)
-        after = None if value is None else _simulated(model, second, candidate, value)
-        if value is not None and after is not None and after.fit_percent > before.fit_percent:
-            tried.append(_Tried(candidate, value, (before.energy - after.energy) / misfit, after))
-    tried.sort(key=lambda one: -one.explained)
-    if not tried or tried[0].explained < CHANGES.confirmed_share:
-        return None
-    best = tried[0]
-    removed, whole = best.explained * misfit / usual, before.energy / usual
-    scatter = held_out_gain((before,), (best.after,)).p_value
+        if candidate not in at.candidates:
+            candidates = (*at.candidates, candidate)
+            values = _fitted_values(model, first, candidates)
+            after = None if values is None else _simulated(model, second, candidates, values)
+            if values is not None and after is not None and after.fit_percent > at.after.fit_percent:
+                found.append(_Changed(candidates, values, after))
+    return sorted(found, key=lambda one: one.after.energy)
+
+
+def _last_change(model: RefittedModel, before: SegmentFit, asked: Sequence[_Changed], misfit: float) -> RecordChange:
+    """The last change of the best of those that are asked for, not tested yet. before : what the record leaves without
+    it; misfit : energy that it leaves without any."""
+    best = asked[0]
+    candidate, close = best.candidates[-1], best.after.energy + CHANGES.same_share * misfit
     return RecordChange(
-        effect=best.candidate.name,
-        value=best.value,
-        unit=on_axis(linear=model.structure.linear)(best.candidate.parameter.unit),
-        explained=min(1.0, best.explained),
+        effect=candidate.name,
+        value=best.values[-1],
+        unit=on_axis(linear=model.structure.linear)(candidate.parameter.unit),
+        explained=min(1.0, (before.energy - best.after.energy) / misfit),
         gain=best.after.fit_percent - before.fit_percent,
-        p_value=max(significance(removed, 1, whole, len(before.residual), len(tried)), min(1.0, len(tried) * scatter)),
-        twins=tuple(one.candidate.name for one in tried if one.explained > best.explained - CHANGES.same_share),
+        p_value=1.0,
+        twins=tuple(one.candidates[-1].name for one in asked if one.after.energy < close),
     )
 
 
-def _fitted_value(model: RefittedModel, segment: Segment, candidate: RecordChangeCandidate) -> float | None:
-    """The change that a segment asks for, all other parameters fixed; None where it diverges."""
-    end = _run(model, segment, candidate, None)
-    return None if end is None else float(end.unknowns[0])
+def _p_value(before: SegmentFit, after: SegmentFit, parameters: int, usual: float, tried: int) -> float:
+    """Of so many parameters being the same on a record, by the noise and by the scatter from block to block, where they
+    are the best of so many fits."""
+    removed, whole = (before.energy - after.energy) / usual, before.energy / usual
+    by_noise = significance(removed, parameters, whole, len(before.residual), tried)
+    return max(by_noise, min(1.0, tried * held_out_gain((before,), (after,)).p_value))
+
+
+def _fitted_values(
+    model: RefittedModel, segment: Segment, candidates: Sequence[RecordChangeCandidate]
+) -> tuple[float, ...] | None:
+    """The changes that a segment asks for, all other parameters fixed; None where it diverges."""
+    end = _run(model, segment, candidates)
+    return None if end is None else tuple(end.unknowns[: len(candidates)].tolist())
 
 
 def _simulated(
-    model: RefittedModel, segment: Segment, candidate: RecordChangeCandidate | None = None, value: float = 0.0
+    model: RefittedModel,
+    segment: Segment,
+    candidates: Sequence[RecordChangeCandidate] = (),
+    values: Sequence[float] = (),
 ) -> SegmentFit | None:
     """A segment with all parameters fixed, its first states free; None where it diverges."""
-    end = _run(model, segment, candidate, value)
+    end = _run(model, segment, candidates, values)
     return None if end is None else segment_fit(segment, end.trajectories[0], model.output)
 
 
 def _run(
-    model: RefittedModel, segment: Segment, candidate: RecordChangeCandidate | None, value: float | None
+    model: RefittedModel,
+    segment: Segment,
+    candidates: Sequence[RecordChangeCandidate] = (),
+    values: Sequence[float] | None = None,
 ) -> Evaluation | None:
-    """A segment with the parameters fixed but for a change, which is sought unless its value is given."""
-    structure = model.structure if candidate is None else model.structure.extended(candidate.name)
-    start = {} if candidate is None or value is None else {candidate.name: value}
-    parameters = carried(model.parameters, structure, start)
-    sought = [value is None and candidate is not None and name == candidate.name for name in parameters.names]
+    """A segment with the parameters fixed but for changes, which are sought unless their values are given."""
+    structure, names = model.structure, [one.name for one in candidates]
+    for name in names:
+        structure = structure.extended(name)
+    parameters = carried(model.parameters, structure, dict(zip(names, values or (), strict=False)))
+    sought = [values is None and name in names for name in parameters.names]
     problem = OutputError(
         joint_for(structure, model.output, (segment.record,)),
         replace(parameters, free=np.array(sought)),

@@ -60,6 +60,7 @@ class ChangeSettings:
     confirmed_share: float = 0.2  # of the misfit on the second part that a change must remove
     same_share: float = 0.02  # of the misfit: changes closer than that are not distinguished
     max_iterations: int = 6  # of a fit of one parameter
+    most: int = 3  # parameters that differ on a record: inertia and the two of a weight
 
 
 CHOICE, ACCEPTANCE, CHANGES = RefitChoiceSettings(), AcceptanceSettings(), ChangeSettings()

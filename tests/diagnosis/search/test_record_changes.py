@@ -1,19 +1,77 @@
-"""A change of a validation record must explain it, and its fit must rise with it."""
+"""What changed on a validation record must explain it, and its fit must rise with it; several parameters must leave
+nothing."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
-from support.plain_models import plain_segment
-from support.tuning.search import best_change
+import pytest
+from support.plain_models import plain_model, plain_segment
+from support.small_bench import AXIS, TRUTH, Criteria, FitOptions, records_of
 
+from robotid.catalogue import assemble
 from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
+from robotid.diagnosis.procedure import diagnose
+from robotid.diagnosis.results import Diagnosis
+from robotid.diagnosis.search import record_changes
 from robotid.diagnosis.search.record_changes import _parts
+from robotid.estimate.grey_box import fit_model
+from robotid.report.tables.diagnose import sentence
+
+WEIGHT = {"motor.gravity.G": 0.8, "motor.gravity.H": 0.1}
 
 
-def test_a_change_with_which_the_fit_falls_is_none() -> None:
-    rising, falling = best_change(0.5, gain=0.1), best_change(0.5, gain=-0.3)
-    assert rising is not None
-    assert falling is None
+@pytest.mark.parametrize(("gain", "asked"), [(0.1, 3), (-0.3, 0)])
+def test_a_change_with_which_the_fit_falls_is_none(gain: float, asked: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    before, model = plain_segment(2000.0), plain_model(1000.0)
+    after = plain_segment(1000.0, fit_percent=before.fit_percent + gain)
+    monkeypatch.setattr(record_changes, "_fitted_values", lambda *_: (0.1,))
+    monkeypatch.setattr(record_changes, "_simulated", lambda *_: after)
+    at = record_changes._Changed((), (), before)
+    assert len(record_changes._asked_for(model, Segment(before.record, UNIT_WHITENING), at)) == asked
+
+
+def weighted(changed: Mapping[str, float]) -> Diagnosis:
+    """The diagnosis of an axis with a weight, some of whose parameters are so many times as large on the record that
+    was held out."""
+    structure = replace(AXIS.extended("motor.gravity"), recorded_angle=True)
+    plant = assemble(replace(structure, recorded_angle=False), angle=True)
+    truth = TRUTH | WEIGHT
+    other = {name: value * changed.get(name, 1.0) for name, value in truth.items()}
+    made = [*records_of(plant, truth)[:2], records_of(plant, other)[2]]
+    joint = assemble(structure)
+    start = joint.parameters().with_values({name: 1.1 * value for name, value in truth.items()})
+    return diagnose(fit_model("m", joint, start, made[:2], FitOptions()), made, Criteria(max_refits=1))
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        pytest.param({"motor.inertia.J": 1.3, "motor.gravity.G": 1.4}, id="inertia and weight"),
+        pytest.param({"motor.inertia.J": 1.3, "motor.gravity.G": 1.4, "motor.gravity.H": 1.4}, id="and its place"),
+        pytest.param({"motor.inertia.J": 1.3}, id="inertia alone"),
+    ],
+)
+def test_all_that_a_payload_changes_is_named(changed: dict[str, float]) -> None:
+    found = weighted(changed)
+    assert found.verdict == "named"
+    sizes = {cause.effect: cause.parameters[0].value for cause in found.causes}
+    truth = {f"record_change.check.{n}": (factor - 1.0) * (TRUTH | WEIGHT)[n] for n, factor in changed.items()}
+    assert sizes == pytest.approx(truth, rel=0.05)
+    assert sum(cause.explained for cause in found.causes) == pytest.approx(1.0, abs=0.01)
+    assert all(name.removeprefix("record_change.check.") in sentence(found) for name in sizes)
+
+
+def test_a_set_of_changes_that_leaves_something_is_none() -> None:
+    """Friction that one direction has more of, on the record that was held out only."""
+    plant = assemble(AXIS.extended("motor.asymmetric_coulomb"), angle=True)
+    even = TRUTH | {"motor.asymmetric_coulomb.dFc": 0.0}
+    made = [*records_of(plant, even)[:2], records_of(plant, even | {"motor.asymmetric_coulomb.dFc": 0.15})[2]]
+    joint = assemble(AXIS)
+    found = diagnose(fit_model("m", joint, joint.parameters().with_values(TRUTH), made[:2], FitOptions()), made)
+    assert len(found.causes) <= 1
 
 
 def test_a_change_is_sought_and_tested_where_it_shows() -> None:

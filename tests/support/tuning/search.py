@@ -12,7 +12,7 @@ import pytest
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
 from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
-from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
+from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.blocked_regression import Gain
 from robotid.diagnosis.scoring.catalogue_candidates import term_candidate
 from robotid.diagnosis.scoring.projection import Projected
@@ -320,32 +320,45 @@ def check_a_record_with_twice_the_usual_energy_asks_for_a_reason() -> None:
     assert not record_changes.asks_for_a_reason(plain_segment(2 * 900.0), 1.0, "speed")
 
 
-def best_change(*explained: float, gain: float = 1.0) -> record_changes.RecordChange | None:
-    """The change that is reported where the first parameters explain these shares of a misfit. gain : of the fit with
-    each of them [% points]."""
-    model, before = plain_model(1000.0), plain_segment(2000.0)
+def standing_changes(*explained: list[float]) -> list[tuple[record_changes.RecordChange, ...]]:
+    """The changes of a record that stand, where parameters explain these shares of its misfit: the first by themselves,
+    those of every further list beside the best of those before."""
+    model, before = plain_model(1000.0), plain_segment(40_000.0)
+    misfit = before.energy - len(before.residual)
 
-    def simulated(_: Any, segment: Segment, candidate: RecordChangeCandidate, value: float) -> SegmentFit:
-        energy = 2000.0 - 1000.0 * ([*explained, 0.0, 0.0, 0.0])[candidate.column]
-        return plain_segment(energy, fit_percent=before.fit_percent + gain)
+    def asked_for(_: Any, __: Segment, at: record_changes._Changed) -> list[record_changes._Changed]:
+        found = []
+        for number, share in enumerate([*explained, ()][len(at.candidates)]):
+            name = f"record_change.a.motor.inertia.{len(at.candidates)}{number}"
+            candidate = RecordChangeCandidate(name, (0.0,), "a", number, model.joint.declared[0])
+            after = plain_segment(at.after.energy - share * misfit, fit_percent=at.after.fit_percent + 1.0)
+            found.append(record_changes._Changed((*at.candidates, candidate), (*at.values, 0.1), after))
+        return found
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(record_changes, "_fitted_value", lambda *_: 0.1)
-        patch.setattr(record_changes, "_simulated", simulated)
-        return record_changes._best(model, Segment(before.record, UNIT_WHITENING), before, 1.0)
+        patch.setattr(record_changes, "_asked_for", asked_for)
+        patch.setattr(record_changes, "_parts", lambda *_: (None, None))
+        patch.setattr(record_changes, "_simulated", lambda *_: before)
+        segment = Segment(before.record, UNIT_WHITENING)
+        return list(record_changes._growing(model, segment, before.residual, 1.0, 1.1))
 
 
 @sees(CHANGES, "confirmed_share")
 def check_a_change_must_remove_a_fifth_of_the_misfit() -> None:
-    assert best_change(0.22) is not None
-    assert best_change(0.18) is None
+    assert len(standing_changes([0.22])) == 1
+    assert not standing_changes([0.18])
 
 
 @sees(CHANGES, "same_share")
 def check_changes_two_per_cent_apart_are_told_apart() -> None:
-    found = best_change(0.5, 0.485, 0.475)
-    assert found is not None
+    ((found,),) = standing_changes([0.5, 0.485, 0.475])
     assert len(found.twins) == 2
+
+
+@sees(CHANGES, "most")
+def check_a_payload_changes_inertia_and_both_parts_of_a_weight() -> None:
+    assert [len(one) for one in standing_changes([0.5], [0.3], [0.199])] == [1, 3]
+    assert [len(one) for one in standing_changes([0.5], [0.3], [0.1], [0.099])] == [1]
 
 
 @sees(CHANGES, "shortest_part")
@@ -367,7 +380,7 @@ def check_a_change_is_fitted_in_six_iterations() -> None:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(record_changes, "solve", solve)
-        record_changes._run(plain_model(1000.0), Segment(plain_segment(1.0).record, UNIT_WHITENING), None, None)
+        record_changes._run(plain_model(1000.0), Segment(plain_segment(1.0).record, UNIT_WHITENING))
     assert 5 <= asked[0].max_iterations <= 8  # of one parameter, where the model is right but for it
 
 
