@@ -76,10 +76,13 @@ class Scan:
         """The same columns under the noise of another segment."""
         return replace(self, whitening=segment.whitening)
 
+    def with_residual(self, residual: Array) -> Scan:
+        """The same columns beside another residual (n,)."""
+        return replace(self, signals=np.concatenate([self.signals[:-1], residual[None]]))
+
     def with_segment(self, segment: SegmentFit) -> Scan:
         """The same columns beside the residual that a similar model leaves, through the whitening of that."""
-        signals = np.concatenate([self.signals[:-1], segment.residual[None]])
-        return replace(self, segment=segment, whitening=segment.whitening, signals=signals)
+        return replace(self.with_residual(segment.residual), segment=segment, whitening=segment.whitening)
 
     def unexplained(self) -> SimulatedSegment:
         """The segment with what is left of its residual when all columns may explain it."""

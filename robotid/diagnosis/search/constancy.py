@@ -61,6 +61,7 @@ def course(blocks: BlockedRegression) -> Course:
     scores, information = blocks.scores_of(blocks.moment.shape[1] - 1)
     parts = min(ACCEPTANCE.constant_parts, len(scores))
     score, weight = (np.array([p.sum() for p in np.array_split(x, parts)]) for x in (scores, information))
+    weight = np.maximum(weight, 0.0)  # of what other columns all but take, rounding may leave less than nothing
     visible = weight > NEGLIGIBLE * weight.max()
     apart = np.divide(score, weight, out=np.zeros_like(score), where=visible)
     spread = float(np.sqrt(np.sum(weight * apart**2) / weight.sum())) if visible.any() else 0.0

@@ -12,15 +12,16 @@ from robotid.diagnosis.events.applied import event_torque, without_events
 from robotid.diagnosis.events.detection import PlacedEvents, find_event, placed_events, tries_among
 from robotid.diagnosis.events.pieces import scan_pieces, simulated_pieces
 from robotid.diagnosis.events.settings import EVENTS
+from robotid.diagnosis.noise.drawn import drawn_residuals
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate
 from robotid.diagnosis.scoring.catalogue_candidates import candidates
 from robotid.diagnosis.scoring.projection import project
-from robotid.diagnosis.scoring.scan import scans
+from robotid.diagnosis.scoring.scan import Scan, scans
 from robotid.diagnosis.scoring.score_test import Score, score
-from robotid.diagnosis.search.coloured import blocks_with, by_noise, left_by
+from robotid.diagnosis.search.coloured import blocks_with, by_noise, left_by, told_by_the_motion
 from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.errors import NumericsError
@@ -141,6 +142,34 @@ def resized(event: Event, model: RefittedModel) -> Event:
     inflation = max(1.0, model.energy / model.samples)
     change, std = float(column @ projected.residual) / size, float(np.sqrt(inflation / size))
     return replace(event, torque=event.torque + change, std=std)
+
+
+def with_deviation(event: Event, model: RefittedModel) -> Event:
+    """An event that was taken out of the records of a model, with the deviation that its size has by the noise of any
+    colour which the model leaves, where that is larger than by the sensors' noise. Beside a torque that errs slowly,
+    reversals make of the errors what they make of the event, which only simulations know: the size is found in drawn
+    noise, too. One on a validation record stays as it is."""
+    if all(one.record.name != event.record for one in model.fitted):
+        return event
+    forces = _unit_forces(event, model)
+    noise = told_by_the_motion(left_by(model, forces)).noise
+    seen = scans(model.fitted, model.unknowns, (), forces)
+    drawn = [
+        drawn_residuals(one, segment.whitening.levels, model.output)
+        for one, segment in zip(model.fitted, noise.segments, strict=True)
+    ]
+    sizes = [
+        _size([one.with_residual(residual) for one, residual in zip(seen, residuals, strict=True)])
+        for residuals in zip(*drawn, strict=False)
+    ]
+    return replace(event, std=max(event.std, float(np.sqrt(np.mean(np.square(sizes)))))) if sizes else event
+
+
+def _size(seen: Sequence[Scan]) -> float:
+    """The size of an event, whose column is the last, beside all else that a fit may shape."""
+    projected = project(seen)
+    column = projected.missing[:, 0]
+    return float(column @ projected.residual) / float(column @ column)
 
 
 def stands_out(event: Event, model: RefittedModel, criteria: Criteria) -> bool:

@@ -25,7 +25,14 @@ from robotid.diagnosis.search.agreement import agreement
 from robotid.diagnosis.search.beside_curve import explain_most, with_causes, with_curve, without_readers
 from robotid.diagnosis.search.coloured import in_colour, left_by, told_by_the_motion
 from robotid.diagnosis.search.data import Evidence, first_state, renew_noise, settled_state
-from robotid.diagnosis.search.events import largest_event, placed_again, resized, stands_out, without_event
+from robotid.diagnosis.search.events import (
+    largest_event,
+    placed_again,
+    resized,
+    stands_out,
+    with_deviation,
+    without_event,
+)
 from robotid.diagnosis.search.record_changes import find_record_changes
 from robotid.diagnosis.search.refits import refit_hopeful
 from robotid.diagnosis.search.settings import ACCEPTANCE, CHOICE
@@ -75,6 +82,12 @@ def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState 
             log("measuring the noise")
         begun = begun or first_state(evidence, criteria)
         begun = begun if begun.rounds else _scored(begun, criteria, log)
+    result = _searched(evidence, criteria, log, begun)
+    return replace(result, events=tuple(with_deviation(event, result.last) for event in result.events))
+
+
+def _searched(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState) -> SearchResult:
+    """What is missing, events by the noise of the sensors. begun : the first state of the evidence, scored."""
     result, plain = _beside_events(evidence, criteria, log, begun)
     if not (result.events or result.late or leaves_only_noise(result)):
         result = _beside_doubtful_events(evidence, result, begun, criteria, log)
