@@ -83,6 +83,8 @@ def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState 
         begun = begun or first_state(evidence, criteria)
         begun = begun if begun.rounds else _scored(begun, criteria, log)
     result = _searched(evidence, criteria, log, begun)
+    if not result.events:
+        return result
     return replace(result, events=tuple(with_deviation(event, result.last) for event in result.events))
 
 
