@@ -45,7 +45,7 @@ test: $(STAMP)
 slow: $(STAMP)
 	$(BIN)/python -m pytest -n 2 -m slow
 
-# COMPATIBILITY='--python python3.13 --only lowest' selects; environments are kept in .compatibility/.
+# COMPATIBILITY='--python python3.13 --only lowest' selects, --corners what the gate tries; environments are kept in .compatibility/.
 compatibility:
 	PYTHONPATH=tests $(PYTHON) -m compatibility $(COMPATIBILITY)
 

@@ -18,8 +18,8 @@ PASSES = (
     " or as slow as they are, would not show"
 )
 APART = (
-    "no parameters of the model simulate both the records of its fit and {}: something is missing that the former do"
-    " not show; fit {}, too, to look for it"
+    "no fit of the model simulates both the records of its fit and {}: more differs there than could be told, or"
+    " something is missing that the former do not show; fit {}, too, to look for it"
 )
 JOINED = "the model simulates {} as well once it is fitted to them, too: the other records leave a parameter uncertain"
 BESIDE = (

@@ -320,9 +320,9 @@ def _cause(found: AcceptedCause) -> Cause:
 
 
 def _changed(found: RecordChange) -> Cause:
-    """A change of a validation record as it is reported; its deviation is not known."""
-    nan = float("nan")
-    estimate = Estimate(found.effect, found.value, found.unit, nan, nan, float("-inf"), float("inf"))
+    """A change of a validation record as it is reported."""
+    std = found.std
+    estimate = Estimate(found.effect, found.value, found.unit, std, std, float("-inf"), float("inf"))
     of = changed(found.effect)[0]
     return Cause(found.effect, (estimate,), found.explained, found.gain, found.p_value, found.twins, None, (), of)
 

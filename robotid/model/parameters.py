@@ -23,7 +23,7 @@ class Parameter:
     physical : where it makes sense; a fit that ends elsewhere imitates another effect.
     estimated : False for a number that says what the effect is, such as a count of periods that physics knows to be
     whole: fits leave it as it is. centres : it is a value of the companion about which the formula is written; the
-    diagnosis takes the mean.
+    diagnosis takes the mean. carried : a payload adds to it.
     """
 
     symbol: str
@@ -38,6 +38,7 @@ class Parameter:
     physical: Physical | None = None
     estimated: bool = True
     centres: bool = False
+    carried: bool = False
 
     @property
     def is_shape(self) -> bool:

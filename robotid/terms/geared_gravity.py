@@ -24,10 +24,22 @@ class GearedGravity(Wave):
     parameters = (
         # Not zero both: there the fit could not see r.
         Parameter(
-            "G", "Nm", "weight times lever at the motor, part in sin(r x)", guess=0.1, bounds=(-1e6, 1e6), null=0.0
+            "G",
+            "Nm",
+            "weight times lever at the motor, part in sin(r x)",
+            guess=0.1,
+            bounds=(-1e6, 1e6),
+            null=0.0,
+            carried=True,
         ),
         Parameter(
-            "H", "Nm", "weight times lever at the motor, part in cos(r x)", guess=0.1, bounds=(-1e6, 1e6), null=0.0
+            "H",
+            "Nm",
+            "weight times lever at the motor, part in cos(r x)",
+            guess=0.1,
+            bounds=(-1e6, 1e6),
+            null=0.0,
+            carried=True,
         ),
         Parameter(
             "r",

@@ -18,8 +18,12 @@ class Gravity(Term):
     name = "gravity"
     ports = (Port.ARM, Port.TOOL, Port.MOTOR)
     parameters = (
-        Parameter("G", "Nm", "weight times lever, part in sin(x)", guess=0.0, bounds=(-1e6, 1e6), null=0.0),
-        Parameter("H", "Nm", "weight times lever, part in cos(x)", guess=0.0, bounds=(-1e6, 1e6), null=0.0),
+        Parameter(
+            "G", "Nm", "weight times lever, part in sin(x)", guess=0.0, bounds=(-1e6, 1e6), null=0.0, carried=True
+        ),
+        Parameter(
+            "H", "Nm", "weight times lever, part in cos(x)", guess=0.0, bounds=(-1e6, 1e6), null=0.0, carried=True
+        ),
     )
     formula = "G sin(x) + H cos(x)"
     source = "Siciliano, Sciavicco, Villani & Oriolo 2009, Robotics, section 7.3"

@@ -16,7 +16,7 @@ class Inertia(Term):
     name = "inertia"
     ports = (Port.MOTOR, Port.ARM, Port.TOOL)
     # Positive, lest the mass matrix be singular. The guess lies between a motor's (0.01) and a large arm's (1000).
-    parameters = (Parameter("J", "kg m2", "moment of inertia", guess=1.0, bounds=(1e-9, 1e8)),)
+    parameters = (Parameter("J", "kg m2", "moment of inertia", guess=1.0, bounds=(1e-9, 1e8), carried=True),)
     formula = "J a"
     source = "Wernholt & Gunnarsson 2005, eq. (4), (5)"
     signature = "misfit that follows acceleration"

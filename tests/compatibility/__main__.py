@@ -1,6 +1,6 @@
 """A fresh install on the lowest and the newest versions of what robotid needs, on every Python of this machine.
 
-python -m compatibility [--python NAME] [--only lowest|newest] [--folder FOLDER]    (with tests/ on the path)
+python -m compatibility [--python NAME] [--only lowest|newest | --corners] [--folder FOLDER]   (tests/ on the path)
 
 One environment for each Python and each end of the versions holds the wheel of this checkout and, of its dependencies,
 either exactly the lower bounds in pyproject.toml or whatever is newest. In each, the command line answers and two
@@ -14,6 +14,7 @@ import argparse
 import os
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from itertools import product
 from pathlib import Path
 
 from compatibility.environment import PreparationError, Side, UnsupportedError, build_wheel, prepare
@@ -27,7 +28,11 @@ ROOT = Path(__file__).resolve().parents[2]
 def main() -> int:
     parser = argparse.ArgumentParser(prog="compatibility", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--python", action="append", metavar="NAME", help="this interpreter only (repeatable)")
-    parser.add_argument("--only", type=Side, choices=list(Side), help="one end of the versions only")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--only", type=Side, choices=list(Side), help="one end of the versions only")
+    which.add_argument(
+        "--corners", action="store_true", help="the oldest Python with the lowest versions, the newest with the newest"
+    )
     parser.add_argument("--folder", type=Path, default=ROOT / ".compatibility", help="where environments are kept")
     chosen = parser.parse_args()
     found = find_interpreters(chosen.python)
@@ -39,7 +44,8 @@ def main() -> int:
     folder.mkdir(parents=True, exist_ok=True)
     wheel = build_wheel(ROOT, found[0], folder)
     sides = [chosen.only] if chosen.only else list(Side)
-    cases = [(one, side, wheel, folder) for one in found for side in sides]
+    pairs = [(found[0], Side.LOWEST), (found[-1], Side.NEWEST)] if chosen.corners else list(product(found, sides))
+    cases = [(one, side, wheel, folder) for one, side in pairs]
     with ThreadPoolExecutor(min(2, os.cpu_count() or 1)) as pool:
         outcomes = list(pool.map(lambda case: outcome(*case), cases))
     print(table(outcomes))

@@ -16,6 +16,8 @@ from robotid.artifacts.store import load
 from robotid.cli.app import main
 from robotid.extension.results import Extension
 
+pytestmark = pytest.mark.slow
+
 CONFIG = CONFIGS / "puzzle.yaml"
 
 

@@ -18,7 +18,7 @@ from robotid.diagnosis.noise.whitening import Segment
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.estimate.noise.floor import torque_floor
 from robotid.estimate.noise.information import is_explained, loudest_octave
-from robotid.estimate.noise.levels import corners_of, fit_levels_by_record
+from robotid.estimate.noise.levels import corners_of, fit_levels, fit_levels_by_record
 from robotid.estimate.noise.lines import Innovations, Residual
 from robotid.estimate.noise.passage import TorquePassage, passed_noise
 from robotid.estimate.noise.response import torque_response
@@ -56,6 +56,15 @@ class ColouredNoise:
     def _linearly(self) -> tuple[bool, ...]:
         pairs = zip(self.segments, self.residuals, strict=True)
         return tuple(is_explained(seen, one.whitening.levels, tolerance=NOISE.tolerance) for one, seen in pairs)
+
+    def of_each_record(self) -> ColouredNoise:
+        """The same noises with errors of the torque of each record's own size and colour."""
+        names, levels = [one.record.name for one in self.segments], dict[int, NoiseLevels]()
+        for name in dict.fromkeys(names):
+            at = [k for k, record in enumerate(names) if record == name]
+            own = fit_levels([self.residuals[k] for k in at], LevelSettings(clip=NOISE.clip))
+            levels |= dict(zip(at, own, strict=True))
+        return _of_levels(self.simulated, self.residuals, [levels[k] for k in range(len(names))], self.output)
 
     def along_the_motion(self) -> ColouredNoise:
         """The same noises where errors of the torque pass along the simulated motion, which rests and reverses, and not
@@ -95,7 +104,15 @@ def coloured_noise(segments: Sequence[SimulatedSegment], columns: Sequence[Array
     pairs = zip(segments, columns, strict=True)
     residuals = [_residual(one, taken, output) for one, taken in pairs]
     names = [one.record.name for one in segments]
-    levels = list(fit_levels_by_record(residuals, names, LevelSettings(clip=NOISE.clip)))
+    levels = fit_levels_by_record(residuals, names, LevelSettings(clip=NOISE.clip))
+    return _of_levels(segments, residuals, levels, output)
+
+
+def _of_levels(
+    segments: Sequence[SimulatedSegment], residuals: Sequence[Residual], fitted: Sequence[NoiseLevels], output: Quantity
+) -> ColouredNoise:
+    """The noise of segments by the levels that were fitted to each."""
+    levels = list(fitted)
     for derived in (False, True):  # an angle's noise and a speed's do not compare
         alike = [k for k, seen in enumerate(residuals) if (seen.response.derivation is not None) == derived]
         for k, level in zip(alike, without_rest([levels[k] for k in alike]) if alike else (), strict=True):

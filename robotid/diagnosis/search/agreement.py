@@ -19,6 +19,7 @@ from robotid.diagnosis.refit.refit import CONFIRMING, refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, Trajectories, carried, segment_fit
 from robotid.diagnosis.search.settings import CHANGES
 from robotid.errors import NumericsError
+from robotid.model.array import Array
 from robotid.signals.record import Quantity
 
 
@@ -88,16 +89,33 @@ def _loud(segments: Sequence[SegmentFit], usual: float, output: Quantity) -> tup
 
 def is_loud(segments: Sequence[SegmentFit], usual: float, output: Quantity) -> bool:
     """Whether segments are simulated clearly worse than usual, and than the errors of the torque make of a joint that
-    reverses and rests there. usual : energy a sample on the fitted segments."""
+    reverses and rests there; or are off by clearly more, plainly, than such errors ever move them: where these are
+    slow, what is off as slowly counts little among them. usual : energy a sample on the fitted segments."""
     energy, samples = sum(one.energy for one in segments), sum(len(one.residual) for one in segments)
+    drawn = [_drawn(one, output) for one in segments]
+    if _is_far_off(segments, drawn):
+        return True
     if energy <= CHANGES.loud_energy * usual * samples:
         return False
-    return energy > CHANGES.loud_energy * sum(_expected_energy(one, output) for one in segments)
+    return energy > CHANGES.loud_energy * sum(map(_expected_energy, segments, drawn))
 
 
-def _expected_energy(one: SegmentFit, output: Quantity) -> float:
-    """Energy that the noise of a segment makes of it, in its variances."""
+def _drawn(one: SegmentFit, output: Quantity) -> list[Array]:
+    """What errors of the torque of a segment's noise make of it, (n,) each; none where there are no such errors."""
     levels = one.whitening.levels
-    drawn = drawn_residuals(one, levels, output) if levels.torque + levels.red > 0.0 else []
+    return drawn_residuals(one, levels, output) if levels.torque + levels.red > 0.0 else []
+
+
+def _is_far_off(segments: Sequence[SegmentFit], drawn: Sequence[Sequence[Array]]) -> bool:
+    """Whether segments are off by so many times as much as in the worst of what was drawn for them."""
+    if not all(drawn):
+        return False
+    off = np.sqrt(sum(float(one.residual @ one.residual) for one in segments))
+    worst = np.sqrt(sum(max(float(moved @ moved) for moved in ones) for ones in drawn))
+    return bool(off > CHANGES.far_off * worst)
+
+
+def _expected_energy(one: SegmentFit, drawn: Sequence[Array]) -> float:
+    """Energy that the noise of a segment makes of it, in its variances."""
     found = [float(white @ white) for white in map(one.whitening, drawn)]
     return float(np.mean(found)) if found else float(len(one.residual))

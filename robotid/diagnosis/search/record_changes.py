@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,13 +17,15 @@ from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandid
 from robotid.diagnosis.scoring.score_test import significance
 from robotid.diagnosis.search.agreement import Together, is_loud
 from robotid.diagnosis.search.carry_over import held_out_gain
-from robotid.diagnosis.search.coloured import left_by, p_value
-from robotid.diagnosis.search.settings import CHANGES
+from robotid.diagnosis.search.coloured import blocks_with, by_noise, left_by
+from robotid.diagnosis.search.physical_sense import amplitudes
+from robotid.diagnosis.search.settings import ACCEPTANCE, CHANGES
 from robotid.errors import NumericsError
 from robotid.estimate.least_squares import SolveOptions, solve
 from robotid.estimate.residual import Evaluation, OutputError
 from robotid.estimate.sensing import joint_for
 from robotid.model.array import Array
+from robotid.model.port import Port
 from robotid.model.structure import changed
 from robotid.model.units import on_axis
 from robotid.signals.record import SHORTEST_PIECE, Quantity
@@ -32,9 +35,9 @@ from robotid.signals.record import SHORTEST_PIECE, Quantity
 class RecordChange:
     """A parameter that differs on a validation record.
 
-    value : its difference, in `unit`, beside the others that differ there. explained : share of the misfit's energy on
-    the second part that it removes beside those before it; gain : of the fit there [% points]; twins : what explains
-    as much, itself first.
+    value, std : its difference, in `unit`, beside the others that differ there, and its standard deviation, by the fit
+    to all records where there is one. explained : share of the misfit's energy on the second part that it removes
+    beside those before it; gain : of the fit of the record [% points]; twins : what explains as much, itself first.
     """
 
     effect: str
@@ -44,6 +47,7 @@ class RecordChange:
     gain: float
     p_value: float
     twins: tuple[str, ...]
+    std: float = float("nan")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,6 +60,14 @@ class _Changed:
     after: SegmentFit
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Standing:
+    """Changes that stand out of a record. complete : they leave nothing that asks for a reason."""
+
+    changes: tuple[RecordChange, ...]
+    complete: bool
+
+
 def find_record_changes(
     model: RefittedModel, data: EvaluationData, usual: float, level: float
 ) -> tuple[RecordChange, ...]:
@@ -65,39 +77,126 @@ def find_record_changes(
     """
     found: dict[str, tuple[RecordChange, ...]] = {}
     for segment, seen in zip(data.validation, model.validation, strict=True):
-        growing = [*_growing(model, segment, seen.residual, usual, level)]
-        stand = (changes for changes in reversed(growing) if _differs(model, data, changes, usual, level))
-        if changes := next(stand, None):
+        changes = _of_record(model, data, segment, seen.residual, usual, level)
+        if changes:
             found.setdefault(segment.record.name, changes)
     return tuple(change for changes in found.values() for change in changes)
 
 
-def _growing(
-    model: RefittedModel, segment: Segment, residual: Array, usual: float, level: float
-) -> Iterator[tuple[RecordChange, ...]]:
-    """The changes of a segment that stand out of it, parameter by parameter, until nothing asks for a reason. Several
-    must leave nothing, for something else would ask for ever more of them; less than all may tell little."""
+def _of_record(
+    model: RefittedModel, data: EvaluationData, segment: Segment, residual: Array, usual: float, level: float
+) -> tuple[RecordChange, ...]:
+    """What changed on one record: what a payload changes, or anything, of which the simpler is taken."""
     first, second = _parts(segment, residual)
     before = _simulated(model, second)
-    if before is None:
+    if before is None or not asks_for_a_reason(before, usual, model.output):
+        return ()
+    candidates = record_changes(model.joint, model.columns, [segment.record.name])
+    payload = [*_payload(model, first, before, candidates, usual, level)]
+    most = 1 if payload else CHANGES.most  # one of any other kind is simpler still
+    others = [*_growing(model, first, before, candidates, usual, level, most)]
+
+    def order(ones: Sequence[_Standing]) -> tuple[bool, int, int]:
+        last = ones[-1]
+        explained = sum(one.explained for one in last.changes)
+        return not last.complete, len(last.changes), -round(explained / CHANGES.same_share)
+
+    for standing in sorted(filter(None, (payload, others)), key=order):
+        for one in reversed(standing):
+            changes = _apart(model, data, one.changes, usual, level)
+            seen = tuple(
+                change for change in changes if not abs(change.value) < ACCEPTANCE.amplitude_sigma * change.std
+            )
+            if 0 < len(seen) < len(changes):
+                changes = _apart(model, data, seen, usual, level) or changes
+            if changes:
+                return _with_gains(model, segment, changes)
+    return ()
+
+
+def _payload(
+    model: RefittedModel,
+    first: Segment,
+    before: SegmentFit,
+    candidates: Sequence[RecordChangeCandidate],
+    usual: float,
+    level: float,
+) -> Iterator[_Standing]:
+    """All that a payload adds to, at the outermost place that carries one, where that is more than one parameter and
+    leaves nothing that asks for a reason: none of them need do any good without the others."""
+    carried_there = [one for one in candidates if one.parameter.carried]
+    outermost = max(map(_place, carried_there), key=[*Port].index, default=None)
+    added = [one for one in carried_there if _place(one) == outermost]
+    at = _carried(model, first, before, added) if len(added) > 1 else None
+    if at is None or asks_for_a_reason(at.after, usual, model.output):
         return
+    changes, least = list[RecordChange](), before.energy
+    for k in range(1, len(added) + 1):
+        after = _simulated(model, _second(before), at.candidates[:k], at.values[:k])
+        if after is None:
+            return
+        part = _Changed(at.candidates[:k], at.values[:k], after)
+        changes.append(_last_change(model, before, [part], least, _beyond(before, usual)))
+        least = min(least, after.energy)
+    p = _p_value(before, at.after, len(changes), usual, 2)
+    if p < level:
+        yield _Standing(tuple(replace(one, p_value=p) for one in changes), True)
+
+
+def _carried(
+    model: RefittedModel, first: Segment, before: SegmentFit, added: Sequence[RecordChangeCandidate]
+) -> _Changed | None:
+    """The changes that belong together: all at once or one after the other, whichever carries over better."""
+    at: _Changed | None = _Changed((), (), before)
+    while at is not None and len(at.values) < len(added):
+        at = next(iter(_with_one_more(model, first, at, added)), None)
+    values = _fitted_values(model, first, added)
+    after = None if values is None else _simulated(model, _second(before), added, values)
+    ends = [at] if values is None or after is None else [at, _Changed(tuple(added), values, after)]
+    return min(filter(None, ends), key=lambda one: one.after.energy, default=None)
+
+
+def _second(before: SegmentFit) -> Segment:
+    """The second part of a record, by what a model leaves of it."""
+    return Segment(before.record, before.whitening)
+
+
+def _place(candidate: RecordChangeCandidate) -> Port:
+    return Port(changed(candidate.name)[1].partition(".")[0])
+
+
+def _growing(
+    model: RefittedModel,
+    first: Segment,
+    before: SegmentFit,
+    candidates: Sequence[RecordChangeCandidate],
+    usual: float,
+    level: float,
+    most: int,
+) -> Iterator[_Standing]:
+    """The changes that stand out of a record, parameter by parameter. Several must leave nothing that asks for a
+    reason, for something else would ask for ever more of them; less than all may tell little.
+
+    before : what the model leaves of the second part; most : parameters.
+    """
     misfit, at = _beyond(before, usual), _Changed((), (), before)
-    stood, found, tried = at, list[RecordChange](), 0
-    while asks_for_a_reason(at.after, usual, model.output) and len(found) < CHANGES.most:
-        asked = _asked_for(model, first, at)
+    stood, found, tried, least = at, list[RecordChange](), 0, before.energy
+    while len(found) < most and (at is not stood or _beyond(at.after, usual) > 0.0):
+        asked = _asked_for(model, first, at, candidates)
         tried += len(asked)
         if not asked or at.after.energy - asked[0].after.energy < CHANGES.confirmed_share * _beyond(at.after, usual):
             return
         alone = [replace(one, twins=(one.effect,)) for one in found]  # what explained as much was not tried beside all
-        found = [*alone, _last_change(model, at.after, asked, misfit)]
-        at = asked[0]
-        if len(found) > 1 and asks_for_a_reason(at.after, usual, model.output):
+        found = [*alone, _last_change(model, at.after, asked, least, misfit)]
+        at, least = asked[0], min(least, asked[0].after.energy)
+        quiet = not asks_for_a_reason(at.after, usual, model.output)
+        if len(found) > 1 and not quiet:
             continue
         known = len(stood.candidates)
         p = _p_value(stood.after, at.after, len(found) - known, usual, tried)
         if p < level:
             found = [*found[:known], *(replace(one, p_value=p) for one in found[known:])]
-            yield tuple(replace(one, value=value) for one, value in zip(found, at.values, strict=True))
+            yield _Standing(tuple(replace(one, value=v) for one, v in zip(found, at.values, strict=True)), quiet)
             stood = at
 
 
@@ -106,26 +205,50 @@ def _beyond(one: SegmentFit, usual: float) -> float:
     return one.energy - usual * len(one.residual)
 
 
-def _differs(
-    model: RefittedModel, data: EvaluationData, changes: Sequence[RecordChange], usual: float, level: float
-) -> bool:
-    """Whether parameters are not the same on a validation record and on those of the fit: the fit to all of them must
-    leave a misfit that the changes explain. Else its own records have only determined them badly."""
+def _apart(
+    model: RefittedModel, data: EvaluationData, changes: tuple[RecordChange, ...], usual: float, level: float
+) -> tuple[RecordChange, ...]:
+    """Changes as a fit to all records finds them, none where parameters may be the same there: the fit without changes
+    must leave a misfit that they explain. Else the model's own records have only determined them badly."""
     both = Together.of(model, data, {changed(changes[0].effect)[0]})
     same = both.refitted()
     if same is None:
-        return True
+        return changes
     apart = both.refitted({change.effect: change.value for change in changes})
     if apart is None:
-        return False
+        return ()
     removed = same.energy - apart.energy
     if removed < CHANGES.confirmed_share * (same.energy - usual * same.samples):
-        return False
+        return ()
     known = same.energy / usual, same.samples, len(model.columns)
     if significance(removed / usual, len(changes), *known) >= level:
-        return False
-    left = left_by(apart)
-    return all(p_value(apart, change.effect, left) < level for change in changes)
+        return ()
+    left, sizes = left_by(apart), dict[int, float]()
+    for change in changes:
+        sizes |= amplitudes(apart, change.effect)
+    blocks = blocks_with(left, sizes)
+    as_one = blocks.combined(sizes)  # few blocks tell one size from several
+    again = as_one.significance([as_one.moment.shape[1] - 1])
+    if max(by_noise(blocks, [*sizes], left.energy, apart.samples), again) >= level:
+        return ()
+    inflation = max(1.0, apart.energy / apart.samples)
+    variances = inflation * np.diag(apart.covariance)
+    return tuple(
+        replace(change, value=size, std=float(np.sqrt(max(0.0, variances[k]))))
+        for change, (k, size) in zip(changes, sizes.items(), strict=True)
+    )
+
+
+def _with_gains(model: RefittedModel, segment: Segment, changes: tuple[RecordChange, ...]) -> tuple[RecordChange, ...]:
+    """Changes with what each gains on the whole segment beside those before it."""
+    candidates = {one.name: one for one in record_changes(model.joint, model.columns, [segment.record.name])}
+    at, values, fits = [candidates[one.effect] for one in changes], [one.value for one in changes], list[float]()
+    for k in range(len(changes) + 1):
+        seen = _simulated(model, segment, at[:k], values[:k])
+        if seen is None:
+            return changes
+        fits.append(seen.fit_percent)
+    return tuple(replace(one, gain=b - a) for one, (a, b) in zip(changes, pairwise(fits), strict=True))
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,31 +288,42 @@ def _parts(segment: Segment, residual: Array) -> tuple[Segment, Segment]:
     return replace(segment, record=record.piece(0, cut)), replace(segment, record=record.piece(cut, len(record)))
 
 
-def _asked_for(model: RefittedModel, first: Segment, at: _Changed) -> list[_Changed]:
-    """The changes of a record with one more each, of those with which the fit of its second part rises, the one that
-    carries over best first."""
-    second = Segment(at.after.record, at.after.whitening)
+def _asked_for(
+    model: RefittedModel, first: Segment, at: _Changed, candidates: Sequence[RecordChangeCandidate]
+) -> list[_Changed]:
+    """The changes of a record with one more of the candidates each, of those with which the fit of its second part
+    rises, the one that carries over best first."""
+    found = _with_one_more(model, first, at, candidates)
+    return [one for one in found if one.after.fit_percent > at.after.fit_percent]
+
+
+def _with_one_more(
+    model: RefittedModel, first: Segment, at: _Changed, candidates: Sequence[RecordChangeCandidate]
+) -> list[_Changed]:
+    """The changes of a record with one more of the candidates each, the one that carries over best first."""
     found = []
-    for candidate in record_changes(model.joint, model.columns, [first.record.name]):
+    for candidate in candidates:
         if candidate not in at.candidates:
-            candidates = (*at.candidates, candidate)
-            values = _fitted_values(model, first, candidates)
-            after = None if values is None else _simulated(model, second, candidates, values)
-            if values is not None and after is not None and after.fit_percent > at.after.fit_percent:
-                found.append(_Changed(candidates, values, after))
+            tried = (*at.candidates, candidate)
+            values = _fitted_values(model, first, tried)
+            after = None if values is None else _simulated(model, _second(at.after), tried, values)
+            if values is not None and after is not None:
+                found.append(_Changed(tried, values, after))
     return sorted(found, key=lambda one: one.after.energy)
 
 
-def _last_change(model: RefittedModel, before: SegmentFit, asked: Sequence[_Changed], misfit: float) -> RecordChange:
+def _last_change(
+    model: RefittedModel, before: SegmentFit, asked: Sequence[_Changed], least: float, misfit: float
+) -> RecordChange:
     """The last change of the best of those that are asked for, not tested yet. before : what the record leaves without
-    it; misfit : energy that it leaves without any."""
+    it; least : energy that it leaves with any of those before; misfit : beyond the usual, without any."""
     best = asked[0]
     candidate, close = best.candidates[-1], best.after.energy + CHANGES.same_share * misfit
     return RecordChange(
         effect=candidate.name,
         value=best.values[-1],
         unit=on_axis(linear=model.structure.linear)(candidate.parameter.unit),
-        explained=min(1.0, (before.energy - best.after.energy) / misfit),
+        explained=float(np.clip((least - best.after.energy) / misfit, 0.0, 1.0)),
         gain=best.after.fit_percent - before.fit_percent,
         p_value=1.0,
         twins=tuple(one.candidates[-1].name for one in asked if one.after.energy < close),
@@ -207,9 +341,17 @@ def _p_value(before: SegmentFit, after: SegmentFit, parameters: int, usual: floa
 def _fitted_values(
     model: RefittedModel, segment: Segment, candidates: Sequence[RecordChangeCandidate]
 ) -> tuple[float, ...] | None:
-    """The changes that a segment asks for, all other parameters fixed; None where it diverges."""
-    end = _run(model, segment, candidates)
-    return None if end is None else tuple(end.unknowns[: len(candidates)].tolist())
+    """The changes that a segment asks for, all other parameters fixed; None where it diverges. From none, and from what
+    the plain squared error asks for, which noise that passes for slow errors hides where the segment is far off."""
+    plain = _run(model, segment, candidates, whitened=False)
+    starts = [None] if plain is None else [None, _values(plain, candidates)]
+    found = [end for end in (_run(model, segment, candidates, start=start) for start in starts) if end is not None]
+    return _values(min(found, key=lambda end: end.cost), candidates) if found else None
+
+
+def _values(end: Evaluation, candidates: Sequence[RecordChangeCandidate]) -> tuple[float, ...]:
+    """The changes at the end of a fit."""
+    return tuple(end.unknowns[: len(candidates)].tolist())
 
 
 def _simulated(
@@ -228,12 +370,16 @@ def _run(
     segment: Segment,
     candidates: Sequence[RecordChangeCandidate] = (),
     values: Sequence[float] | None = None,
+    *,
+    start: Sequence[float] | None = None,
+    whitened: bool = True,
 ) -> Evaluation | None:
-    """A segment with the parameters fixed but for changes, which are sought unless their values are given."""
+    """A segment with the parameters fixed but for changes, which are sought unless their values are given. start : of
+    those that are sought; whitened : by the noise of the segment."""
     structure, names = model.structure, [one.name for one in candidates]
     for name in names:
         structure = structure.extended(name)
-    parameters = carried(model.parameters, structure, dict(zip(names, values or (), strict=False)))
+    parameters = carried(model.parameters, structure, dict(zip(names, values or start or (), strict=False)))
     sought = [values is None and name in names for name in parameters.names]
     problem = OutputError(
         joint_for(structure, model.output, (segment.record,)),
@@ -242,7 +388,7 @@ def _run(
         model.output,
         np.ones(1),
         bool(model.unknowns.first_states),
-        (segment.whitening,),
+        (segment.whitening,) if whitened else (),
         REFIT.patience,
     )
     try:

@@ -56,6 +56,7 @@ class ChangeSettings:
     """When a parameter counts as different on a validation record."""
 
     loud_energy: float = 2.0  # a sample, over that of the fitted records: less asks for no reason
+    far_off: float = 2.0  # times the worst of some draws of the noise: none of as many again comes near
     shortest_part: float = 0.125  # of a record: shorter ones neither ask for a change nor test it
     confirmed_share: float = 0.2  # of the misfit on the second part that a change must remove
     same_share: float = 0.02  # of the misfit: changes closer than that are not distinguished

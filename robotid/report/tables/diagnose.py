@@ -227,7 +227,7 @@ def _verdict(diagnosis: Diagnosis) -> Table:
         (f"what the causes leave [{unit}]", rms(diagnosis.remaining)),
         *(
             [("share of its energy that they leave [%]", percent(diagnosis.remaining_share))]
-            if diagnosis.causes
+            if any(not cause.explained_of for cause in diagnosis.causes)
             else []
         ),
     )

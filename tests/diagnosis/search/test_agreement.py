@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 
@@ -12,7 +13,9 @@ from support.small_bench import SAMPLING_TIME, TRUTH, Criteria, fitted, made_alo
 
 from robotid.diagnosis.procedure import diagnose
 from robotid.diagnosis.results import Diagnosis
+from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
 from robotid.diagnosis.search import record_changes
+from robotid.diagnosis.search.coloured import Left
 from robotid.report.tables.diagnose import sentence
 
 FEW = Criteria(max_refits=1)
@@ -45,10 +48,19 @@ def test_one_that_has_changed_is_named() -> None:
 
 
 def test_one_whose_size_scatters_from_block_to_block_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = list[str]()
-    monkeypatch.setattr(record_changes, "p_value", lambda _, effect, __: asked.append(effect) or 0.5)
+    asked = list[tuple[int, ...]]()
+    blocks_with = record_changes.blocks_with
+
+    def scattered(left: Left, sizes: Mapping[int, float]) -> BlockedRegression:
+        """What is asked for in one half of the blocks, the other half asks for the other way round."""
+        asked.append(tuple(sizes))
+        found, sign = blocks_with(left, sizes), np.resize([1.0, -1.0], left.blocks.count)
+        return replace(found, moment=left.blocks.moment + (found.moment - left.blocks.moment) * sign[:, None])
+
+    monkeypatch.setattr(record_changes, "blocks_with", scattered)
     found = accelerated.__wrapped__(by=2.0, heavier=1.2)
-    assert asked == ["record_change.check.motor.inertia.J"]
+    assert len(asked) == 1
+    assert len(asked[0]) == 1
     assert not found.causes
     assert found.verdict != "clean"
 
@@ -66,7 +78,7 @@ def test_a_record_that_no_parameters_simulate_beside_the_fitted_ones_is_not_clea
     found = shaken()
     assert found.verdict == "unknown"
     assert found.apart == ("check",)
-    assert "no parameters of the model simulate both" in found.remarks[0]
+    assert "no fit of the model simulates both" in found.remarks[0]
 
 
 def test_the_sentence_says_where_the_model_is_wrong() -> None:

@@ -35,7 +35,7 @@ def sized(seed: int, error: float) -> tuple[Event, Event]:
 
 
 def test_beside_slow_errors_a_push_is_as_uncertain_as_it_scatters() -> None:
-    pairs = [sized(seed, 0.01) for seed in range(4)]
+    pairs = [sized(seed, 0.01) for seed in range(1, 4)]
     off = np.array([event.torque - PUSH.torque for event, _ in pairs])
     sensors, all_noise = (np.array([one.std for one in ones]) for ones in zip(*pairs, strict=True))
     assert np.sqrt(np.mean((off / sensors) ** 2)) > 8.0

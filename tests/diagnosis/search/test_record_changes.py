@@ -15,6 +15,7 @@ from robotid.catalogue import assemble
 from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
 from robotid.diagnosis.procedure import diagnose
 from robotid.diagnosis.results import Diagnosis
+from robotid.diagnosis.scoring.record_change_candidate import record_changes as record_change_candidates
 from robotid.diagnosis.search import record_changes
 from robotid.diagnosis.search.record_changes import _parts
 from robotid.estimate.grey_box import fit_model
@@ -30,7 +31,8 @@ def test_a_change_with_which_the_fit_falls_is_none(gain: float, asked: int, monk
     monkeypatch.setattr(record_changes, "_fitted_values", lambda *_: (0.1,))
     monkeypatch.setattr(record_changes, "_simulated", lambda *_: after)
     at = record_changes._Changed((), (), before)
-    assert len(record_changes._asked_for(model, Segment(before.record, UNIT_WHITENING), at)) == asked
+    candidates = record_change_candidates(model.joint, model.columns, [before.record.name])
+    assert len(record_changes._asked_for(model, Segment(before.record, UNIT_WHITENING), at, candidates)) == asked
 
 
 def weighted(changed: Mapping[str, float]) -> Diagnosis:
@@ -60,6 +62,9 @@ def test_all_that_a_payload_changes_is_named(changed: dict[str, float]) -> None:
     sizes = {cause.effect: cause.parameters[0].value for cause in found.causes}
     truth = {f"record_change.check.{n}": (factor - 1.0) * (TRUTH | WEIGHT)[n] for n, factor in changed.items()}
     assert sizes == pytest.approx(truth, rel=0.05)
+    for cause in found.causes:
+        (one,) = cause.parameters
+        assert abs(one.value - truth[cause.effect]) < 4.0 * one.std < 0.2 * abs(one.value)
     assert sum(cause.explained for cause in found.causes) == pytest.approx(1.0, abs=0.01)
     assert all(name.removeprefix("record_change.check.") in sentence(found) for name in sizes)
 

@@ -19,7 +19,7 @@ from robotid.diagnosis.scoring.projection import Projected
 from robotid.diagnosis.scoring.ranking import CandidateScan, Round
 from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandidate
 from robotid.diagnosis.scoring.score_test import Score
-from robotid.diagnosis.search import record_changes, refits, search, unexplained
+from robotid.diagnosis.search import agreement, record_changes, refits, search, unexplained
 from robotid.diagnosis.search.acceptance import (
     Step,
     collinear,
@@ -326,7 +326,7 @@ def standing_changes(*explained: list[float]) -> list[tuple[record_changes.Recor
     model, before = plain_model(1000.0), plain_segment(40_000.0)
     misfit = before.energy - len(before.residual)
 
-    def asked_for(_: Any, __: Segment, at: record_changes._Changed) -> list[record_changes._Changed]:
+    def asked_for(_: Any, __: Segment, at: record_changes._Changed, ___: Any) -> list[record_changes._Changed]:
         found = []
         for number, share in enumerate([*explained, ()][len(at.candidates)]):
             name = f"record_change.a.motor.inertia.{len(at.candidates)}{number}"
@@ -337,10 +337,11 @@ def standing_changes(*explained: list[float]) -> list[tuple[record_changes.Recor
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(record_changes, "_asked_for", asked_for)
-        patch.setattr(record_changes, "_parts", lambda *_: (None, None))
-        patch.setattr(record_changes, "_simulated", lambda *_: before)
         segment = Segment(before.record, UNIT_WHITENING)
-        return list(record_changes._growing(model, segment, before.residual, 1.0, 1.1))
+        return [
+            one.changes
+            for one in record_changes._growing(model, segment, before, (), 1.0, 1.1, record_changes.CHANGES.most)
+        ]
 
 
 @sees(CHANGES, "confirmed_share")
@@ -359,6 +360,15 @@ def check_changes_two_per_cent_apart_are_told_apart() -> None:
 def check_a_payload_changes_inertia_and_both_parts_of_a_weight() -> None:
     assert [len(one) for one in standing_changes([0.5], [0.3], [0.199])] == [1, 3]
     assert [len(one) for one in standing_changes([0.5], [0.3], [0.1], [0.099])] == [1]
+
+
+@sees(CHANGES, "far_off")
+def check_a_record_is_far_off_at_twice_the_worst_of_drawn_noise() -> None:
+    one = plain_segment(1000.0)
+    for factor, far in ((1.9, False), (2.1, True)):
+        drawn = [[one.residual / 3.0, one.residual / factor]]
+        assert agreement._is_far_off([one], drawn) is far
+    assert not agreement._is_far_off([one], [[]])
 
 
 @sees(CHANGES, "shortest_part")
