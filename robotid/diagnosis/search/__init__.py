@@ -5,7 +5,7 @@ the noise behind the model), `refits` (the candidates that score best, refitted 
 cause must stand, one function each; of a `step` from a model to the next: `physical_sense` of its parameters,
 `carry_over` of its gain, `coloured` beside noise of any colour, `constancy` of its size over time, `driven` by the
 motion), `unexplained` (the curve that no effect explains, and causes that only imitate it), `beside_curve` (causes that
-such a curve has hidden), `record_changes` (what differs on validation records), `events` (what happened once, set
-aside), `search` (the whole algorithm). `settings` holds the tuning constants. A further test of a cause is one more
-entry of `acceptance.OBJECTIONS`.
+such a curve has hidden), `changed_record` and `record_changes` (what differs on validation records), `events` (what
+happened once, set aside), `search` (the whole algorithm). `settings` holds the tuning constants. A further test of a
+cause is one more entry of `acceptance.OBJECTIONS`.
 """

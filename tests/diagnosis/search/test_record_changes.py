@@ -15,9 +15,8 @@ from robotid.catalogue import assemble
 from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
 from robotid.diagnosis.procedure import diagnose
 from robotid.diagnosis.results import Diagnosis
-from robotid.diagnosis.scoring.record_change_candidate import record_changes as record_change_candidates
-from robotid.diagnosis.search import record_changes
-from robotid.diagnosis.search.record_changes import _parts
+from robotid.diagnosis.search import changed_record, record_changes
+from robotid.diagnosis.search.changed_record import Halves, _parts
 from robotid.estimate.grey_box import fit_model
 from robotid.report.tables.diagnose import sentence
 
@@ -28,11 +27,10 @@ WEIGHT = {"motor.gravity.G": 0.8, "motor.gravity.H": 0.1}
 def test_a_change_with_which_the_fit_falls_is_none(gain: float, asked: int, monkeypatch: pytest.MonkeyPatch) -> None:
     before, model = plain_segment(2000.0), plain_model(1000.0)
     after = plain_segment(1000.0, fit_percent=before.fit_percent + gain)
-    monkeypatch.setattr(record_changes, "_fitted_values", lambda *_: (0.1,))
-    monkeypatch.setattr(record_changes, "_simulated", lambda *_: after)
-    at = record_changes._Changed((), (), before)
-    candidates = record_change_candidates(model.joint, model.columns, [before.record.name])
-    assert len(record_changes._asked_for(model, Segment(before.record, UNIT_WHITENING), at, candidates)) == asked
+    monkeypatch.setattr(changed_record, "_fitted_values", lambda *_: (0.1,))
+    monkeypatch.setattr(changed_record, "simulated", lambda *_: after)
+    halves = Halves(model, Segment(before.record, UNIT_WHITENING), before, 1.0)
+    assert len(record_changes._asked_for(halves, halves.unchanged)) == asked
 
 
 def weighted(changed: Mapping[str, float]) -> Diagnosis:

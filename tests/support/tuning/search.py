@@ -19,7 +19,7 @@ from robotid.diagnosis.scoring.projection import Projected
 from robotid.diagnosis.scoring.ranking import CandidateScan, Round
 from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandidate
 from robotid.diagnosis.scoring.score_test import Score
-from robotid.diagnosis.search import agreement, record_changes, refits, search, unexplained
+from robotid.diagnosis.search import agreement, changed_record, record_changes, refits, search, unexplained
 from robotid.diagnosis.search.acceptance import (
     Step,
     collinear,
@@ -28,6 +28,7 @@ from robotid.diagnosis.search.acceptance import (
     stands_firm,
 )
 from robotid.diagnosis.search.carry_over import held_out_gain, proven
+from robotid.diagnosis.search.changed_record import Changed, Halves
 from robotid.diagnosis.search.coloured import are_too_few
 from robotid.diagnosis.search.constancy import Course, course, varies
 from robotid.diagnosis.search.data import _is_unchanged, settled
@@ -316,32 +317,29 @@ def check_two_causes_are_trusted_before_they_are_compared_with_a_curve() -> None
 
 @sees(CHANGES, "loud_energy")
 def check_a_record_with_twice_the_usual_energy_asks_for_a_reason() -> None:
-    assert record_changes.asks_for_a_reason(plain_segment(2 * 1100.0), 1.0, "speed")
-    assert not record_changes.asks_for_a_reason(plain_segment(2 * 900.0), 1.0, "speed")
+    assert changed_record.asks_for_a_reason(plain_segment(2 * 1100.0), 1.0, "speed")
+    assert not changed_record.asks_for_a_reason(plain_segment(2 * 900.0), 1.0, "speed")
 
 
 def standing_changes(*explained: list[float]) -> list[tuple[record_changes.RecordChange, ...]]:
     """The changes of a record that stand, where parameters explain these shares of its misfit: the first by themselves,
     those of every further list beside the best of those before."""
     model, before = plain_model(1000.0), plain_segment(40_000.0)
-    misfit = before.energy - len(before.residual)
+    halves = Halves(model, Segment(before.record, UNIT_WHITENING), before, 1.0)
 
-    def asked_for(_: Any, __: Segment, at: record_changes._Changed, ___: Any) -> list[record_changes._Changed]:
+    def asked_for(_: Halves, at: Changed) -> list[Changed]:
         found = []
         for number, share in enumerate([*explained, ()][len(at.candidates)]):
             name = f"record_change.a.motor.inertia.{len(at.candidates)}{number}"
             candidate = RecordChangeCandidate(name, (0.0,), "a", number, model.joint.declared[0])
-            after = plain_segment(at.after.energy - share * misfit, fit_percent=at.after.fit_percent + 1.0)
-            found.append(record_changes._Changed((*at.candidates, candidate), (*at.values, 0.1), after))
+            energy = at.after.energy - share * halves.beyond(before)
+            after = plain_segment(energy, fit_percent=at.after.fit_percent + 1.0)
+            found.append(Changed((*at.candidates, candidate), (*at.values, 0.1), after))
         return found
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(record_changes, "_asked_for", asked_for)
-        segment = Segment(before.record, UNIT_WHITENING)
-        return [
-            one.changes
-            for one in record_changes._growing(model, segment, before, (), 1.0, 1.1, record_changes.CHANGES.most)
-        ]
+        return [one.changes for one in record_changes._growing(halves, 1.1, record_changes.CHANGES.most)]
 
 
 @sees(CHANGES, "confirmed_share")
@@ -376,7 +374,7 @@ def check_a_part_of_a_record_is_at_least_an_eighth_of_it() -> None:
     segment = Segment(plain_segment(1.0).record, UNIT_WHITENING)
     burst = np.zeros(len(segment.record))
     burst[:2] = 1.0
-    first, second = record_changes._parts(segment, burst)
+    first, second = changed_record._parts(segment, burst)
     assert len(first.record) / len(second.record) == pytest.approx(1 / 7, rel=0.02)
 
 
@@ -389,8 +387,8 @@ def check_a_change_is_fitted_in_six_iterations() -> None:
         return SimpleNamespace(evaluation=None)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(record_changes, "solve", solve)
-        record_changes._run(plain_model(1000.0), Segment(plain_segment(1.0).record, UNIT_WHITENING))
+        patch.setattr(changed_record, "solve", solve)
+        changed_record.run(plain_model(1000.0), Segment(plain_segment(1.0).record, UNIT_WHITENING))
     assert 5 <= asked[0].max_iterations <= 8  # of one parameter, where the model is right but for it
 
 
