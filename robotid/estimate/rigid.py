@@ -103,7 +103,8 @@ def _fitted(
 
 def torque_error(joint: Joint, parameters: Parameters, record: Record, parallel: ParallelFilter) -> float:
     """100 ||tau - tau_hat|| / ||tau|| [%] of given parameters along the measured motion, both torques filtered."""
-    left = regress(joint, parameters.all_fixed, record, parallel)
+    own = parameters.with_values(joint.in_record(parameters.values, record.name))
+    left = regress(joint, own.all_fixed, record, parallel)
     return relative_error(left.tau, left.torque)
 
 

@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 from support.paths import SHARED
+from support.small_bench import AXIS, records_of
+from support.small_bench import TRUTH as AXIS_TRUTH
 
 from robotid.catalogue import assemble
 from robotid.errors import NumericsError
 from robotid.estimate.regressor import FilteredRecord
-from robotid.estimate.rigid import RigidResult, fit_rigid, fit_rigid_on
+from robotid.estimate.rigid import RigidResult, fit_rigid, fit_rigid_on, torque_error
 from robotid.model.array import Array
 from robotid.model.companion import CompanionKind
 from robotid.model.parameters import Parameters
@@ -291,3 +293,15 @@ def test_what_there_is_no_room_for_is_filtered_again(monkeypatch: pytest.MonkeyP
     for _ in range(2):
         assert fit_rigid_on([filtered], joint, joint.parameters()).guesses == alone.guesses
         assert len(filtered.columns) == 2
+
+
+def test_the_torque_of_a_record_is_that_of_its_own_parameters() -> None:
+    """With an inertia that is half as large again in one of them."""
+    heavier = 0.5 * AXIS_TRUTH["motor.inertia.J"]
+    truth = AXIS_TRUTH | {"motor.inertia.J": AXIS_TRUTH["motor.inertia.J"] + heavier}
+    wide = records_of(assemble(AXIS, angle=True), truth)[1]
+    joint = assemble(AXIS.extended("record_change.wide.motor.inertia.J"))
+    known = joint.parameters().with_values(AXIS_TRUTH | {"record_change.wide.motor.inertia.J": heavier})
+    own, other = (torque_error(joint, known, one, ParallelFilter(30.0)) for one in (wide, replace(wide, name="other")))
+    assert own < 5.0
+    assert other > 4.0 * own
