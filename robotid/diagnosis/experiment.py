@@ -62,15 +62,15 @@ def design_discriminating_experiment(
     noise: float,
 ) -> Separation | None:
     """The experiment on which two models differ most. references : by the text of their excite block; noise : standard
-    deviation of the output. None where the models cannot be run on any, as where one reads a companion: how that would
-    move, nobody knows.
+    deviation of the output. None where no experiment would tell the models apart, and where they cannot be run on any,
+    as where one reads a companion: how that would move, nobody knows.
     """
     if one.joint.reads_companions or other.joint.reads_companions:
         return None
     found = []
     for block, reference in references.items():
         ratio = _difference(one, other, reference, controller, noise)
-        if ratio is not None:
+        if ratio is not None and ratio**2 * len(reference) >= VERDICT.telling:
             found.append(Separation(effect, block, ratio))
     return max(found, key=lambda s: s.ratio, default=None)
 

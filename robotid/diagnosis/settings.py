@@ -19,6 +19,7 @@ class VerdictSettings:
     least_gain: float = 0.005  # % points of fit: less is a gain of 0.00, which is none
     negligible: float = 1e-6  # RMS error over the output's deviation: less is rounding, whatever its shape
     chance: float = 3.0  # standard deviations of the energy of noise: less is no misfit to have a share in
+    telling: float = 25.0  # variances of the noise: energy of the difference that an experiment must make, five sigma
     speed_bandwidth: float = 10 * pi  # rad/s of the speed loop of an experiment, where none is known: 5 Hz
 
 

@@ -7,14 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from robotid.diagnosis import experiment
 from robotid.diagnosis.confirmation import is_idle
-from robotid.diagnosis.experiment import default_speed_controller
+from robotid.diagnosis.experiment import default_speed_controller, design_discriminating_experiment
 from robotid.diagnosis.results import Cause
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.state import SearchResult
 from robotid.diagnosis.search.torque_errors import is_swamped
 from robotid.diagnosis.settings import VERDICT
 from robotid.diagnosis.verdict import _rejected, _word, hardly_explained, is_partial, negligible
+from robotid.signals.reference import Reference
+from robotid.simulation.closed_loop.controller import Controller
 from support.plain_models import plain_model, plain_record
 from support.tuning import sees
 from support.tuning.search import friction, state
@@ -27,6 +30,17 @@ def result(energy: float, *scores: Score) -> SearchResult:
 
 def named(k: int) -> Score:
     return replace(friction(10.0), candidate=replace(friction(1.0).candidate, name=f"motor.effect{k}"))
+
+
+@sees(VERDICT, "telling")
+def check_an_experiment_must_tell_models_apart_by_five_sigma() -> None:
+    reference, controller = Reference("a", 1e-3, np.zeros(100), "speed"), Controller("speed", 1.0, 1.0)
+    model = plain_model(1000.0)
+    for ratio, proposed in ((0.52, True), (0.48, False)):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(experiment, "_difference", lambda *_, ratio=ratio: ratio)
+            found = design_discriminating_experiment(model, model, "b", {"{}": reference}, controller, 1.0)
+        assert (found is not None) is proposed
 
 
 @sees(VERDICT, "max_rejected")
