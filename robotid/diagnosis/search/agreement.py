@@ -92,6 +92,8 @@ def is_loud(segments: Sequence[SegmentFit], usual: float, output: Quantity) -> b
     reverses and rests there; or are off by clearly more, plainly, than such errors ever move them: where these are
     slow, what is off as slowly counts little among them. usual : energy a sample on the fitted segments."""
     energy, samples = sum(one.energy for one in segments), sum(len(one.residual) for one in segments)
+    if energy <= usual * samples:  # without any work
+        return False
     drawn = [_drawn(one, output) for one in segments]
     if _is_far_off(segments, drawn):
         return True
