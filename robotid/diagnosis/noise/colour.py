@@ -18,7 +18,7 @@ from robotid.diagnosis.noise.whitening import Segment
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.estimate.noise.floor import torque_floor
 from robotid.estimate.noise.information import is_explained, loudest_octave
-from robotid.estimate.noise.levels import corners_of, fit_levels, fit_levels_by_record
+from robotid.estimate.noise.levels import corners_of, fit_levels_by_record
 from robotid.estimate.noise.lines import Innovations, Residual
 from robotid.estimate.noise.passage import TorquePassage, passed_noise
 from robotid.estimate.noise.response import torque_response
@@ -56,15 +56,6 @@ class ColouredNoise:
     def _linearly(self) -> tuple[bool, ...]:
         pairs = zip(self.segments, self.residuals, strict=True)
         return tuple(is_explained(seen, one.whitening.levels, tolerance=NOISE.tolerance) for one, seen in pairs)
-
-    def of_each_record(self) -> ColouredNoise:
-        """The same noises with errors of the torque of each record's own size and colour."""
-        names, levels = [one.record.name for one in self.segments], dict[int, NoiseLevels]()
-        for name in dict.fromkeys(names):
-            at = [k for k, record in enumerate(names) if record == name]
-            own = fit_levels([self.residuals[k] for k in at], LevelSettings(clip=NOISE.clip))
-            levels |= dict(zip(at, own, strict=True))
-        return _of_levels(self.simulated, self.residuals, [levels[k] for k in range(len(names))], self.output)
 
     def along_the_motion(self) -> ColouredNoise:
         """The same noises where errors of the torque pass along the simulated motion, which rests and reverses, and not

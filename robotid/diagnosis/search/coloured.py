@@ -157,15 +157,6 @@ def told_by_the_motion(left: Left) -> Left:
     return replace(left, noise=noise, energy=1.0) if noise.linearly_explained else left
 
 
-def told_by_each_record(left: Left) -> Left:
-    """The same with errors of the torque of each record's own, where these explain what a model leaves and errors that
-    are alike in all records do not: what a measured current is wrong by often grows with it."""
-    if left.noise.explained:
-        return left
-    noise = left.noise.of_each_record()
-    return replace(left, noise=noise, energy=1.0) if noise.explained else left
-
-
 def in_colour(model: RefittedModel, data: EvaluationData, noise: ColouredNoise) -> EvaluationData:
     """The data of a search by the coloured noise that its last model leaves."""
     records = [segment.record for segment in data.validation]

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import cast
 
 import numpy as np
 import pytest
@@ -13,14 +11,13 @@ from scipy.signal import lfilter
 from support.small_bench import STRIBECK, begun, fitted, records
 
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.noise.colour import ColouredNoise
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.procedure import diagnose
 from robotid.diagnosis.refit.refit import refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
 from robotid.diagnosis.search import coloured
-from robotid.diagnosis.search.coloured import Left, Tried, confirmation, left_by, p_value, told_by_each_record
+from robotid.diagnosis.search.coloured import Tried, confirmation, left_by, p_value
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.diagnosis.search.state import is_covered, share_removed
 from robotid.signals.record import Record
@@ -139,25 +136,3 @@ def test_a_shape_that_may_be_any_beside_the_amplitude_leaves_the_effect_what_it_
     information[:, shape, shape] *= 1.0 + 1e-6
     alike = replace(left, blocks=replace(left.blocks, information=information))
     assert p_value(model, "motor.stribeck", alike, TRIED) < 1e-3
-
-
-@pytest.mark.parametrize(
-    ("alike", "own", "told"), [(True, True, "alike"), (False, True, "own"), (False, False, "alike")]
-)
-def test_errors_of_each_records_own_are_taken_where_only_they_explain_what_is_left(
-    alike: bool, own: bool, told: str
-) -> None:
-    by_record = SimpleNamespace(explained=own)
-    noise = SimpleNamespace(explained=alike, of_each_record=lambda: by_record)
-    left = Left(cast(BlockedRegression, None), cast(ColouredNoise, noise), 2.0)
-    found = told_by_each_record(left)
-    assert found.noise is (by_record if told == "own" else noise)
-    assert found.energy == (1.0 if told == "own" else 2.0)
-
-
-def test_each_record_has_errors_of_its_own() -> None:
-    """The torque of one record errs three times as much as that of the other."""
-    small, large = (slow_errors(records({})[:2], 1, size, pole=0.9)[k] for k, size in enumerate((0.01, 0.03)))
-    left = left_by(begun([small, large, records({})[2]]).first)
-    first, second = (one.whitening.levels for one in left.noise.of_each_record().segments)
-    assert second.torque + second.red > 3.0 * (first.torque + first.red)
