@@ -18,7 +18,7 @@ PASSES = (
     " or as slow as they are, would not show"
 )
 APART = (
-    "no fit of the model simulates both the records of its fit and {}: more differs there than could be told, or"
+    "no fit of the model simulates both the records of its fit and {}: more differs there than could be found, or"
     " something is missing that the former do not show; fit {}, too, to look for it"
 )
 JOINED = "the model simulates {} as well once it is fitted to them, too: the other records leave a parameter uncertain"

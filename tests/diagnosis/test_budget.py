@@ -11,6 +11,7 @@ from support.small_bench import QUICK, STRIBECK, begun, fitted, records
 
 from robotid.diagnosis import DiagnosisOptions, diagnose
 from robotid.diagnosis.results import Event
+from robotid.diagnosis.search import events as search_events
 from robotid.diagnosis.search import refits, search
 from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.events import SeenEvent
@@ -123,6 +124,16 @@ def test_an_event_beside_causes_that_no_time_is_left_to_judge_is_not_examined(mo
     monkeypatch.setattr(search, "stands_out", too_late)
     result = search._beside_doubtful_events(evidence, found, start, QUICK, lambda _: None)
     assert (result.late, result.unexamined, result.events) == (True, (search.ONCE,), ())
+
+
+def test_an_event_whose_deviation_no_time_is_left_to_judge_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    def too_late(*_: object) -> None:
+        raise OutOfTime
+
+    monkeypatch.setattr(search_events, "left_by", too_late)
+    made = eventful(PUSH)
+    found = diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=1e6))
+    assert [event.record for event in found.events] == ["slow"]
 
 
 def test_an_event_that_is_set_aside_in_time_is_kept() -> None:

@@ -94,25 +94,22 @@ def coloured_noise(segments: Sequence[SimulatedSegment], columns: Sequence[Array
     """The noise of every segment beside columns (m, n), of which a fit has taken out what lies along them."""
     pairs = zip(segments, columns, strict=True)
     residuals = [_residual(one, taken, output) for one, taken in pairs]
-    names = [one.record.name for one in segments]
-    levels = fit_levels_by_record(residuals, names, LevelSettings(clip=NOISE.clip))
-    return _of_levels(segments, residuals, levels, output)
-
-
-def _of_levels(
-    segments: Sequence[SimulatedSegment], residuals: Sequence[Residual], fitted: Sequence[NoiseLevels], output: Quantity
-) -> ColouredNoise:
-    """The noise of segments by the levels that were fitted to each."""
-    levels = list(fitted)
-    for derived in (False, True):  # an angle's noise and a speed's do not compare
-        alike = [k for k, seen in enumerate(residuals) if (seen.response.derivation is not None) == derived]
-        for k, level in zip(alike, without_rest([levels[k] for k in alike]) if alike else (), strict=True):
-            levels[k] = level
+    levels = _levels(residuals, [one.record.name for one in segments])
     found = [
         Segment(one.record, innovations_filter(seen.response, level))
         for one, seen, level in zip(segments, residuals, levels, strict=True)
     ]
     return ColouredNoise(tuple(found), tuple(segments), tuple(residuals), output)
+
+
+def _levels(residuals: Sequence[Residual], records: Sequence[str]) -> list[NoiseLevels]:
+    """The levels of every residual. records : of which one each is, by name."""
+    levels = list(fit_levels_by_record(residuals, records, LevelSettings(clip=NOISE.clip)))
+    for derived in (False, True):  # an angle's noise and a speed's do not compare
+        alike = [k for k, seen in enumerate(residuals) if (seen.response.derivation is not None) == derived]
+        for k, level in zip(alike, without_rest([levels[k] for k in alike]) if alike else (), strict=True):
+            levels[k] = level
+    return levels
 
 
 def _of_its_energy(seen: Residual, output: float) -> Iterator[NoiseLevels]:

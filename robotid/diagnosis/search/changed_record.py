@@ -4,7 +4,7 @@ its second. Each part has half of what is wrong."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from robotid.estimate.sensing import joint_for
 from robotid.model.array import Array
 from robotid.model.port import Port
 from robotid.model.structure import changed
-from robotid.signals.record import SHORTEST_PIECE, Quantity
+from robotid.signals.record import SHORTEST_PIECE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,12 +41,14 @@ class Changed:
 @dataclass(frozen=True, slots=True, eq=False)
 class Halves:
     """A record that is simulated clearly worse than those that a model was fitted to. first : its first part; before :
-    what the model leaves of the second; usual : energy a sample that it leaves on the fitted segments."""
+    what the model leaves of the second; usual : energy a sample that it leaves on the fitted segments. known : what was
+    found with changes, by their names."""
 
     model: RefittedModel
     first: Segment
     before: SegmentFit
     usual: float
+    known: dict[tuple[str, ...], Changed | None] = field(default_factory=dict)
 
     @classmethod
     def of(cls, model: RefittedModel, segment: Segment, residual: Array, usual: float) -> Halves | None:
@@ -75,7 +77,7 @@ class Halves:
 
     def asks_for_more(self, after: SegmentFit) -> bool:
         """Whether what is left of the second part is clearly worse than usual."""
-        return asks_for_a_reason(after, self.usual, self.model.output)
+        return is_loud([after], self.usual, self.model.output)
 
     def beyond(self, after: SegmentFit) -> float:
         """Energy of what is left of the second part beyond the usual."""
@@ -89,8 +91,11 @@ class Halves:
 
     def with_changes(self, candidates: Sequence[RecordChangeCandidate]) -> Changed | None:
         """The record with the changes that its first part asks for, all at once; None where it diverges."""
-        values = _fitted_values(self.model, self.first, candidates)
-        return None if values is None else self.with_values(candidates, values)
+        names = tuple(one.name for one in candidates)
+        if names not in self.known:
+            values = _fitted_values(self.model, self.first, candidates)
+            self.known[names] = None if values is None else self.with_values(candidates, values)
+        return self.known[names]
 
     def with_one_more(self, at: Changed, candidates: Sequence[RecordChangeCandidate]) -> list[Changed]:
         """The record with one change more of the candidates each, the one that carries over best first."""
@@ -110,11 +115,6 @@ class Halves:
 
 def _place(candidate: RecordChangeCandidate) -> Port:
     return Port(changed(candidate.name)[1].partition(".")[0])
-
-
-def asks_for_a_reason(before: SegmentFit, usual: float, output: Quantity) -> bool:
-    """Whether a segment is simulated clearly worse than usual. usual : energy a sample on the fitted segments."""
-    return is_loud([before], usual, output)
 
 
 def _parts(segment: Segment, residual: Array) -> tuple[Segment, Segment]:

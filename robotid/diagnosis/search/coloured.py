@@ -148,7 +148,7 @@ def by_noise(blocks: BlockedRegression, at: Sequence[int], energy: float, sample
     return float(fisher.sf(blocks.energy_of(at) / len(at) / max(1.0, energy), len(at), samples))
 
 
-def told_by_the_motion(left: Left) -> Left:
+def judged_along_the_motion(left: Left) -> Left:
     """The same with noise whose torque passes along the simulated motion, where that explains what a model leaves and
     the linear response of the joint does not."""
     if left.noise.linearly_explained:

@@ -18,10 +18,10 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate
 from robotid.diagnosis.scoring.catalogue_candidates import candidates
-from robotid.diagnosis.scoring.projection import project
-from robotid.diagnosis.scoring.scan import Scan, scans
+from robotid.diagnosis.scoring.projection import Projected, project
+from robotid.diagnosis.scoring.scan import scans
 from robotid.diagnosis.scoring.score_test import Score, score
-from robotid.diagnosis.search.coloured import blocks_with, by_noise, left_by, told_by_the_motion
+from robotid.diagnosis.search.coloured import blocks_with, by_noise, judged_along_the_motion, left_by
 from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.errors import NumericsError
@@ -132,50 +132,61 @@ def _what(event: Event) -> tuple[str, str, bool]:
 def resized(event: Event, model: RefittedModel) -> Event:
     """An event with the size that whole records ask for, beside a model that was refitted without it as it was. One on
     a validation record stays as it is."""
-    if all(one.record.name != event.record for one in model.fitted):
+    if not _is_fitted(event, model):
         return event
     projected = project(scans(model.fitted, model.unknowns, (), _unit_forces(event, model)))
-    column = projected.missing[:, 0]
-    size = float(column @ column)
-    if size <= EVENTS.least_left * float(projected.length[0]) ** 2:
+    change, energy = _size(projected)
+    if energy <= EVENTS.least_left * float(projected.length[0]) ** 2:
         return event
     inflation = max(1.0, model.energy / model.samples)
-    change, std = float(column @ projected.residual) / size, float(np.sqrt(inflation / size))
-    return replace(event, torque=event.torque + change, std=std)
+    return replace(event, torque=event.torque + change, std=float(np.sqrt(inflation / energy)))
 
 
 def with_deviation(event: Event, model: RefittedModel) -> Event:
     """An event that was taken out of the records of a model, with the deviation that its size has by the noise of any
     colour which the model leaves, where that is larger than by the sensors' noise. Beside a torque that errs slowly,
     reversals make of the errors what they make of the event, which only simulations know: the size is found in drawn
-    noise, too. One on a validation record stays as it is."""
-    if all(one.record.name != event.record for one in model.fitted):
+    noise, too. One on a validation record stays as it is, and one for which there is no time."""
+    if not _is_fitted(event, model):
         return event
+    try:
+        sizes = _sizes_in_noise(event, model)
+    except (NumericsError, OutOfTime):
+        return event
+    return replace(event, std=max(event.std, float(np.sqrt(np.mean(np.square(sizes)))))) if sizes else event
+
+
+def _sizes_in_noise(event: Event, model: RefittedModel) -> list[float]:
+    """The sizes [Nm] that an event seems to have in drawn noise of any colour, where there is none."""
     forces = _unit_forces(event, model)
-    noise = told_by_the_motion(left_by(model, forces)).noise
+    noise = judged_along_the_motion(left_by(model, forces)).noise
     seen = scans(model.fitted, model.unknowns, (), forces)
     drawn = [
         drawn_residuals(one, segment.whitening.levels, model.output)
         for one, segment in zip(model.fitted, noise.segments, strict=True)
     ]
-    sizes = [
-        _size([one.with_residual(residual) for one, residual in zip(seen, residuals, strict=True)])
+    return [
+        _size(project([one.with_residual(residual) for one, residual in zip(seen, residuals, strict=True)]))[0]
         for residuals in zip(*drawn, strict=False)
     ]
-    return replace(event, std=max(event.std, float(np.sqrt(np.mean(np.square(sizes)))))) if sizes else event
 
 
-def _size(seen: Sequence[Scan]) -> float:
-    """The size of an event, whose column is the last, beside all else that a fit may shape."""
-    projected = project(seen)
+def _size(projected: Projected) -> tuple[float, float]:
+    """The size that the only missing column asks for beside all that a fit has shaped, and the column's energy."""
     column = projected.missing[:, 0]
-    return float(column @ projected.residual) / float(column @ column)
+    energy = float(column @ column)
+    return (float(column @ projected.residual) / energy if energy > 0.0 else 0.0), energy
+
+
+def _is_fitted(event: Event, model: RefittedModel) -> bool:
+    """Whether an event is on a record of the fit."""
+    return any(one.record.name == event.record for one in model.fitted)
 
 
 def stands_out(event: Event, model: RefittedModel, criteria: Criteria) -> bool:
     """Whether an event that was taken out of the records of a model stands out of the noise of any colour that the
     model leaves, of so many events that it might have been; one on a validation record does."""
-    if all(one.record.name != event.record for one in model.fitted):
+    if not _is_fitted(event, model):
         return True
     left = left_by(model, _unit_forces(event, model))
     at = len(model.unknowns.parameters)

@@ -21,7 +21,6 @@ from robotid.diagnosis.search.coloured import blocks_with, by_noise, left_by
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.diagnosis.search.settings import ACCEPTANCE, CHANGES
 from robotid.model.array import Array
-from robotid.model.structure import changed
 from robotid.model.units import on_axis
 
 
@@ -76,14 +75,18 @@ def _of_record(
         return ()
     payload = [*_payload(halves, level)]
     others = [*_growing(halves, level, 1 if payload else CHANGES.most)]  # one of any other kind is simpler still
+    if not payload and not others:
+        return ()
+    both = Together.of(model, data, {segment.record.name})
+    same = both.refitted()
     for standing in sorted(filter(None, (payload, others)), key=_simplest):
         for one in reversed(standing):
-            changes = _apart(model, data, one.changes, usual, level)
+            changes = _apart(both, same, one.changes, usual, level)
             needed = tuple(one for one in changes if not abs(one.value) < ACCEPTANCE.amplitude_sigma * one.std)
             if 0 < len(needed) < len(changes):
-                changes = _apart(model, data, needed, usual, level) or changes
+                changes = _apart(both, same, needed, usual, level) or changes
             if changes:
-                return _with_gains(model, segment, changes)
+                return _with_gains(halves, segment, changes)
     return ()
 
 
@@ -97,13 +100,12 @@ def _simplest(standing: Sequence[_Standing]) -> tuple[bool, int, int]:
 def _payload(halves: Halves, level: float) -> Iterator[_Standing]:
     """All that a payload adds to, where that is more than one parameter and leaves nothing that asks for a reason: none
     of them need do any good without the others."""
-    before, misfit = halves.before, halves.beyond(halves.before)
-    at = halves.with_all(halves.payload) if len(halves.payload) > 1 and misfit > 0.0 else None
+    before, added = halves.before, halves.payload
+    at = halves.with_all(added) if len(added) > 1 and halves.beyond(before) > 0.0 else None
     if at is None or halves.asks_for_more(at.after):
         return
     changes, least = list[RecordChange](), before.energy
-    for k in range(1, len(at.values) + 1):
-        part = halves.with_values(*at.first(k))
+    for part in (*(halves.with_values(*at.first(k)) for k in range(1, len(added))), at):
         if part is None:
             return
         changes.append(_last_change(halves, before, [part], least))
@@ -169,12 +171,10 @@ def _p_value(before: SegmentFit, after: SegmentFit, parameters: int, usual: floa
 
 
 def _apart(
-    model: RefittedModel, data: EvaluationData, changes: tuple[RecordChange, ...], usual: float, level: float
+    both: Together, same: RefittedModel | None, changes: tuple[RecordChange, ...], usual: float, level: float
 ) -> tuple[RecordChange, ...]:
-    """Changes as a fit to all records finds them, none where parameters may be the same there: the fit without changes
-    must leave a misfit that they explain. Else the model's own records have only determined them badly."""
-    both = Together.of(model, data, {changed(changes[0].effect)[0]})
-    same = both.refitted()
+    """Changes as a fit to all records finds them, none where parameters may be the same there: `same`, the fit without
+    changes, must leave a misfit that they explain. Else the model's own records have only determined them badly."""
     if same is None:
         return changes
     apart = both.refitted({change.effect: change.value for change in changes})
@@ -183,7 +183,7 @@ def _apart(
     removed = same.energy - apart.energy
     if removed < CHANGES.confirmed_share * (same.energy - usual * same.samples):
         return ()
-    known = same.energy / usual, same.samples, len(model.columns)
+    known = same.energy / usual, same.samples, len(both.model.columns)
     if significance(removed / usual, len(changes), *known) >= level:
         return ()
     left, sizes = left_by(apart), dict[int, float]()
@@ -202,12 +202,12 @@ def _apart(
     )
 
 
-def _with_gains(model: RefittedModel, segment: Segment, changes: tuple[RecordChange, ...]) -> tuple[RecordChange, ...]:
+def _with_gains(halves: Halves, segment: Segment, changes: tuple[RecordChange, ...]) -> tuple[RecordChange, ...]:
     """Changes with what each gains on the whole segment beside those before it."""
-    candidates = {one.name: one for one in record_changes(model.joint, model.columns, [segment.record.name])}
+    candidates = {one.name: one for one in halves.candidates}
     at, values, fits = [candidates[one.effect] for one in changes], [one.value for one in changes], list[float]()
     for k in range(len(changes) + 1):
-        seen = simulated(model, segment, at[:k], values[:k])
+        seen = simulated(halves.model, segment, at[:k], values[:k])
         if seen is None:
             return changes
         fits.append(seen.fit_percent)

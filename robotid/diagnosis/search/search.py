@@ -23,7 +23,7 @@ from robotid.diagnosis.search.acceptance import (
 )
 from robotid.diagnosis.search.agreement import agreement
 from robotid.diagnosis.search.beside_curve import explain_most, with_causes, with_curve, without_readers
-from robotid.diagnosis.search.coloured import in_colour, left_by, told_by_the_motion
+from robotid.diagnosis.search.coloured import in_colour, judged_along_the_motion, left_by
 from robotid.diagnosis.search.data import Evidence, first_state, renew_noise, settled_state
 from robotid.diagnosis.search.events import (
     largest_event,
@@ -311,7 +311,7 @@ def _completed(
             result = with_unexplained(result, criteria)
         else:
             result = without_imitations(result, imitated, start.data)
-        left = told_by_the_motion(left_by(result.last))
+        left = judged_along_the_motion(left_by(result.last))
         coloured = in_colour(result.last, result.data, left.noise)
         result = replace(result, coloured=coloured)
         if coloured.noise_reached:

@@ -119,8 +119,7 @@ def _filtered(record: Record, cutoff: float, *, flexible: bool) -> tuple[Array, 
     v, dry = motion.speed, np.sign(motion.speed)
     slow = dry * np.exp(-np.abs(v) / max(DELAY.slow * float(np.sqrt(np.mean(v**2))), 1e-300))
     rows = np.stack([motion.acceleration, v, dry, np.ones_like(x), x, np.gradient(dry), slow])
-    size = np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
-    columns = low_pass(rows / size, h, cutoff)
+    columns = low_pass(_of_unit_length(rows), h, cutoff)
     return (np.vstack([columns, _of_a_spring(columns[0])]) if flexible else columns), low_pass(acting, h, cutoff)
 
 
@@ -128,7 +127,11 @@ def _of_a_spring(acceleration: Array) -> Array:
     """What a spring and its damper add to an acceleration (n,) below the antiresonance: its second and third
     derivative, (2, n), of length 1."""
     snap = np.gradient(np.gradient(acceleration))
-    rows = np.stack([snap, np.gradient(snap)])
+    return _of_unit_length(np.stack([snap, np.gradient(snap)]))
+
+
+def _of_unit_length(rows: Array) -> Array:
+    """Rows (k, n) that are of length 1 each, or nothing."""
     return np.asarray(rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300))
 
 

@@ -11,7 +11,7 @@ from diagnosis.noise.test_drawn import SAMPLES, SIZE, SPEED_NOISE, resting
 from robotid.diagnosis.noise.colour import ColouredNoise, coloured_noise
 from robotid.diagnosis.noise.whitening import with_typical_noise
 from robotid.diagnosis.search import coloured
-from robotid.diagnosis.search.coloured import Left, told_by_the_motion
+from robotid.diagnosis.search.coloured import Left, judged_along_the_motion
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array
 
@@ -71,4 +71,4 @@ def test_what_a_slipping_joint_explains_is_left_as_it_is(monkeypatch: pytest.Mon
     assert plain.linearly_explained
     monkeypatch.setattr(coloured.ColouredNoise, "along_the_motion", lambda _: pytest.fail("there is no need"))
     left = Left(None, plain, 1.0)  # type: ignore[arg-type]
-    assert told_by_the_motion(left) is left
+    assert judged_along_the_motion(left) is left

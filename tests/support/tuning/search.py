@@ -317,8 +317,8 @@ def check_two_causes_are_trusted_before_they_are_compared_with_a_curve() -> None
 
 @sees(CHANGES, "loud_energy")
 def check_a_record_with_twice_the_usual_energy_asks_for_a_reason() -> None:
-    assert changed_record.asks_for_a_reason(plain_segment(2 * 1100.0), 1.0, "speed")
-    assert not changed_record.asks_for_a_reason(plain_segment(2 * 900.0), 1.0, "speed")
+    assert agreement.is_loud([plain_segment(2 * 1100.0)], 1.0, "speed")
+    assert not agreement.is_loud([plain_segment(2 * 900.0)], 1.0, "speed")
 
 
 def standing_changes(*explained: list[float]) -> list[tuple[record_changes.RecordChange, ...]]:
