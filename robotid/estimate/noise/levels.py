@@ -17,7 +17,7 @@ from scipy.optimize import nnls
 from robotid.estimate.noise.lines import Innovations, Residual, band_edges, band_means
 from robotid.estimate.noise.settings import SETTINGS, SMALLEST, LevelSettings
 from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
-from robotid.model.array import Array
+from robotid.model.array import Array, Index
 
 KINSHIP = 35 / 18  # neighbouring frequencies per independent one under a Hann taper
 OF_THE_TORQUE = 3  # parameters of its noise: white, red, and the memory of the red one
@@ -135,39 +135,55 @@ def choices(residuals: Sequence[Residual], seen: Sequence[Innovations], settings
     """Without noise on the torque, with white, and with red of every corner besides. seen : whitened residuals."""
     corners = corners_of(residuals, settings)
     lines = [_lines(one, by, corners, settings) for one, by in zip(residuals, seen, strict=True)]
-    power = np.concatenate([one.power for one in lines])
-    own = np.zeros((len(lines), len(power)))
-    first = 0
-    for k, one in enumerate(lines):
-        own[k, first : first + len(one.power)] = one.output
-        first += len(one.power)
-    torque, red = (np.concatenate([getattr(one, name) for one in lines], axis=-1) for name in ("torque", "red"))
+    power, white, red, count = (
+        np.concatenate([getattr(one, name) for one in lines], axis=-1) for name in ("power", "torque", "red", "count")
+    )
+    n, of = len(lines), np.repeat(np.arange(len(lines)), [len(one.power) for one in lines])
+    own = np.concatenate([one.output for one in lines]) * (of == np.arange(n)[:, None])
     slopes = np.zeros(red.shape)
     if len(corners) > 1:
         slopes = np.gradient(red, np.log(corners), axis=0, edge_order=2 if len(corners) > 2 else 1)
-    options: list[tuple[Array, bool, int | None]] = [(own, False, None), (np.vstack([own, torque]), True, None)]
-    options += [(np.vstack([own, torque, red[i : i + 1]]), True, i) for i in range(len(corners))]
-    count = np.concatenate([one.count for one in lines])
-    sizes = [float(np.mean(one.sensed**2)) for one in residuals]
-    n, answer = len(lines), []
-    for bases, white, at in options:
-        found, cost = whittle(power, bases, count)
-        these = tuple(
-            NoiseLevels(
-                max(float(found[k]), one.least, TIE * size + SMALLEST),
-                min(float(found[n]), one.most_torque) if white else 0.0,
-                float(found[n + 1]) if at is not None else 0.0,
-                float(corners[at]) if at is not None else 1.0,
-            )
-            for k, (one, size) in enumerate(zip(residuals, sizes, strict=True))
-        )
+    least = np.array([max(one.least, TIE * float(np.mean(one.sensed**2)) + SMALLEST) for one in residuals])
+    most = np.array([one.most_torque for one in residuals])
+    options: list[tuple[Array, Array, int | None]] = [(own, np.zeros(n), None), (np.vstack([own, white]), most, None)]
+    options += [(np.vstack([own, white, red[i : i + 1]]), most, i) for i in range(len(corners))]
+    answer = []
+    for bases, caps, at in options:
+        found, cost = _bounded(power, bases, count, of, least, caps)
+        reds = found[n + 1] if at is not None else np.zeros(n)
+        corner = float(corners[at]) if at is not None else 1.0
+        pairs = zip(found[:n].diagonal(), found[n] if len(found) > n else np.zeros(n), reds, strict=True)
+        these = tuple(NoiseLevels(float(output), float(torque), float(slow), corner) for output, torque, slow in pairs)
         criterion = cost + len(bases) * float(np.log(count.sum()))
         if at is None:
             answer.append(Choice(criterion, these))
             continue
-        shape = _root_information(found[:, None] * bases, found[-1] * slopes[at], count)
+        shape = _root_information(found[:, of] * bases, reds[of] * slopes[at], count)
         answer.append(Choice(criterion, these, shape, at in (0, len(corners) - 1)))
     return answer
+
+
+def _bounded(power: Array, bases: Array, count: Array, of: Index, least: Array, most: Array) -> tuple[Array, float]:
+    """The likeliest level of every noise in every residual, (k, n), and minus twice the logarithm of its likelihood.
+
+    bases : (k, f), the output's noises of the n residuals, then the torque's white one, then its red one; of : (f,) to
+    which residual a line belongs; least : (n,) of the output's noise; most : (n,) of the torque's white one. What is at
+    its bound stays there while the others are sought: cut off afterwards, it would have taken what is theirs.
+    """
+    n, free = len(least), bases.copy()
+    levels, at_most = np.zeros((len(bases), n)), np.zeros(n, dtype=np.bool_)
+    levels[:n] = np.diag(least)
+    while True:
+        fixed = (levels[:, of] * bases).sum(axis=0)
+        found, cost = whittle(power, free, count, fixed)
+        over = ~at_most & (found[n] > most) if len(bases) > n else np.zeros(n, dtype=np.bool_)
+        if not over.any():
+            break
+        at_most |= over
+        levels[n, over], free[n, over[of]] = most[over], 0.0
+    levels[:n] += np.diag(found[:n])
+    levels[n:] += np.where(at_most & (np.arange(len(bases) - n) == 0)[:, None], 0.0, found[n:, None])
+    return levels, cost
 
 
 def _root_information(parts: Array, slope: Array, count: Array) -> float:
@@ -199,11 +215,11 @@ def _lines(one: Residual, innovations: Innovations, corners: Array, settings: Le
     return _Lines(power, output, torque, red, np.diff(np.append(edges, len(innovations.power))).astype(np.float64))
 
 
-def whittle(power: Array, bases: Array, lines: Array | None = None) -> tuple[Array, float]:
+def whittle(power: Array, bases: Array, lines: Array | None = None, fixed: Array | float = 0.0) -> tuple[Array, float]:
     """Levels of spectra that explain a periodogram best, and minus twice the logarithm of their likelihood.
 
-    power (f,), bases (k, f) -> (k,), none negative. lines : (f,) how many neighbouring frequencies each is the mean of.
-    Fisher scoring, each step a least-squares problem with non-negative unknowns.
+    power (f,), bases (k, f) -> (k,), none negative. lines : (f,) how many neighbouring frequencies each is the mean of;
+    fixed : (f,) what is there besides. Fisher scoring, each step a least-squares problem with non-negative unknowns.
     """
     count = np.ones(len(power)) if lines is None else lines
     size = bases.mean(axis=1, keepdims=True)
@@ -212,8 +228,8 @@ def whittle(power: Array, bases: Array, lines: Array | None = None) -> tuple[Arr
     model, least, before = np.full(len(power), power.mean()), 1e-12 * power.mean() + SMALLEST, np.zeros(len(bases))
     for _ in range(SCORING):
         weighted = np.sqrt(count) * bases / model
-        levels, _ = nnls(weighted.T, np.sqrt(count) * power / model)
-        model = np.maximum(levels @ bases, least)
+        levels, _ = nnls(weighted.T, np.sqrt(count) * (power - fixed) / model)
+        model = np.maximum(levels @ bases + fixed, least)
         if np.abs(levels - before).max() <= PRECISION * levels.max():
             break
         before = levels

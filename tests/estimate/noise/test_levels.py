@@ -136,6 +136,24 @@ def test_the_torque_cannot_be_noisier_than_it_is_recorded() -> None:
     assert fit_levels(bounded)[0].torque <= 1e-6
 
 
+@pytest.mark.parametrize("memory", [0.6, 0.8, 0.9])
+@pytest.mark.parametrize("output", ["speed", "position"])
+def test_what_a_bounded_noise_may_not_explain_is_left_to_the_others(output: str, memory: float) -> None:
+    """A red noise may look nearly white: where the recorded torque holds no white one, it is red all the same."""
+    for one in residuals(output, 0.0, 0.02, memory):
+        (found,) = fit_levels([replace(one, most_torque=0.004**2)])
+        assert 0.0 < found.torque + found.red < 0.03**2
+        assert found.red > found.torque
+        assert is_explained(one, found)
+
+
+def test_every_residual_has_its_own_bound_of_the_torques_noise() -> None:
+    quiet, loud = residuals("speed", 0.01)[0], residuals("speed", 0.03)[1]
+    first, second = fit_levels([replace(quiet, most_torque=0.01**2), loud])
+    assert np.sqrt(first.torque) == pytest.approx(0.01)
+    assert np.sqrt(second.torque) == pytest.approx(0.03, rel=0.15)
+
+
 @pytest.mark.parametrize("samples", [200, 4000])
 @pytest.mark.parametrize("error", [0.0, 0.005])
 def test_a_torque_that_a_controller_makes_of_the_sensors_noise_is_no_error_of_it(samples: int, error: float) -> None:
