@@ -63,6 +63,7 @@ class Event:
     record, a "drift" grows from nothing at the start of the record to its size at the end. friction : whether the
     torque opposes the motion, rather than always acts one way. torque : at the motor, signed as an applied torque, of
     friction as its increase; std : its standard deviation. p_value : of the largest event of a record without any.
+    gradual : whether a bump grows to its size in its middle and fades again, by a raised cosine.
     """
 
     record: str
@@ -73,6 +74,7 @@ class Event:
     torque: float = field(metadata={"unit": "Nm", "finite": True})
     std: float = field(metadata={"unit": "Nm", "unbounded": True, "least": 0.0})
     p_value: float
+    gradual: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,7 +34,8 @@ def described(event: Event, units: Callable[[str], str]) -> str:
     size, torque = f"{significant(event.torque, 2)} {unit}", "force" if unit == "N" else "torque"
     what = f"friction that is larger by {size}" if event.friction else f"a {torque} of {size}"
     if event.kind == "bump":
-        return f"{what} from {significant(event.start)} to {significant(event.end)} s"
+        grows, until = (" that grows", "and fades until") if event.gradual else ("", "to")
+        return f"{what}{grows} from {significant(event.start)} {until} {significant(event.end)} s"
     if event.kind == "step":
         return f"{what} from {significant(event.start)} s on"
     return f"{what} at its end, grown from nothing"

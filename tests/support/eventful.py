@@ -18,6 +18,7 @@ from robotid.signals.record import Record
 from support.small_bench import STRIBECK, fitted, records
 
 PUSH = Event("slow", "bump", False, 1.7, 2.5, 0.05, 0.0, 0.0)
+LEANED = Event("slow", "bump", False, 1.4, 2.6, 0.08, 0.0, 0.0, gradual=True)
 KNOCK = Event("wide", "bump", False, 1.0, 1.02, 0.3, 0.0, 0.0)
 STEP = Event("slow", "step", True, 2.2, 4.0, 0.1, 0.0, 0.0)
 DRIFT = Event("slow", "drift", False, 0.0, 4.0, 0.05, 0.0, 0.0)

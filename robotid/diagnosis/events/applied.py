@@ -25,11 +25,23 @@ def event_torque(event: Event, record: Record) -> Array:
     t, h = record.t, record.sampling_time
     if event.kind == "drift":
         course = np.clip((t - event.start) / max(event.end - event.start, h), 0.0, 1.0)
+    elif event.gradual:
+        course = mean_of_gradual(t, t + h, event.start, event.end)
     else:
         # A sample counts as far as the interval after it lies within the event.
         last = np.inf if event.kind == "step" else event.end
         course = np.clip(np.minimum(t + h, last) - np.maximum(t, event.start), 0.0, h) / h
     return np.asarray(event.torque * course * (-direction(record.dphi_m) if event.friction else 1.0))
+
+
+def mean_of_gradual(begin: Array, end: Array, start: Array | float, stop: Array | float) -> Array:
+    """Mean over intervals from begin to end of a raised cosine of height one that lasts from start to stop."""
+
+    def risen(t: Array) -> Array:
+        within = np.clip((t - start) / (stop - start), 0.0, 1.0)
+        return np.asarray((within - np.sin(2 * np.pi * within) / (2 * np.pi)) / 2 * (stop - start))
+
+    return np.asarray((risen(end) - risen(begin)) / (end - begin))
 
 
 def direction(speed: Array) -> Array:

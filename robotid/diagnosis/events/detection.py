@@ -9,12 +9,14 @@ import numpy as np
 
 from robotid.diagnosis.events.bins import BinnedRecord, Known, binned, even_edges, known_columns
 from robotid.diagnosis.events.settings import EVENTS
-from robotid.diagnosis.events.shapes import FRICTION, Shape, best_shapes, significance, strength
+from robotid.diagnosis.events.shapes import FRICTION, TORQUE, Shape, best_shapes, significance, strength
 from robotid.diagnosis.events.wander import beside_wander
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.scoring.scan import Scan
 from robotid.model.array import Array
 from robotid.signals.record import Record
+
+SHAPES = 3  # that may begin in a bin: a bump, a gradual one, a step
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +96,7 @@ def find_event(
 
 def tries_among(records: Collection[str]) -> int:
     """Of how many events the largest one of so many records, by name, is the largest."""
-    return 2 * EVENTS.bins * len(records)
+    return SHAPES * EVENTS.bins * len(records)
 
 
 def is_late_torque(event: Event, records: Sequence[Record]) -> bool:
@@ -110,7 +112,20 @@ def is_late_torque(event: Event, records: Sequence[Record]) -> bool:
     h = pieces[0].sampling_time
     near = torque[(t > event.start - 2 * h) & (t < event.end + h)]
     largest = float(np.abs(np.diff(near)).max()) if len(near) > 1 else 0.0
-    return abs(event.torque) * (event.end - event.start) <= largest * h
+    mean = event.torque / 2 if event.gradual else event.torque
+    return abs(mean) * (event.end - event.start) <= largest * h
+
+
+def energy_of(event: Event, scans: Sequence[Scan]) -> float:
+    """What an event explains of the residual of all records, in variances of the noise. scans : as of `placed_events`,
+    which may be cut elsewhere."""
+    even, column = even_edges(scans, event.record), FRICTION if event.friction else TORQUE
+    ends = np.clip([event.start, event.end], even[0], even[-1])
+    within = _within(Shape(event.kind, column, 0, 1, event.gradual), ends)
+    edges = np.unique(np.concatenate([even, within]))
+    first, last = np.searchsorted(edges, ends).tolist()
+    (seen,) = binned(known_columns(scans, catalogue=False), {event.record: edges})
+    return strength(seen, Shape(event.kind, column, first, last, event.gradual)).energy
 
 
 def hopeful(placed: Sequence[_Placed]) -> list[_Placed]:
@@ -121,9 +136,9 @@ def hopeful(placed: Sequence[_Placed]) -> list[_Placed]:
 
 def _best_of_each(placed: Sequence[_Placed]) -> list[_Placed]:
     """The best event of every kind in each record."""
-    found: dict[tuple[str, str, int], _Placed] = {}
+    found: dict[tuple[str, str, int, bool], _Placed] = {}
     for one in sorted(placed, key=lambda one: -one.energy):
-        found.setdefault((one.seen.record, one.shape.kind, one.shape.column), one)
+        found.setdefault((one.seen.record, one.shape.kind, one.shape.column, one.shape.gradual), one)
     return list(found.values())
 
 
@@ -134,7 +149,7 @@ def _finely(plain: Known, one: _Placed, even: Array) -> _Placed:
         for _ in range(2):
             one = _finer(plain, one)
     name, ends = one.seen.record, one.seen.edges[[one.shape.first, one.shape.last]]
-    edges = np.unique(np.concatenate([even, ends]))
+    edges = np.unique(np.concatenate([even, _within(one.shape, one.seen.edges)]))
     first, last = np.searchsorted(edges, ends).tolist()
     (seen,) = binned(plain, {name: edges})
     return _Placed(seen, replace(one.shape, first=first, last=last))
@@ -158,6 +173,7 @@ def _judged(one: _Placed, plain: Known, beside: Known, others: Sequence[BinnedRe
         torque=found.amplitude,
         std=found.std * float(np.sqrt(usual)),
         p_value=p if is_its_own(strength(left, shape).energy, found.energy) else 1.0,
+        gradual=shape.gradual,
     )
     return FoundEvent(event, found.energy, found.energy / max(plain.misfit, 1.0))
 
@@ -172,7 +188,8 @@ def _finer(plain: Known, coarse: _Placed) -> _Placed:
     old, shape = coarse.seen.edges, coarse.shape
     starts = _cut(old, shape.first)
     ends = _cut(old, shape.last) if shape.kind == "bump" else old[-1:]
-    edges = np.unique(np.concatenate([old[:1], starts, ends, old[-1:]]))
+    within = _within(shape, old)
+    edges = np.unique(np.concatenate([old[:1], starts, within, ends, old[-1:]]))
     (finer,) = binned(plain, {coarse.seen.record: edges})
     tried = (
         _Placed(finer, replace(shape, first=int(first), last=int(last)))
@@ -181,6 +198,13 @@ def _finer(plain: Known, coarse: _Placed) -> _Placed:
         if 0 < first < last
     )
     return max(tried, key=lambda one: one.energy)
+
+
+def _within(shape: Shape, edges: Array) -> Array:
+    """Borders that bins need within a shape between these edges: its begin and end, and where it is gradual its
+    course."""
+    parts = EVENTS.fine_bins if shape.gradual else 1
+    return np.linspace(edges[shape.first], edges[shape.last], parts + 1)
 
 
 def _cut(edges: Array, k: int) -> Array:

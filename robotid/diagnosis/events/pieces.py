@@ -24,12 +24,12 @@ def scan_pieces(
     return scans(simulated_pieces(model, refitted, segments), refitted.unknowns, candidates)
 
 
-def simulated_pieces(model: FittedModel, refitted: RefittedModel, segments: Sequence[Segment]) -> list[SegmentFit]:
-    """All segments cut into pieces. model : the diagnosed one; refitted : its parameters as they are to be. Raises
-    NumericsError where a piece cannot be simulated."""
+def simulated_pieces(
+    model: FittedModel, refitted: RefittedModel, segments: Sequence[Segment], count: int = EVENTS.pieces
+) -> list[SegmentFit]:
+    """All segments cut into so many pieces each. model : the diagnosed one; refitted : its parameters as they are to
+    be. Raises NumericsError where a piece cannot be simulated."""
     current = replace(model, joint=refitted.joint, parameters=refitted.parameters, first_states={})
-    pieces = [
-        Segment(piece, segment.whitening) for segment in segments for piece in segment.record.divided(EVENTS.pieces)
-    ]
+    pieces = [Segment(piece, segment.whitening) for segment in segments for piece in segment.record.divided(count)]
     trajectories = simulate_pieces(current, [piece.record for piece in pieces])
     return [segment_fit(piece, t, model.output) for piece, t in zip(pieces, trajectories, strict=True)]

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import f as fisher
 
+from robotid.diagnosis.events.applied import mean_of_gradual
 from robotid.diagnosis.events.bins import BinnedRecord
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.results import EventKind
-from robotid.model.array import Array
+from robotid.model.array import Array, Index
 
 TORQUE, FRICTION = 0, 1
 """Columns of `BinnedRecord`."""
@@ -19,19 +20,28 @@ TORQUE, FRICTION = 0, 1
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """An event over the bins first .. last - 1 of a record. column : TORQUE or FRICTION."""
+    """An event over the bins first .. last - 1 of a record. column : TORQUE or FRICTION; gradual : as of an `Event`."""
 
     kind: EventKind
     column: int
     first: int
     last: int
+    gradual: bool = False
 
     def weights(self, edges: Array) -> Array:
         """Of each of the bins between these edges (B + 1,), (B,)."""
+        if self.gradual:
+            return mean_of_gradual(edges[:-1], edges[1:], float(edges[self.first]), float(edges[self.last]))
         at = np.arange(len(edges) - 1)
         if self.kind == "drift":
             return np.asarray(((edges[1:] + edges[:-1]) / 2 - edges[0]) / (edges[-1] - edges[0]))
         return np.where((at >= self.first) & (at < self.last), 1.0, 0.0)
+
+    def span(self, edges: Array) -> Array:
+        """Begin and end (2,) between these edges [s], of a gradual one where it has half of its height."""
+        start, end = edges[self.first], edges[self.last]
+        within = (end - start) / 4 if self.gradual else 0.0
+        return np.array([start + within, end - within])
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,9 +64,9 @@ def strength(seen: BinnedRecord, shape: Shape) -> Strength:
 
 
 def best_shapes(seen: BinnedRecord) -> Iterator[Shape]:
-    """The bump of torque that explains most of each octave of lengths, the best steps of torque and of friction, and
-    both drifts."""
-    count = seen.count
+    """The bump of torque that explains most of each octave of lengths, a gradual one where it explains more than these,
+    the best steps of torque and of friction, and both drifts."""
+    count, best = seen.count, 0.0
     energy = window_energies(seen, TORQUE)
     first, last = np.triu_indices(count + 1, 1)
     length = last - first
@@ -68,7 +78,13 @@ def best_shapes(seen: BinnedRecord) -> Iterator[Shape]:
         if chosen.any():
             k = int(np.argmax(np.where(chosen & (first > 0), energy[first, last], -1.0)))
             yield Shape("bump", TORQUE, int(first[k]), int(last[k]))
+            best = max(best, float(energy[first[k], last[k]]))
         shortest *= 2
+    inner = (first > 0) & (last < count) & (length > 1) & (length <= 2 * longest)
+    gradual = _gradual_energies(seen, first[inner], last[inner])
+    if gradual.max(initial=0.0) > best:
+        k = int(np.argmax(gradual))
+        yield Shape("bump", TORQUE, int(first[inner][k]), int(last[inner][k]), gradual=True)
     for column in (TORQUE, FRICTION):
         steps = window_energies(seen, column)[2 : count - 1, count]  # else it is the whole record that differs
         yield Shape("step", column, int(np.argmax(steps)) + 2, count)
@@ -89,6 +105,16 @@ def window_energies(seen: BinnedRecord, column: int) -> Array:
     return np.where(visible, numerator / np.where(visible, size, 1.0), 0.0)
 
 
+def _gradual_energies(seen: BinnedRecord, first: Index, last: Index) -> Array:
+    """Energy that gradual bumps of torque from edges first to edges last explain, (k,) each."""
+    edges = seen.edges
+    weights = mean_of_gradual(edges[:-1], edges[1:], edges[first][:, None], edges[last][:, None])
+    size = np.einsum("kb,kb->k", weights @ seen.product[TORQUE, :, TORQUE], weights)
+    visible = size > EVENTS.least_left * (weights**2 @ seen.whole[TORQUE])
+    along = weights @ seen.moment[TORQUE]
+    return np.asarray(np.where(visible, along**2 / np.where(visible, size, 1.0), 0.0))
+
+
 def significance(
     seen: BinnedRecord, shape: Shape, tries: int, others: Sequence[BinnedRecord] = ()
 ) -> tuple[float, float]:
@@ -101,7 +127,7 @@ def significance(
     found = strength(seen, shape)
     if found.energy <= 0.0:
         return 1.0, 1.0
-    weights, span = shape.weights(seen.edges), seen.edges[[shape.first, shape.last]]
+    weights, span = shape.weights(seen.edges), shape.span(seen.edges)
     alike = [_like(one.without(seen, shape.column, weights), shape, span) for one in (seen, *others)]
     ways = sum(count for energies, count in alike if len(energies))
     if ways < 1:

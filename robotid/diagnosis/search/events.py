@@ -9,7 +9,14 @@ import numpy as np
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.applied import event_torque, without_events
-from robotid.diagnosis.events.detection import PlacedEvents, find_event, placed_events, tries_among
+from robotid.diagnosis.events.detection import (
+    FoundEvent,
+    PlacedEvents,
+    energy_of,
+    find_event,
+    placed_events,
+    tries_among,
+)
 from robotid.diagnosis.events.pieces import scan_pieces, simulated_pieces
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.noise.drawn import drawn_residuals
@@ -50,11 +57,13 @@ def largest_event(
     scores: Sequence[Score] = (),
     least: float = 0.0,
     *,
+    least_share: float = EVENTS.least_share,
     doubtful: bool = False,
 ) -> SeenEvent | None:
     """The largest event that a model leaves, None where there is none, nothing to explain, or no time for it; and where
-    it is known from less work that it would explain less than `least`, or that it would not lead. doubtful : one that
-    explains no more than a share of the misfit that is worth a word will do, and one that leads, where none is certain.
+    it is known from less work that it would explain less than `least`, or that it would not lead. least_share : of the
+    misfit that one explains which leads; doubtful : one that explains no more than a share of it that is worth a word
+    will do, and one that leads, where none is certain.
 
     scores : of candidates on whole records, best first, which tell what the event is to be compared with. The records
     are simulated in pieces, those that validate among them: an event there would be counted against every cause.
@@ -69,7 +78,7 @@ def largest_event(
         if (
             placed.energy < least
             or placed.share < share
-            or not (doubtful or _may_lead(placed, pieces, model, _best(scores, missing)))
+            or not (doubtful or _may_lead(placed, pieces, model, _best(scores, missing), least_share))
         ):
             return None
         seen = scans(pieces, model.unknowns, missing)
@@ -79,8 +88,28 @@ def largest_event(
     if found is None:
         return None
     rival = max((one.energy for one in score(project(seen), missing)), default=0.0)
-    leading, certain = leads(found.energy, rival, found.share), found.event.p_value < criteria.significance
-    return SeenEvent(found.event, leading, found.energy) if leading or certain else None
+    leading = leads(found.energy, rival, found.share, least_share)
+    certain = found.event.p_value < criteria.significance
+    if not ((leading or certain) and _is_of_no_cut(found, evidence, model, data)):
+        return None
+    return SeenEvent(found.event, leading, found.energy)
+
+
+def _is_of_no_cut(found: FoundEvent, evidence: Evidence, model: RefittedModel, data: EvaluationData) -> bool:
+    """Whether an event shows where the records are cut elsewhere, too. A piece that begins as a motor comes to rest or
+    sets off has a first state that no linear model tells, and leaves a burst there."""
+    segments = (*data.fitted, *data.validation)
+    try:
+        pieces = simulated_pieces(evidence.model, model, segments, EVENTS.pieces + 1)
+        again = energy_of(found.event, scans(pieces, model.unknowns, ()))
+    except (NumericsError, OutOfTime):
+        return False
+    return shows_again(again, found.energy)
+
+
+def shows_again(again: float, energy: float) -> bool:
+    """Whether an event explains enough of pieces that are cut elsewhere of what it explains of the first ones."""
+    return again > EVENTS.cut_share * energy
 
 
 def _best(scores: Sequence[Score], missing: Sequence[EffectCandidate]) -> list[EffectCandidate]:
@@ -93,12 +122,16 @@ def _best(scores: Sequence[Score], missing: Sequence[EffectCandidate]) -> list[E
 
 
 def _may_lead(
-    placed: PlacedEvents, pieces: Sequence[SegmentFit], model: RefittedModel, some: Sequence[EffectCandidate]
+    placed: PlacedEvents,
+    pieces: Sequence[SegmentFit],
+    model: RefittedModel,
+    some: Sequence[EffectCandidate],
+    least_share: float,
 ) -> bool:
     """Whether the largest event may lead, as far as some candidates show."""
-    if not leads(placed.energy, 0.0, placed.share):  # without any work
+    if not leads(placed.energy, 0.0, placed.share, least_share):  # without any work
         return False
-    return leads(placed.energy, _rival_among(pieces, model, some), placed.share)
+    return leads(placed.energy, _rival_among(pieces, model, some), placed.share, least_share)
 
 
 def _rival_among(pieces: Sequence[SegmentFit], model: RefittedModel, some: Sequence[EffectCandidate]) -> float:
@@ -205,13 +238,13 @@ def _unit_forces(event: Event, model: RefittedModel) -> list[Array]:
     return forces
 
 
-def leads(energy: float, rival: float, share: float) -> bool:
+def leads(energy: float, rival: float, share: float, least_share: float = EVENTS.least_share) -> bool:
     """Whether an event that explains so much comes before the causes, where the best of them explains `rival`: one that
     is the lesser part of the misfit of all records may be a moment at which something else shows most.
 
-    share : of that misfit.
+    share : of that misfit, and the least one that will do.
     """
-    return energy > EVENTS.leading_share * rival and share > EVENTS.least_share
+    return energy > EVENTS.leading_share * rival and share > least_share
 
 
 def leaves_something(model: RefittedModel, data: EvaluationData) -> bool:

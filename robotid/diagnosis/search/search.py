@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 from robotid.diagnosis.criteria import Criteria
@@ -91,8 +92,8 @@ def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState 
 def _searched(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState) -> SearchResult:
     """What is missing, events by the noise of the sensors. begun : the first state of the evidence, scored."""
     result, plain = _beside_events(evidence, criteria, log, begun)
-    if not (result.events or result.late or leaves_only_noise(result)):
-        result = _beside_doubtful_events(evidence, result, begun, criteria, log)
+    if not (result.events or result.late or (leaves_only_noise(result) and (result.causes or not prevail(result)))):
+        result = _beside_lesser_events(evidence, result, begun, criteria, log)
         return _beside_curve(evidence, result, criteria, log) if not result.events else result
     if not (result.events and result.causes) or result.late:
         return result
@@ -150,19 +151,21 @@ def _beside_events(
             return replace(found, unexamined=unexamined, events=tuple(events)), plain
 
 
-def _beside_doubtful_events(
+def _beside_lesser_events(
     evidence: Evidence, found: SearchResult, start: SearchState, criteria: Criteria, log: Log
 ) -> SearchResult:
     """What is found once events are set aside that are but a part of what is missing or that effects together might
     pass for, where they and causes leave no more than noise, or they alone next to nothing, and each stands out of what
-    is left; else what was found without. Beside causes only an event that leads is tried. start : the first state of
-    the evidence."""
+    is left; else what was found without. Beside causes only an event that leads is tried, and where all that is left
+    passes for errors of the torque only one that is certain and explains more than every effect. start : the first
+    state of the evidence."""
     log("looking for events beside causes")
-    events = list[Event]()
+    events, passes = list[Event](), leaves_only_noise(found)
+    sought = partial(largest_event, least_share=ACCEPTANCE.unknown_share) if passes else largest_event
     try:
         while len(events) < EVENTS.max_events:
-            seen = largest_event(evidence, start.first, start.data, criteria, doubtful=True)
-            if seen is None or (found.causes and not seen.leading):
+            seen = sought(evidence, start.first, start.data, criteria, doubtful=not passes)
+            if seen is None or ((found.causes or passes) and not seen.leading):
                 break
             aside = _set_aside(evidence, seen.event, criteria)
             if aside is None:

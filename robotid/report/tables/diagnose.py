@@ -146,7 +146,8 @@ def _happened(event: Event, unit: str) -> str:
 
 
 def _kind(event: Event) -> str:
-    return f"{event.kind} of {'friction' if event.friction else 'torque'}"
+    kind = f"gradual {event.kind}" if event.gradual else event.kind
+    return f"{kind} of {'friction' if event.friction else 'torque'}"
 
 
 def rejected_document(one: Rejected) -> Json:
@@ -184,6 +185,7 @@ def _event(event: Event) -> Json:
         "record": event.record,
         "kind": event.kind,
         "of": "friction" if event.friction else "torque",
+        "gradual": event.gradual,
         "from": event.start,
         "to": event.end,
         "torque": event.torque,

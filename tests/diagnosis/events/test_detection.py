@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.eventful import DRIFT, KNOCK, PUSH, STEP, eventful, found
+from support.eventful import DRIFT, KNOCK, LEANED, PUSH, STEP, eventful, found
 from support.small_bench import fitted
 
 from robotid.diagnosis import Criteria, diagnose
 from robotid.diagnosis.events.applied import event_torque, without_events
-from robotid.diagnosis.events.detection import is_late_torque
+from robotid.diagnosis.events.detection import energy_of, is_late_torque
 from robotid.diagnosis.refit.refitted_model import SegmentFit, Unknowns
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.scoring.candidate import EffectCandidate
@@ -25,11 +25,14 @@ from robotid.extension import extension_task
 from robotid.report.tables.diagnose import sentence
 
 
-@pytest.mark.parametrize("event", [PUSH, KNOCK, STEP, DRIFT], ids=["push", "knock", "step", "drift"])
+@pytest.mark.parametrize(
+    "event", [PUSH, LEANED, KNOCK, STEP, DRIFT], ids=["push", "gradual push", "knock", "step", "drift"]
+)
 def test_an_event_is_found_with_its_time_and_size(event: Event) -> None:
     seen = found(event)
     assert seen is not None
     assert (seen.event.record, seen.event.kind, seen.event.friction) == (event.record, event.kind, event.friction)
+    assert seen.event.gradual is event.gradual
     assert seen.event.start == pytest.approx(event.start, abs=0.02)
     assert seen.event.end == pytest.approx(event.end, abs=0.02)
     assert seen.event.torque == pytest.approx(event.torque, rel=0.2)
@@ -56,6 +59,15 @@ def test_taking_an_event_out_undoes_it() -> None:
     assert without_events(plain, [KNOCK]) is plain
     half = pushed.piece(len(pushed) // 2, len(pushed))
     assert np.allclose(without_events(half, [PUSH]).tau_m, plain.tau_m[len(plain) // 2 :])
+
+
+def test_a_gradual_bump_grows_to_its_size_in_its_middle_and_fades() -> None:
+    record = eventful(None)[0]
+    torque, t = event_torque(LEANED, record), record.t
+    assert torque.max() == pytest.approx(LEANED.torque, rel=1e-3)
+    assert t[np.argmax(torque)] == pytest.approx(2.0, abs=2 * record.sampling_time)
+    assert np.sum(torque) * record.sampling_time == pytest.approx(LEANED.torque * 1.2 / 2)
+    assert not torque[(t < 1.4 - record.sampling_time) | (t >= 2.6)].any()
 
 
 def test_friction_that_jumps_opposes_the_motion_from_then_on() -> None:
@@ -87,6 +99,7 @@ def test_a_torque_that_changed_between_two_samples_is_no_event(split: bool) -> N
 
     assert is_late_torque(bump(t, 0.45), pieces)
     assert not is_late_torque(bump(t, 0.55), pieces)
+    assert is_late_torque(replace(bump(t, 0.9), gradual=True), pieces)
     assert not is_late_torque(bump(t + 10 * h, 0.45), pieces)
 
 
@@ -127,6 +140,27 @@ def test_no_event_is_sought_that_could_not_be_worth_it(monkeypatch: pytest.Monke
     assert asked == [0]
     assert largest_event(*arguments, least=3.0 * start.first.energy) is None
     assert asked == [0]
-    monkeypatch.setattr(searching, "leads", lambda energy, rival, _: rival == 0.0)
+    monkeypatch.setattr(searching, "leads", lambda energy, rival, *_: rival == 0.0)
     assert largest_event(*arguments) is None
     assert asked == [0, 0, searching.RIVALS]
+
+
+def test_what_shows_only_where_a_piece_begins_is_no_event(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A push explains about as much of the records however they are cut into pieces."""
+    made = eventful(PUSH)
+    model = fitted_model(fitted(list(made)))
+    evidence = Evidence(model, [simulate_record(model, r) for r in made if r.name in model.records], [])
+    start = first_state(evidence, Criteria(skip=("record_change",))).scored(Criteria())
+    energies = list[float]()
+
+    def told(event: Event, scans: Sequence[Scan]) -> float:
+        energies.append(energy_of(event, scans))
+        return energies[-1]
+
+    monkeypatch.setattr(searching, "energy_of", told)
+    arguments = evidence, start.first, start.data, Criteria(), start.round.scores
+    seen = largest_event(*arguments)
+    assert seen is not None
+    assert energies == [pytest.approx(seen.energy, rel=0.5)]
+    monkeypatch.setattr(searching, "energy_of", lambda *_: 0.05 * seen.energy)
+    assert largest_event(*arguments) is None

@@ -19,7 +19,7 @@ from robotid.diagnosis.events.wander import _likeliest, tried_levels
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.search import search as searching
 from robotid.diagnosis.search.data import Evidence
-from robotid.diagnosis.search.events import SeenEvent, leads, leaves_something
+from robotid.diagnosis.search.events import SeenEvent, leads, leaves_something, shows_again
 from robotid.diagnosis.search.state import SearchResult
 from robotid.model.array import Array
 from support.eventful import PUSH, scanned
@@ -145,6 +145,12 @@ def check_half_of_the_largest_event_is_hopeful() -> None:
 def check_an_event_is_its_own_from_a_fiftieth_that_effects_leave() -> None:
     assert is_its_own(2.1, 100.0)
     assert not is_its_own(1.9, 100.0)
+
+
+@sees(EVENTS, "cut_share")
+def check_an_event_of_which_a_tenth_shows_where_records_are_cut_elsewhere_is_none_of_the_cut() -> None:
+    assert shows_again(11.0, 100.0)
+    assert not shows_again(9.0, 100.0)
 
 
 @sees(EVENTS, "leading_share")
