@@ -165,7 +165,7 @@ def _what(event: Event) -> tuple[str, str, bool]:
 def resized(event: Event, model: RefittedModel) -> Event:
     """An event with the size that whole records ask for, beside a model that was refitted without it as it was. One on
     a validation record stays as it is."""
-    if not _is_fitted(event, model):
+    if not is_fitted(event, model):
         return event
     projected = project(scans(model.fitted, model.unknowns, (), _unit_forces(event, model)))
     change, energy = _size(projected)
@@ -180,7 +180,7 @@ def with_deviation(event: Event, model: RefittedModel) -> Event:
     colour which the model leaves, where that is larger than by the sensors' noise. Beside a torque that errs slowly,
     reversals make of the errors what they make of the event, which only simulations know: the size is found in drawn
     noise, too. One on a validation record stays as it is, and one for which there is no time."""
-    if not _is_fitted(event, model):
+    if not is_fitted(event, model):
         return event
     try:
         sizes = _sizes_in_noise(event, model)
@@ -211,7 +211,7 @@ def _size(projected: Projected) -> tuple[float, float]:
     return (float(column @ projected.residual) / energy if energy > 0.0 else 0.0), energy
 
 
-def _is_fitted(event: Event, model: RefittedModel) -> bool:
+def is_fitted(event: Event, model: RefittedModel) -> bool:
     """Whether an event is on a record of the fit."""
     return any(one.record.name == event.record for one in model.fitted)
 
@@ -219,7 +219,7 @@ def _is_fitted(event: Event, model: RefittedModel) -> bool:
 def stands_out(event: Event, model: RefittedModel, criteria: Criteria) -> bool:
     """Whether an event that was taken out of the records of a model stands out of the noise of any colour that the
     model leaves, of so many events that it might have been; one on a validation record does."""
-    if not _is_fitted(event, model):
+    if not is_fitted(event, model):
         return True
     left = left_by(model, _unit_forces(event, model))
     at = len(model.unknowns.parameters)

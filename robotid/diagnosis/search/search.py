@@ -27,6 +27,7 @@ from robotid.diagnosis.search.beside_curve import explain_most, with_causes, wit
 from robotid.diagnosis.search.coloured import in_colour, judged_along_the_motion, left_by
 from robotid.diagnosis.search.data import Evidence, first_state, renew_noise, settled_state
 from robotid.diagnosis.search.events import (
+    is_fitted,
     largest_event,
     placed_again,
     resized,
@@ -157,8 +158,8 @@ def _beside_lesser_events(
     """What is found once events are set aside that are but a part of what is missing or that effects together might
     pass for, where they and causes leave no more than noise, or they alone next to nothing, and each stands out of what
     is left; else what was found without. Beside causes only an event that leads is tried, and where all that is left
-    passes for errors of the torque only one that is certain and explains more than every effect. start : the first
-    state of the evidence."""
+    passes for errors of the torque only one that is certain, is on a record of the fit and explains more than every
+    effect. start : the first state of the evidence."""
     log("looking for events beside causes")
     events, passes = list[Event](), leaves_only_noise(found)
     sought = partial(largest_event, least_share=ACCEPTANCE.unknown_share) if passes else largest_event
@@ -166,6 +167,8 @@ def _beside_lesser_events(
         while len(events) < EVENTS.max_events:
             seen = sought(evidence, start.first, start.data, criteria, doubtful=not passes)
             if seen is None or ((found.causes or passes) and not seen.leading):
+                break
+            if passes and not is_fitted(seen.event, start.first):
                 break
             aside = _set_aside(evidence, seen.event, criteria)
             if aside is None:

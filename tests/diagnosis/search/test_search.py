@@ -241,6 +241,27 @@ def test_causes_are_sought_by_another_noise_where_one_names_nothing_and_leaves_m
     assert [*ended] == tried
 
 
+@pytest.mark.parametrize(("record", "leading", "told"), [("slow", True, 1), ("slow", False, 0), ("check", True, 0)])
+def test_where_all_passes_for_errors_of_the_torque_a_certain_event_is_told(
+    monkeypatch: pytest.MonkeyPatch, record: str, *, leading: bool, told: int
+) -> None:
+    """It may be the lesser part of the misfit, but leads, and is on a record of the fit."""
+    event, asked = replace(PUSH, record=record, std=0.001), list[dict[str, object]]()
+
+    def lesser(*_: object, **by: object) -> SeenEvent | None:
+        asked.append(by)
+        once = len([one for one in asked if one]) == 1
+        return SeenEvent(event, leading=leading) if by and once else None
+
+    monkeypatch.setattr(searching, "largest_event", lesser)
+    monkeypatch.setattr(searching, "_settled", lambda _, one, __: one)
+    for name in ("leaves_only_noise", "prevail", "stands_out"):
+        monkeypatch.setattr(searching, name, lambda *_: True)
+    result = searched([with_event(one, PUSH) for one in records({})], QUICK)
+    assert {"least_share": 0.1, "doubtful": False} in asked
+    assert [one.record for one in result.events] == told * ["slow"]
+
+
 def test_an_event_that_causes_explain_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     """A moment at which the Stribeck effect shows, taken for a bump of torque."""
     creeping = Event("slow", "bump", False, 0.5, 0.7, 0.02, 0.0, 1e-6)
