@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import pairwise
 
 from robotid.diagnosis.criteria import Criteria
@@ -27,6 +26,7 @@ from robotid.diagnosis.search.beside_curve import explain_most, with_causes, wit
 from robotid.diagnosis.search.coloured import in_colour, judged_along_the_motion, left_by
 from robotid.diagnosis.search.data import Evidence, first_state, renew_noise, settled_state
 from robotid.diagnosis.search.events import (
+    SeenEvent,
     is_fitted,
     largest_event,
     placed_again,
@@ -157,20 +157,13 @@ def _beside_lesser_events(
 ) -> SearchResult:
     """What is found once events are set aside that are but a part of what is missing or that effects together might
     pass for, where they and causes leave no more than noise, or they alone next to nothing, and each stands out of what
-    is left; else what was found without. Beside causes only an event that leads is tried, and where all that is left
-    passes for errors of the torque only one that is certain, is on a record of the fit and explains more than every
-    effect. start : the first state of the evidence."""
+    is left; else what was found without. start : the first state of the evidence."""
     log("looking for events beside causes")
-    events, passes = list[Event](), leaves_only_noise(found)
-    sought = partial(largest_event, least_share=ACCEPTANCE.unknown_share) if passes else largest_event
+    events = list[Event]()
     try:
         while len(events) < EVENTS.max_events:
-            seen = sought(evidence, start.first, start.data, criteria, doubtful=not passes)
-            if seen is None or ((found.causes or passes) and not seen.leading):
-                break
-            if passes and not is_fitted(seen.event, start.first):
-                break
-            aside = _set_aside(evidence, seen.event, criteria)
+            seen = _lesser_event(evidence, found, start, criteria)
+            aside = None if seen is None else _set_aside(evidence, seen.event, criteria)
             if aside is None:
                 break
             event, evidence, start = aside
@@ -187,6 +180,17 @@ def _beside_lesser_events(
         return found
     except OutOfTime:
         return replace(found, late=True, unexamined=(ONCE, *found.unexamined))
+
+
+def _lesser_event(evidence: Evidence, found: SearchResult, start: SearchState, criteria: Criteria) -> SeenEvent | None:
+    """The next event that may be but a part of what is missing. Beside causes it leads; and where all that was found to
+    be left passes for errors of the torque, it is certain, too, and on a record of the fit."""
+    passes = leaves_only_noise(found)
+    share = ACCEPTANCE.unknown_share if passes else EVENTS.least_share
+    seen = largest_event(evidence, start.first, start.data, criteria, least_share=share, doubtful=not passes)
+    if seen is None or (passes and not is_fitted(seen.event, start.first)):
+        return None
+    return seen if seen.leading or not (found.causes or passes) else None
 
 
 def _beside_curve(evidence: Evidence, found: SearchResult, criteria: Criteria, log: Log) -> SearchResult:

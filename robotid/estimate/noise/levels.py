@@ -182,7 +182,8 @@ def _bounded(power: Array, bases: Array, count: Array, of: Index, least: Array, 
         at_most |= over
         levels[n, over], free[n, over[of]] = most[over], 0.0
     levels[:n] += np.diag(found[:n])
-    levels[n:] += np.where(at_most & (np.arange(len(bases) - n) == 0)[:, None], 0.0, found[n:, None])
+    levels[n:] += found[n:, None]
+    levels[n : n + 1, at_most] = most[at_most]
     return levels, cost
 
 
