@@ -18,7 +18,7 @@ from robotid.diagnosis.noise.whitening import Segment
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.estimate.noise.floor import torque_floor
 from robotid.estimate.noise.information import is_explained, loudest_octave
-from robotid.estimate.noise.levels import corners_of, fit_levels_by_record
+from robotid.estimate.noise.levels import corners_of, fit_levels, fit_levels_by_record
 from robotid.estimate.noise.lines import Innovations, Residual
 from robotid.estimate.noise.passage import TorquePassage, passed_noise
 from robotid.estimate.noise.response import torque_response
@@ -29,6 +29,8 @@ from robotid.model.array import Array
 from robotid.signals.derivation import Derivation
 from robotid.signals.quality import quantum
 from robotid.signals.record import Quantity
+
+LEVELS = LevelSettings(clip=NOISE.clip)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,14 +75,15 @@ class ColouredNoise:
         """A residual with what passes along its motion, and the slow errors by which no octave stands out: of every
         corner those of the residual's energy, for a likelihood heeds most what bursts do at the highest frequencies,
         and of these a motion that is linear about every sample knows least. None where there are none that are no
-        larger than those through a joint that slips: larger ones would pass for anything."""
-        simulated, seen, whiten = self.simulated[k], self.residuals[k], self.segments[k].whitening
-        passage = TorquePassage.of(simulated.trajectory, self.output, derived=seen.response.derivation is not None)
-        seen = replace(seen, passed=passed_noise(seen, whiten, passage))
+        larger than the record asks for of its own through a joint that slips: larger ones would pass for anything."""
+        simulated, slipping, whiten = self.simulated[k], self.residuals[k], self.segments[k].whitening
+        passage = TorquePassage.of(simulated.trajectory, self.output, derived=slipping.response.derivation is not None)
+        seen = replace(slipping, passed=passed_noise(slipping, whiten, passage))
         if seen.passed is None:
             return None
-        known = whiten.levels
-        levels = [one for one in _of_its_energy(seen, known.output) if 0.0 < one.red <= known.torque + known.red]
+        known, (own,) = whiten.levels, fit_levels([slipping], LEVELS)
+        most = max(one.torque + one.red for one in (known, own))
+        levels = [one for one in _of_its_energy(seen, known.output) if 0.0 < one.red <= most]
         explaining = [level for level in levels if is_explained(seen, level, tolerance=NOISE.tolerance)]
         return (seen, min(explaining, key=lambda level: loudest_octave(seen, level))) if explaining else None
 
@@ -104,7 +107,7 @@ def coloured_noise(segments: Sequence[SimulatedSegment], columns: Sequence[Array
 
 def _levels(residuals: Sequence[Residual], records: Sequence[str]) -> list[NoiseLevels]:
     """The levels of every residual. records : of which one each is, by name."""
-    levels = list(fit_levels_by_record(residuals, records, LevelSettings(clip=NOISE.clip)))
+    levels = list(fit_levels_by_record(residuals, records, LEVELS))
     for derived in (False, True):  # an angle's noise and a speed's do not compare
         alike = [k for k, seen in enumerate(residuals) if (seen.response.derivation is not None) == derived]
         for k, level in zip(alike, without_rest([levels[k] for k in alike]) if alike else (), strict=True):

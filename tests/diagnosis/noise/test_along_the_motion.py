@@ -9,10 +9,11 @@ import pytest
 from diagnosis.noise.test_drawn import SAMPLES, SIZE, SPEED_NOISE, resting
 
 from robotid.diagnosis.noise.colour import ColouredNoise, coloured_noise
-from robotid.diagnosis.noise.whitening import with_typical_noise
+from robotid.diagnosis.noise.whitening import Segment, with_typical_noise
 from robotid.diagnosis.search import coloured
 from robotid.diagnosis.search.coloured import Left, judged_along_the_motion
 from robotid.estimate.fitted_model import SimulatedSegment
+from robotid.estimate.noise.whitening import innovations_filter
 from robotid.model.array import Array
 
 NOTHING: Array = np.zeros((0, SAMPLES))
@@ -59,6 +60,16 @@ def test_errors_may_be_larger_in_one_record() -> None:
     found = slipping(quiet, loud).along_the_motion()
     assert found.linearly_explained
     assert errors(found, 1) > 2.0 * errors(found, 0)
+
+
+def test_errors_that_are_small_in_the_others_are_no_bound_to_those_of_one_record() -> None:
+    rough = slipping(resting(1))
+    levels = rough.segments[0].whitening.levels
+    common = replace(levels, torque=levels.torque / 100, red=levels.red / 100)
+    quiet = Segment(rough.segments[0].record, innovations_filter(rough.residuals[0].response, common))
+    found = replace(rough, segments=(quiet,)).along_the_motion()
+    assert found.linearly_explained
+    assert errors(found) == pytest.approx(SIZE, rel=0.4)
 
 
 def test_a_misfit_at_the_same_places_is_none() -> None:
