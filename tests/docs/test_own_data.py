@@ -22,7 +22,7 @@ CONFIGURATION = OWN.fenced("yaml")[0]
 EXAMPLES = {"dFs", "m3", "set1"}  # keys of the contract's JSON that are names of parameters, models and records
 # there is a twin, an unknown effect, a difference of a held-out record, or an event
 UNKNOWN = {"along", "x", "missing_torque"}
-EVENT = {"record", "kind", "of", "from", "to", "torque", "std", "p_value"}
+EVENT = {"record", "kind", "of", "gradual", "from", "to", "torque", "std", "p_value"}
 OPTIONAL = {"separate_by", "excite", *UNKNOWN, "explained_of", "beside", *EVENT}
 
 

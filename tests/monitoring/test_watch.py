@@ -30,7 +30,7 @@ def test_unchanged_logs_alarm_no_more_often_than_the_level(draws: int) -> None:
     assert alarms <= binom.ppf(0.99, draws, LEVEL)
 
 
-@pytest.mark.parametrize(("parameter", "value"), [("motor.coulomb.Fc", 0.33), ("motor.inertia.J", 0.0126)])
+@pytest.mark.parametrize(("parameter", "value"), [("motor.coulomb.Fc", 0.33), ("motor.inertia.J", 0.0128)])
 def test_what_has_changed_is_named_with_its_size(parameter: str, value: float) -> None:
     model, fitted, log = watched(0, {parameter: value})
     found = watch(model, fitted, [log])

@@ -25,11 +25,15 @@ def scan_pieces(
 
 
 def simulated_pieces(
-    model: FittedModel, refitted: RefittedModel, segments: Sequence[Segment], count: int = EVENTS.pieces
+    model: FittedModel, refitted: RefittedModel, segments: Sequence[Segment], count: int | None = None
 ) -> list[SegmentFit]:
-    """All segments cut into so many pieces each. model : the diagnosed one; refitted : its parameters as they are to
-    be. Raises NumericsError where a piece cannot be simulated."""
+    """All segments cut into so many pieces each, absent: as many as events are sought in. model : the diagnosed one;
+    refitted : its parameters as they are to be. Raises NumericsError where a piece cannot be simulated."""
     current = replace(model, joint=refitted.joint, parameters=refitted.parameters, first_states={})
-    pieces = [Segment(piece, segment.whitening) for segment in segments for piece in segment.record.divided(count)]
+    pieces = [
+        Segment(piece, segment.whitening)
+        for segment in segments
+        for piece in segment.record.divided(count or EVENTS.pieces)
+    ]
     trajectories = simulate_pieces(current, [piece.record for piece in pieces])
     return [segment_fit(piece, t, model.output) for piece, t in zip(pieces, trajectories, strict=True)]

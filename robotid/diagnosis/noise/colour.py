@@ -30,8 +30,6 @@ from robotid.signals.derivation import Derivation
 from robotid.signals.quality import quantum
 from robotid.signals.record import Quantity
 
-LEVELS = LevelSettings(clip=NOISE.clip)
-
 
 @dataclass(frozen=True, eq=False)
 class ColouredNoise:
@@ -81,7 +79,7 @@ class ColouredNoise:
         seen = replace(slipping, passed=passed_noise(slipping, whiten, passage))
         if seen.passed is None:
             return None
-        known, (own,) = whiten.levels, fit_levels([slipping], LEVELS)
+        known, (own,) = whiten.levels, fit_levels([slipping], _clipped())
         most = max(one.torque + one.red for one in (known, own))
         levels = [one for one in _of_its_energy(seen, known.output) if 0.0 < one.red <= most]
         explaining = [level for level in levels if is_explained(seen, level, tolerance=NOISE.tolerance)]
@@ -105,9 +103,14 @@ def coloured_noise(segments: Sequence[SimulatedSegment], columns: Sequence[Array
     return ColouredNoise(tuple(found), tuple(segments), tuple(residuals), output)
 
 
+def _clipped() -> LevelSettings:
+    """How levels are sought: bursts do not count."""
+    return LevelSettings(clip=NOISE.clip)
+
+
 def _levels(residuals: Sequence[Residual], records: Sequence[str]) -> list[NoiseLevels]:
     """The levels of every residual. records : of which one each is, by name."""
-    levels = list(fit_levels_by_record(residuals, records, LEVELS))
+    levels = list(fit_levels_by_record(residuals, records, _clipped()))
     for derived in (False, True):  # an angle's noise and a speed's do not compare
         alike = [k for k, seen in enumerate(residuals) if (seen.response.derivation is not None) == derived]
         for k, level in zip(alike, without_rest([levels[k] for k in alike]) if alike else (), strict=True):

@@ -57,7 +57,7 @@ def largest_event(
     scores: Sequence[Score] = (),
     least: float = 0.0,
     *,
-    least_share: float = EVENTS.least_share,
+    least_share: float | None = None,
     doubtful: bool = False,
 ) -> SeenEvent | None:
     """The largest event that a model leaves, None where there is none, nothing to explain, or no time for it; and where
@@ -126,7 +126,7 @@ def _may_lead(
     pieces: Sequence[SegmentFit],
     model: RefittedModel,
     some: Sequence[EffectCandidate],
-    least_share: float,
+    least_share: float | None,
 ) -> bool:
     """Whether the largest event may lead, as far as some candidates show."""
     if not leads(placed.energy, 0.0, placed.share, least_share):  # without any work
@@ -238,13 +238,15 @@ def _unit_forces(event: Event, model: RefittedModel) -> list[Array]:
     return forces
 
 
-def leads(energy: float, rival: float, share: float, least_share: float = EVENTS.least_share) -> bool:
+def leads(energy: float, rival: float, share: float, least_share: float | None = None) -> bool:
     """Whether an event that explains so much comes before the causes, where the best of them explains `rival`: one that
     is the lesser part of the misfit of all records may be a moment at which something else shows most.
 
-    share : of that misfit, and the least one that will do.
+    share : of that misfit; least_share : that will do, absent: half of it.
     """
-    return energy > EVENTS.leading_share * rival and share > least_share
+    return energy > EVENTS.leading_share * rival and share > (
+        EVENTS.least_share if least_share is None else least_share
+    )
 
 
 def leaves_something(model: RefittedModel, data: EvaluationData) -> bool:

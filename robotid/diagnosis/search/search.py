@@ -186,7 +186,7 @@ def _lesser_event(evidence: Evidence, found: SearchResult, start: SearchState, c
     """The next event that may be but a part of what is missing. Beside causes it leads; and where all that was found to
     be left passes for errors of the torque, it is certain, too, and on a record of the fit."""
     passes = leaves_only_noise(found)
-    share = ACCEPTANCE.unknown_share if passes else EVENTS.least_share
+    share = ACCEPTANCE.unknown_share if passes else None
     seen = largest_event(evidence, start.first, start.data, criteria, least_share=share, doubtful=not passes)
     if seen is None or (passes and not is_fitted(seen.event, start.first)):
         return None
