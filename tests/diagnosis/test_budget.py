@@ -19,6 +19,10 @@ from robotid.extension import extension_task, with_gains
 from robotid.interrupt import OutOfTime, check, deadline, until
 
 
+def too_late(*_: object) -> None:
+    raise OutOfTime
+
+
 def test_without_time_nothing_is_named_and_nothing_is_called_clean() -> None:
     made = records(STRIBECK)
     found = diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=1e-6))
@@ -37,9 +41,6 @@ def test_a_listener_that_asks_for_the_time_ends_no_diagnosis(budget: float) -> N
 
 
 def test_a_cause_that_was_found_in_time_stands(monkeypatch: pytest.MonkeyPatch) -> None:
-    def too_late(*_: object) -> None:
-        raise OutOfTime
-
     monkeypatch.setattr(search, "renew_noise", too_late)
     made = records(STRIBECK)
     found = diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=60.0))
@@ -112,9 +113,6 @@ def test_an_event_that_takes_too_long_to_set_aside_stays_and_is_named_as_not_exa
 
 
 def test_an_event_beside_causes_that_no_time_is_left_to_judge_is_not_examined(monkeypatch: pytest.MonkeyPatch) -> None:
-    def too_late(*_: object) -> None:
-        raise OutOfTime
-
     start = begun(records({}), QUICK).scored(QUICK)
     evidence, found, seen = Evidence(start.first, [], []), search.as_result(start), [SeenEvent(PUSH, leading=True)]
     monkeypatch.setattr(search, "largest_event", lambda *_, **__: seen.pop() if seen else None)
@@ -128,9 +126,6 @@ def test_an_event_beside_causes_that_no_time_is_left_to_judge_is_not_examined(mo
 
 
 def test_an_event_whose_deviation_no_time_is_left_to_judge_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    def too_late(*_: object) -> None:
-        raise OutOfTime
-
     monkeypatch.setattr(search_events, "left_by", too_late)
     made = eventful(PUSH)
     found = diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=1e6))

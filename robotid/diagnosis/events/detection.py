@@ -120,12 +120,8 @@ def energy_of(event: Event, scans: Sequence[Scan]) -> float:
     """What an event explains of the residual of all records, in variances of the noise. scans : as of `placed_events`,
     which may be cut elsewhere."""
     even, column = even_edges(scans, event.record), FRICTION if event.friction else TORQUE
-    ends = np.clip([event.start, event.end], even[0], even[-1])
-    within = _within(Shape(event.kind, column, 0, 1, event.gradual), ends)
-    edges = np.unique(np.concatenate([even, within]))
-    first, last = np.searchsorted(edges, ends).tolist()
-    (seen,) = binned(known_columns(scans, catalogue=False), {event.record: edges})
-    return strength(seen, Shape(event.kind, column, first, last, event.gradual)).energy
+    shape, ends = Shape(event.kind, column, 0, 0, event.gradual), np.clip([event.start, event.end], even[0], even[-1])
+    return _placed_between(ends, shape, known_columns(scans, catalogue=False), event.record, even).energy
 
 
 def hopeful(placed: Sequence[_Placed]) -> list[_Placed]:
@@ -148,11 +144,17 @@ def _finely(plain: Known, one: _Placed, even: Array) -> _Placed:
     if one.shape.kind != "drift":
         for _ in range(2):
             one = _finer(plain, one)
-    name, ends = one.seen.record, one.seen.edges[[one.shape.first, one.shape.last]]
-    edges = np.unique(np.concatenate([even, _within(one.shape, one.seen.edges)]))
+    ends = one.seen.edges[[one.shape.first, one.shape.last]]
+    return _placed_between(ends, one.shape, plain, one.seen.record, even)
+
+
+def _placed_between(ends: Array, shape: Shape, known: Known, record: str, even: Array) -> _Placed:
+    """A shape from its begin to its end (2,) [s] over bins that are equal elsewhere. even : borders of equal bins of
+    its record."""
+    edges = np.unique(np.concatenate([even, _within(ends, gradual=shape.gradual)]))
     first, last = np.searchsorted(edges, ends).tolist()
-    (seen,) = binned(plain, {name: edges})
-    return _Placed(seen, replace(one.shape, first=first, last=last))
+    (seen,) = binned(known, {record: edges})
+    return _Placed(seen, replace(shape, first=first, last=last))
 
 
 def _judged(one: _Placed, plain: Known, beside: Known, others: Sequence[BinnedRecord], tries: int) -> FoundEvent:
@@ -188,7 +190,7 @@ def _finer(plain: Known, coarse: _Placed) -> _Placed:
     old, shape = coarse.seen.edges, coarse.shape
     starts = _cut(old, shape.first)
     ends = _cut(old, shape.last) if shape.kind == "bump" else old[-1:]
-    within = _within(shape, old)
+    within = _within(old[[shape.first, shape.last]], gradual=shape.gradual)
     edges = np.unique(np.concatenate([old[:1], starts, within, ends, old[-1:]]))
     (finer,) = binned(plain, {coarse.seen.record: edges})
     tried = (
@@ -200,11 +202,9 @@ def _finer(plain: Known, coarse: _Placed) -> _Placed:
     return max(tried, key=lambda one: one.energy)
 
 
-def _within(shape: Shape, edges: Array) -> Array:
-    """Borders that bins need within a shape between these edges: its begin and end, and where it is gradual its
-    course."""
-    parts = EVENTS.fine_bins if shape.gradual else 1
-    return np.linspace(edges[shape.first], edges[shape.last], parts + 1)
+def _within(ends: Array, *, gradual: bool) -> Array:
+    """Borders that bins need within an event: its begin and end (2,), and where it is gradual its course."""
+    return np.linspace(ends[0], ends[1], (EVENTS.fine_bins if gradual else 1) + 1)
 
 
 def _cut(edges: Array, k: int) -> Array:
