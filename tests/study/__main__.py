@@ -15,7 +15,7 @@ from study.trials.table import PAGE, table, write
 def main() -> None:
     """Run what is missing, and print the table."""
     asked = _arguments()
-    specs = [spec for spec in every(1 if asked.quick else asked.draws) if _wanted(spec, asked)]
+    specs = [spec for spec in every(1 if asked.quick else asked.draws, asked.first) if _wanted(spec, asked)]
     if not asked.summary:
         study(specs, asked.folder, asked.jobs, asked.patience, _say)
     results, keys = list(finished(asked.folder)), {spec.key for spec in specs}
@@ -28,6 +28,7 @@ def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="study", description=__doc__)
     parser.add_argument("--only", action="append", default=[], help="effect, or kind of trial; repeatable")
     parser.add_argument("--draws", type=int, default=DRAWS, help="of every effect at each size")
+    parser.add_argument("--first", type=int, default=0, help="number of the first draw: others are other machines")
     parser.add_argument(
         "--quick", action="store_true", help="one large draw of every effect, and the rest in proportion"
     )

@@ -13,6 +13,7 @@ from support.paths import ROOT
 
 from robotid.config.load import load
 from robotid.diagnosis.misfit.curve import Curve
+from study.conditional.plan import every as under_conditions
 from study.plant.catalogue import EFFECTS, UNKNOWN
 from study.plant.draw import draw
 from study.plant.experiment import Loop, Recording, experiment
@@ -85,6 +86,15 @@ def test_the_plan_is_what_was_asked_for() -> None:
     assert Counter(spec.kind for spec in specs) >= Counter(clean=50, pair=20, unknown=20)
     assert len({spec.key for spec in specs}) == len(specs)
     assert len({spec.names for spec in specs if spec.kind == "unknown"}) >= 4
+
+
+def test_draws_that_begin_at_another_number_are_as_many_and_others() -> None:
+    kinds, later = Counter(spec.kind for spec in every()), list(every(first=100))
+    assert Counter(spec.kind for spec in later) == kinds
+    assert not {spec.key for spec in later} & {spec.key for spec in every()}
+    conditional = [{spec.key for spec in under_conditions(3, 1, first)} for first in (0, 100)]
+    assert len(conditional[0]) == len(conditional[1])
+    assert not conditional[0] & conditional[1]
 
 
 def test_cost_is_the_misfit_beyond_the_noise() -> None:

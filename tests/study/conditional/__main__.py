@@ -20,12 +20,12 @@ def main() -> None:
     parser.add_argument("--only", action="append", default=[], help="condition, kind or name; repeatable")
     parser.add_argument("--clean", type=int, default=30, help="draws without an effect under each condition")
     parser.add_argument("--draws", type=int, default=2, help="of every effect and stranger")
+    parser.add_argument("--first", type=int, default=0, help="number of the first draw: others are other machines")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
     parser.add_argument("--folder", type=Path, default=ROOT / "trials" / "conditional", help="of the results")
     asked = parser.parse_args()
-    specs = [
-        s for s in every(asked.clean, asked.draws) if not asked.only or {s.condition, s.kind, s.name} & set(asked.only)
-    ]
+    planned = every(asked.clean, asked.draws, asked.first)
+    specs = [s for s in planned if not asked.only or {s.condition, s.kind, s.name} & set(asked.only)]
     print(table([_read(known) for known in resumed(specs, asked.folder, asked.jobs, run, _line)]))
 
 

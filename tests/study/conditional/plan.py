@@ -50,13 +50,14 @@ class Spec:
         return np.random.default_rng([crc32(f"{self.kind} {self.name}".encode()), self.number])
 
 
-def every(clean: int, draws: int) -> Iterator[Spec]:
-    """clean : draws of a machine without anything hidden under each condition; draws : of everything else."""
-    for number in range(max(clean, draws)):
+def every(clean: int, draws: int, first: int = 0) -> Iterator[Spec]:
+    """clean : draws of a machine without anything hidden under each condition; draws : of everything else; first :
+    number of the first of both."""
+    for number in range(first, first + max(clean, draws)):
         for condition in CONDITIONS:
-            if number < clean:
+            if number < first + clean:
                 yield Spec(condition, "clean", "none", number)
-            if number < draws:
+            if number < first + draws:
                 yield from (Spec(condition, "effect", name, number) for name in EFFECTS)
-        if number < draws:
+        if number < first + draws:
             yield from (Spec(PLAIN, kind, name, number) for name in STRANGERS for kind in ("stranger", "both"))

@@ -45,17 +45,18 @@ class Spec:
         return np.random.default_rng(crc32(self.key.encode()))
 
 
-def every(draws: int = DRAWS) -> Iterator[Spec]:
-    """The whole study; fewer draws shorten all of it in proportion."""
+def every(draws: int = DRAWS, first: int = 0) -> Iterator[Spec]:
+    """The whole study; fewer draws shorten all of it in proportion. first : number, by which draws differ that nobody
+    has seen."""
     share = draws / DRAWS
-    for number in range(draws):
+    for number in range(first, first + draws):
         for name in EFFECTS:
             yield from (Spec("effect", (name,), size, number) for size in SIZES)
-    yield from (Spec("clean", (), "none", number) for number in range(round(CLEAN * share)))
-    for number in range(max(1, round(UNKNOWN_DRAWS * share))):
+    yield from (Spec("clean", (), "none", number) for number in range(first, first + round(CLEAN * share)))
+    for number in range(first, first + max(1, round(UNKNOWN_DRAWS * share))):
         for name in UNKNOWN:
             yield from (Spec("unknown", (name,), size, number) for size in SIZES)
-    yield from (Spec("pair", pair, "small", k) for k, pair in enumerate(pairs(round(PAIRS * share))))
+    yield from (Spec("pair", pair, "small", k) for k, pair in enumerate(pairs(round(PAIRS * share)), first))
 
 
 def pairs(count: int) -> list[tuple[str, str]]:
