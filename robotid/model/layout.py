@@ -89,6 +89,12 @@ class Layout:
         return any(effect.companion_name for effect in self._effects)
 
     @property
+    def courses_read(self) -> frozenset[str]:
+        """Names of the signals of a recording on which its equations depend, of those that `along` lays beside it."""
+        read = {effect.companion_name for effect in self._effects if effect.companion_name}
+        return frozenset(read | {MOTOR_ANGLE} if self.follows_angle else read)
+
+    @property
     def depends_on_record(self) -> bool:
         """Whether its equations are not the same beside every record."""
         return bool(self.changes) or self.reads_companions or self.follows_angle

@@ -32,14 +32,15 @@ def beside_all(joints: Sequence[Joint]) -> InTurns | None:
     """One joint in place of several, each beside its recording; None where they are not of the same effects, or
     companions are not sampled alike."""
     first = joints[0]
-    if all(joint is first for joint in joints):
-        return InTurns(first)
-    if any(joint.placed is not first.placed or joint.companions.keys() != first.companions.keys() for joint in joints):
+    if any(joint.placed is not first.placed for joint in joints):
         return None
-    every = [course for joint in joints for course in joint.companions.values()]
+    read = first.courses_read
+    if not read or all(joint is first for joint in joints):
+        return InTurns(first)
+    every = [joint.companions[name] for joint in joints for name in read]
     longest = max(one.begin + (one.samples.shape[1] + 1) * one.sampling_time for one in every)
     turn = 2.0 ** ceil(log2(longest))  # a power of two keeps as many digits of the times as there can be
-    courses = {name: in_turns([joint.companions[name] for joint in joints], turn) for name in first.companions}
+    courses = {name: in_turns([joint.companions[name] for joint in joints], turn) for name in sorted(read)}
     together = copy(first)
     together.companions = {name: course for name, course in courses.items() if course is not None}
     return InTurns(together, turn) if len(together.companions) == len(courses) else None

@@ -122,6 +122,14 @@ def linearised_together(trajectories: Sequence[Trajectory], columns: DerivativeC
     return [steps.part(slice(a, b)) for a, b in pairwise(edges)]
 
 
+def linearised_each(trajectories: Sequence[Trajectory], columns: DerivativeColumns) -> list[Steps]:
+    """All steps of each trajectory, in memory at once; found together where that pays."""
+    among = shared_dynamics(trajectories) if len(trajectories) > 1 else None
+    if among is not None:
+        return linearised_together(trajectories, columns, among)
+    return [one.linearise(slice(0, len(one.u) - 1), columns) for one in trajectories]
+
+
 def shared_dynamics(trajectories: Sequence[Trajectory]) -> InTurns | None:
     """The joint of trajectories beside all their records, where they have the same parameters and are few enough to
     linearise at once."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -19,6 +18,9 @@ from robotid.diagnosis.refit.refitted_model import Unknowns
 from robotid.diagnosis.scoring.columns import columns
 from robotid.diagnosis.scoring.scan import Scan
 from robotid.model.array import Array
+from robotid.model.derivatives import DerivativeColumns
+from robotid.simulation.friction.step import Steps
+from robotid.simulation.trajectory import linearised_each
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,9 +69,11 @@ def even_edges(scans: Sequence[Scan], record: str) -> Array:
 @dataclass(frozen=True, slots=True, eq=False)
 class Known:
     """What is known of every segment, its first states projected out: known (m, n) columns and residual (n,) of each,
-    and for all together a basis (m, r) in which they are orthonormal, and the residual's part along it (r,)."""
+    and for all together a basis (m, r) in which they are orthonormal, and the residual's part along it (r,). steps : of
+    each, with the derivatives to forces."""
 
     scans: tuple[Scan, ...]
+    steps: tuple[Steps, ...]
     known: tuple[Array, ...]
     residuals: tuple[Array, ...]
     basis: Array
@@ -102,16 +106,20 @@ def known_columns(scans: Sequence[Scan], *, catalogue: bool) -> Known:
     total = np.sum([own @ own.T for own, _ in pairs], axis=0)
     moment = np.sum([own @ left for own, left in pairs], axis=0)
     basis = _basis(total)
-    return Known(tuple(scans), tuple(columns_of), tuple(residuals), basis, basis.T @ moment)
+    joint = scans[0].segment.trajectory.joint
+    steps = linearised_each(
+        [one.segment.trajectory for one in scans], DerivativeColumns(forces=tuple(range(joint.masses)))
+    )
+    return Known(tuple(scans), tuple(steps), tuple(columns_of), tuple(residuals), basis, basis.T @ moment)
 
 
 def binned(known: Known, edges: Mapping[str, Array]) -> list[BinnedRecord]:
     """The bins of every record that has edges, what is known projected out."""
     parts: dict[str, list[tuple[Array, Array, Array]]] = {name: [] for name in edges}
-    for one, columns_of, residual in zip(known.scans, known.known, known.residuals, strict=True):
+    for one, steps, columns_of, residual in zip(known.scans, known.steps, known.known, known.residuals, strict=True):
         name = one.segment.record.name
         if name in edges:
-            own = _answers(one, edges[name])
+            own = _answers(one, steps, edges[name])
             parts[name].append((own @ own.T, own @ residual, own @ columns_of.T))
     return [_joined(name, edges[name], found, known) for name, found in parts.items()]
 
@@ -127,19 +135,22 @@ def _joined(name: str, edges: Array, parts: Sequence[tuple[Array, Array, Array]]
     )
 
 
-def _answers(one: Scan, edges: Array) -> Array:
+def _answers(one: Scan, steps: Steps, edges: Array) -> Array:
     """The whitened output's answer to a unit torque in each bin, and then to unit friction, (2 B, n), beyond the first
     states."""
     record, b = one.segment.record, len(edges) - 1
-    t, h = record.t, record.sampling_time
-    shares = np.stack([np.clip(np.minimum(t + h, hi) - np.maximum(t, lo), 0.0, h) / h for lo, hi in pairwise(edges)])
-    forces = np.zeros((one.segment.trajectory.joint.masses, 2 * b, len(record)))
-    forces[0, :b], forces[0, b:] = shares, -direction(record.dphi_m) * shares
-    acting = np.flatnonzero(forces.any(axis=(0, 2)))  # bins outside this segment have no answer
-    answers = columns(one.segment.trajectory, record, Unknowns(one.unknowns.output), (), forces[:, acting]).forces
-    found = np.zeros((2 * b, len(record)))
-    found[acting] = _beyond_all(one.whitening(answers), one.whitening(one.signals[: one.states]))
-    return found
+    t, h, found = record.t, record.sampling_time, np.zeros((2, b, len(record)))
+    within = np.flatnonzero((edges[1:] > t[0]) & (edges[:-1] < t[-1] + h))  # the others have no answer here
+    if not within.size:
+        return found.reshape(2 * b, -1)
+    begins, ends = edges[within, None], edges[within + 1, None]
+    shares = np.clip(np.minimum(t + h, ends) - np.maximum(t, begins), 0.0, h) / h
+    forces = np.zeros((one.segment.trajectory.joint.masses, 2 * within.size, len(record)))
+    forces[0] = np.concatenate([shares, -direction(record.dphi_m) * shares])
+    answers = columns(one.segment.trajectory, record, Unknowns(one.unknowns.output), (), forces, steps).forces
+    own = _beyond_all(one.whitening(answers), one.whitening(one.signals[: one.states]))
+    found[:, within] = own.reshape(2, within.size, -1)
+    return found.reshape(2 * b, -1)
 
 
 def _beyond_all(signals: Array, others: Array) -> Array:

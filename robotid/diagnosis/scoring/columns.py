@@ -13,6 +13,7 @@ from robotid.diagnosis.scoring.measured_motion import as_measured, with_angle
 from robotid.estimate.residual import output_columns, output_rows
 from robotid.model.array import Array
 from robotid.signals.record import Record
+from robotid.simulation.friction.step import Steps
 from robotid.simulation.sensitivities import sensitivities
 from robotid.simulation.trajectory import Trajectory
 
@@ -35,10 +36,12 @@ def columns(
     unknowns: Unknowns,
     candidates: Sequence[EffectCandidate],
     forces: Array | None = None,
+    steps: Steps | None = None,
 ) -> Columns:
     """All columns of one record in one banded solve.
 
-    forces : (nv, m, n) generalised forces [Nm] of one's own, each constant over its interval.
+    forces : (nv, m, n) generalised forces [Nm] of one's own, each constant over its interval; steps : as of
+    `sensitivities`.
     """
     output, n = unknowns.output, len(record)
     groups = _groups(candidates)
@@ -52,6 +55,7 @@ def columns(
         output_rows(trajectory.joint, output, trajectory.speed_origin),
         unknowns.first_states,
         _joined([*driving, own]),
+        steps,
     )
     outer = output_columns(trajectory, output, unknowns.parameters, inner)
     p, s = len(unknowns.parameters), len(unknowns.first_states)

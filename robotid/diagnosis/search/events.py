@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from robotid.diagnosis.results import Event
 from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate
 from robotid.diagnosis.scoring.catalogue_candidates import candidates
 from robotid.diagnosis.scoring.projection import Projected, project
-from robotid.diagnosis.scoring.scan import scans
+from robotid.diagnosis.scoring.scan import Scan, scans
 from robotid.diagnosis.scoring.score_test import Score, score
 from robotid.diagnosis.search.coloured import blocks_with, by_noise, judged_along_the_motion, left_by
 from robotid.diagnosis.search.data import Evidence
@@ -49,10 +50,38 @@ class SeenEvent:
     energy: float = np.inf
 
 
+class ModelInPieces:
+    """What a model leaves on all records cut into pieces, those that validate among them: an event there would be
+    counted against every cause. Each simulation and search is made when it is first asked for, and kept.
+
+    diagnosed : the model of the evidence; model : with its parameters as they are; data : of whose noise. What is asked
+    for raises NumericsError where a piece cannot be simulated, and OutOfTime.
+    """
+
+    def __init__(self, evidence: Evidence, model: RefittedModel, data: EvaluationData) -> None:
+        self.diagnosed, self.model, self.data = evidence.model, model, data
+
+    @cached_property
+    def pieces(self) -> list[SegmentFit]:
+        """All pieces, each from the first states that suit it best."""
+        return self.cut()
+
+    @cached_property
+    def placed(self) -> PlacedEvents:
+        """The largest events beside the fitted parameters."""
+        return placed_events(self.scans())
+
+    def scans(self, candidates: Sequence[EffectCandidate] = ()) -> tuple[Scan, ...]:
+        """The columns of all pieces."""
+        return scans(self.pieces, self.model.unknowns, candidates)
+
+    def cut(self, count: int | None = None) -> list[SegmentFit]:
+        """The records in so many pieces, absent: as many as events are sought in."""
+        return simulated_pieces(self.diagnosed, self.model, (*self.data.fitted, *self.data.validation), count)
+
+
 def largest_event(
-    evidence: Evidence,
-    model: RefittedModel,
-    data: EvaluationData,
+    records: ModelInPieces,
     criteria: Criteria,
     scores: Sequence[Score] = (),
     least: float = 0.0,
@@ -65,23 +94,21 @@ def largest_event(
     misfit that one explains which leads; doubtful : one that explains no more than a share of it that is worth a word
     will do, and one that leads, where none is certain.
 
-    scores : of candidates on whole records, best first, which tell what the event is to be compared with. The records
-    are simulated in pieces, those that validate among them: an event there would be counted against every cause.
+    scores : of candidates on whole records, best first, which tell what the event is to be compared with.
     """
+    model, data = records.model, records.data
     if not leaves_something(model, data) or CERTAINLY * data.energy(model.fitted, model.validation) < least:
         return None
     missing = candidates(model.structure, model.output, criteria.skip)
     try:
-        pieces = simulated_pieces(evidence.model, model, (*data.fitted, *data.validation))
-        placed = placed_events(scans(pieces, model.unknowns, ()))
-        share = ACCEPTANCE.unknown_share if doubtful else 0.0
+        placed, share = records.placed, ACCEPTANCE.unknown_share if doubtful else 0.0
         if (
             placed.energy < least
             or placed.share < share
-            or not (doubtful or _may_lead(placed, pieces, model, _best(scores, missing), least_share))
+            or not (doubtful or _may_lead(records, _best(scores, missing), least_share))
         ):
             return None
-        seen = scans(pieces, model.unknowns, missing)
+        seen = records.scans(missing)
     except (NumericsError, OutOfTime):
         return None
     found = find_event(seen, criteria.significance, placed, doubtful=doubtful)
@@ -90,18 +117,16 @@ def largest_event(
     rival = max((one.energy for one in score(project(seen), missing)), default=0.0)
     leading = leads(found.energy, rival, found.share, least_share)
     certain = found.event.p_value < criteria.significance
-    if not ((leading or certain) and _is_of_no_cut(found, evidence, model, data)):
+    if not ((leading or certain) and _is_of_no_cut(found, records)):
         return None
     return SeenEvent(found.event, leading, found.energy)
 
 
-def _is_of_no_cut(found: FoundEvent, evidence: Evidence, model: RefittedModel, data: EvaluationData) -> bool:
+def _is_of_no_cut(found: FoundEvent, records: ModelInPieces) -> bool:
     """Whether an event shows where the records are cut elsewhere, too. A piece that begins as a motor comes to rest or
     sets off has a first state that no linear model tells, and leaves a burst there."""
-    segments = (*data.fitted, *data.validation)
     try:
-        pieces = simulated_pieces(evidence.model, model, segments, EVENTS.pieces + 1)
-        again = energy_of(found.event, scans(pieces, model.unknowns, ()))
+        again = energy_of(found.event, scans(records.cut(EVENTS.pieces + 1), records.model.unknowns, ()))
     except (NumericsError, OutOfTime):
         return False
     return shows_again(again, found.energy)
@@ -121,24 +146,19 @@ def _best(scores: Sequence[Score], missing: Sequence[EffectCandidate]) -> list[E
     return list(found.values())[:RIVALS]
 
 
-def _may_lead(
-    placed: PlacedEvents,
-    pieces: Sequence[SegmentFit],
-    model: RefittedModel,
-    some: Sequence[EffectCandidate],
-    least_share: float | None,
-) -> bool:
+def _may_lead(records: ModelInPieces, some: Sequence[EffectCandidate], least_share: float | None) -> bool:
     """Whether the largest event may lead, as far as some candidates show."""
+    placed = records.placed
     if not leads(placed.energy, 0.0, placed.share, least_share):  # without any work
         return False
-    return leads(placed.energy, _rival_among(pieces, model, some), placed.share, least_share)
+    return leads(placed.energy, _rival_among(records, some), placed.share, least_share)
 
 
-def _rival_among(pieces: Sequence[SegmentFit], model: RefittedModel, some: Sequence[EffectCandidate]) -> float:
+def _rival_among(records: ModelInPieces, some: Sequence[EffectCandidate]) -> float:
     """The most energy that one of some candidates explains on these pieces."""
     if not some:
         return 0.0
-    return max(one.energy for one in score(project(scans(pieces, model.unknowns, some)), some))
+    return max(one.energy for one in score(project(records.scans(some)), some))
 
 
 def placed_again(

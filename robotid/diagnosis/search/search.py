@@ -26,6 +26,7 @@ from robotid.diagnosis.search.beside_curve import explain_most, with_causes, wit
 from robotid.diagnosis.search.coloured import in_colour, judged_along_the_motion, left_by
 from robotid.diagnosis.search.data import Evidence, first_state, renew_noise, settled_state
 from robotid.diagnosis.search.events import (
+    ModelInPieces,
     SeenEvent,
     is_fitted,
     largest_event,
@@ -92,9 +93,10 @@ def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState 
 
 def _searched(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState) -> SearchResult:
     """What is missing, events by the noise of the sensors. begun : the first state of the evidence, scored."""
-    result, plain = _beside_events(evidence, criteria, log, begun)
+    whole = ModelInPieces(evidence, begun.first, begun.data)
+    result, plain = _beside_events(evidence, criteria, log, begun, whole)
     if not (result.events or result.late or (leaves_only_noise(result) and (result.causes or not prevail(result)))):
-        result = _beside_lesser_events(evidence, result, begun, criteria, log)
+        result = _beside_lesser_events(evidence, result, whole, criteria, log)
         return _beside_curve(evidence, result, criteria, log) if not result.events else result
     if not (result.events and result.causes) or result.late:
         return result
@@ -114,10 +116,11 @@ def _needs_events(result: SearchResult, plain: SearchResult) -> bool:
 
 
 def _beside_events(
-    evidence: Evidence, criteria: Criteria, log: Log, start: SearchState
+    evidence: Evidence, criteria: Criteria, log: Log, start: SearchState, records: ModelInPieces
 ) -> tuple[SearchResult, SearchResult | None]:
     """What is found once the events are set aside, with these; and what was found with all of them in the records,
-    where that was searched before an event showed. start : the first state of the evidence, scored."""
+    where that was searched before an event showed. start : the first state of the evidence, scored; records : in
+    pieces, by its model."""
     events, settled, plain = list[Event](), False, None
     while True:
         more = not settled and len(events) < EVENTS.max_events
@@ -125,7 +128,7 @@ def _beside_events(
             with deadline(None):
                 start = start if start.rounds else _scored(start, criteria, log)
                 log("looking for events")
-        seen = largest_event(evidence, start.first, start.data, criteria, start.round.scores) if more else None
+        seen = largest_event(records, criteria, start.round.scores) if more else None
         result = None
         if seen is None or not seen.leading:
             known = None if events else plain
@@ -135,7 +138,8 @@ def _beside_events(
             least = ACCEPTANCE.unknown_share * misfit_energy(result.first, start.data) if late else 0.0
             scores = result.rounds[-1].scores if late else ()
             # By the noise of the sensors: as an error of the torque an event would be part of the noise.
-            seen = largest_event(evidence, result.last, start.data, criteria, scores, least) if late else None
+            beside = ModelInPieces(evidence, result.last, start.data)
+            seen = largest_event(beside, criteria, scores, least) if late else None
             if seen is None or not seen.leading or seen.energy < least:
                 return (replace(result, events=tuple(events)) if events else result), plain
         try:
@@ -143,6 +147,7 @@ def _beside_events(
             settled = aside is None
             if aside is not None:
                 event, evidence, start = aside
+                records = ModelInPieces(evidence, start.first, start.data)
                 events.append(event)
         except NumericsError:  # records without it cannot be simulated: they keep it
             settled = True
@@ -153,22 +158,23 @@ def _beside_events(
 
 
 def _beside_lesser_events(
-    evidence: Evidence, found: SearchResult, start: SearchState, criteria: Criteria, log: Log
+    evidence: Evidence, found: SearchResult, records: ModelInPieces, criteria: Criteria, log: Log
 ) -> SearchResult:
     """What is found once events are set aside that are but a part of what is missing or that effects together might
     pass for, where they and causes leave no more than noise, or they alone next to nothing, and each stands out of what
-    is left; else what was found without. start : the first state of the evidence."""
+    is left; else what was found without. records : in pieces, by the model before the causes."""
     log("looking for events beside causes")
-    events = list[Event]()
+    events, start = list[Event](), None
     try:
         while len(events) < EVENTS.max_events:
-            seen = _lesser_event(evidence, found, start, criteria)
+            seen = _lesser_event(records, found, criteria)
             aside = None if seen is None else _set_aside(evidence, seen.event, criteria)
             if aside is None:
                 break
             event, evidence, start = aside
+            records = ModelInPieces(evidence, start.first, start.data)
             events.append(event)
-        if not events:
+        if start is None:
             return found
         again = _by_each_noise(evidence, _scored(start, criteria, log), criteria, log)
         first, plain = found.first, is_plain(found.first, found.data)
@@ -182,13 +188,13 @@ def _beside_lesser_events(
         return replace(found, late=True, unexamined=(ONCE, *found.unexamined))
 
 
-def _lesser_event(evidence: Evidence, found: SearchResult, start: SearchState, criteria: Criteria) -> SeenEvent | None:
+def _lesser_event(records: ModelInPieces, found: SearchResult, criteria: Criteria) -> SeenEvent | None:
     """The next event that may be but a part of what is missing. Beside causes it leads; and where all that was found to
     be left passes for errors of the torque, it is certain, too, and on a record of the fit."""
     passes = leaves_only_noise(found)
     share = ACCEPTANCE.unknown_share if passes else None
-    seen = largest_event(evidence, start.first, start.data, criteria, least_share=share, doubtful=not passes)
-    if seen is None or (passes and not is_fitted(seen.event, start.first)):
+    seen = largest_event(records, criteria, least_share=share, doubtful=not passes)
+    if seen is None or (passes and not is_fitted(seen.event, records.model)):
         return None
     return seen if seen.leading or not (found.causes or passes) else None
 

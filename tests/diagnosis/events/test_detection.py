@@ -19,7 +19,7 @@ from robotid.diagnosis.scoring.candidate import EffectCandidate
 from robotid.diagnosis.scoring.scan import Scan, scans
 from robotid.diagnosis.search import events as searching
 from robotid.diagnosis.search.data import Evidence, first_state
-from robotid.diagnosis.search.events import largest_event
+from robotid.diagnosis.search.events import ModelInPieces, largest_event
 from robotid.estimate.fitted_model import fitted_model, simulate_record
 from robotid.extension import extension_task
 from robotid.report.tables.diagnose import sentence
@@ -121,7 +121,7 @@ def test_a_push_is_reported_beside_the_verdict_and_no_cause_is_named_for_it() ->
 
 def test_no_event_is_sought_that_could_not_be_worth_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where no event can explain enough, no record is simulated; where none can lead, no catalogue is scored, and one
-    that could is compared with the best effects first."""
+    that could is compared with the best effects first. What was simulated once is not simulated again."""
     made = eventful(None, "stribeck")
     model = fitted_model(fitted(list(made)))
     evidence = Evidence(model, [simulate_record(model, r) for r in made if r.name in model.records], [])
@@ -135,14 +135,14 @@ def test_no_event_is_sought_that_could_not_be_worth_it(monkeypatch: pytest.Monke
         return scans(segments, unknowns, some)
 
     monkeypatch.setattr(searching, "scans", counted)
-    arguments = evidence, start.first, start.data, Criteria(), start.round.scores
-    assert largest_event(*arguments) is None
-    assert asked == [0]
-    assert largest_event(*arguments, least=3.0 * start.first.energy) is None
+    records, arguments = ModelInPieces(evidence, start.first, start.data), (Criteria(), start.round.scores)
+    assert largest_event(records, *arguments, least=3.0 * start.first.energy) is None
+    assert asked == []
+    assert largest_event(records, *arguments) is None
     assert asked == [0]
     monkeypatch.setattr(searching, "leads", lambda energy, rival, *_: rival == 0.0)
-    assert largest_event(*arguments) is None
-    assert asked == [0, 0, searching.RIVALS]
+    assert largest_event(records, *arguments) is None
+    assert asked == [0, searching.RIVALS]
 
 
 def test_what_shows_only_where_a_piece_begins_is_no_event(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -158,7 +158,7 @@ def test_what_shows_only_where_a_piece_begins_is_no_event(monkeypatch: pytest.Mo
         return energies[-1]
 
     monkeypatch.setattr(searching, "energy_of", told)
-    arguments = evidence, start.first, start.data, Criteria(), start.round.scores
+    arguments = ModelInPieces(evidence, start.first, start.data), Criteria(), start.round.scores
     seen = largest_event(*arguments)
     assert seen is not None
     assert energies == [pytest.approx(seen.energy, rel=0.5)]
