@@ -21,6 +21,7 @@ from robotid.estimate.sensing import joint_for
 from robotid.model.array import Array
 from robotid.model.port import Port
 from robotid.model.structure import changed
+from robotid.parallel import each
 from robotid.signals.record import SHORTEST_PIECE
 
 
@@ -83,25 +84,33 @@ class Halves:
         """Energy of what is left of the second part beyond the usual."""
         return after.energy - self.usual * len(after.residual)
 
+    @property
+    def second(self) -> Segment:
+        """The second part."""
+        return Segment(self.before.record, self.before.whitening)
+
     def with_values(self, candidates: Sequence[RecordChangeCandidate], values: Sequence[float]) -> Changed | None:
         """The record with changes of these values; None where it diverges."""
-        second = Segment(self.before.record, self.before.whitening)
-        after = simulated(self.model, second, candidates, values)
-        return None if after is None else Changed(tuple(candidates), tuple(values), after)
+        return _with_values(self.model, self.second, candidates, values)
 
     def with_changes(self, candidates: Sequence[RecordChangeCandidate]) -> Changed | None:
         """The record with the changes that its first part asks for, all at once; None where it diverges."""
-        names = tuple(one.name for one in candidates)
-        if names not in self.known:
-            values = _fitted_values(self.model, self.first, candidates)
-            self.known[names] = None if values is None else self.with_values(candidates, values)
-        return self.known[names]
+        (found,) = self._each_with_changes([tuple(candidates)])
+        return found
 
     def with_one_more(self, at: Changed, candidates: Sequence[RecordChangeCandidate]) -> list[Changed]:
         """The record with one change more of the candidates each, the one that carries over best first."""
-        further = [one for one in candidates if one not in at.candidates]
-        found = [self.with_changes((*at.candidates, one)) for one in further]
+        found = self._each_with_changes([(*at.candidates, one) for one in candidates if one not in at.candidates])
         return sorted((one for one in found if one is not None), key=lambda one: one.after.energy)
+
+    def _each_with_changes(self, sets: Sequence[tuple[RecordChangeCandidate, ...]]) -> list[Changed | None]:
+        """The record with each set of changes, as of `with_changes`."""
+        names = [tuple(one.name for one in candidates) for candidates in sets]
+        missing = {key: candidates for key, candidates in zip(names, sets, strict=True) if key not in self.known}
+        shared = replace(self.model, fitted=(), validation=()), self.first, self.second
+        found = each(_with_changes, shared, list(missing.values()), samples=len(self.first.record))
+        self.known.update(zip(missing, found, strict=True))
+        return [self.known[key] for key in names]
 
     def with_all(self, candidates: Sequence[RecordChangeCandidate]) -> Changed | None:
         """The record with changes that belong together, found all at once or one beside the other, whichever carries
@@ -111,6 +120,22 @@ class Halves:
             at = next(iter(self.with_one_more(at, candidates)), None)
         ends = [one for one in (at, self.with_changes(candidates)) if one is not None]
         return min(ends, key=lambda one: one.after.energy, default=None)
+
+
+def _with_values(
+    model: RefittedModel, second: Segment, candidates: Sequence[RecordChangeCandidate], values: Sequence[float]
+) -> Changed | None:
+    after = simulated(model, second, candidates, values)
+    return None if after is None else Changed(tuple(candidates), tuple(values), after)
+
+
+def _with_changes(
+    shared: tuple[RefittedModel, Segment, Segment], candidates: tuple[RecordChangeCandidate, ...]
+) -> Changed | None:
+    """The second part of a record with the changes that its first one asks for. shared : the model, and both parts."""
+    model, first, second = shared
+    values = _fitted_values(model, first, candidates)
+    return None if values is None else _with_values(model, second, candidates, values)
 
 
 def _place(candidate: RecordChangeCandidate) -> Port:

@@ -3,8 +3,9 @@ inertia and a weight. Found on their first part, tested on the second, and sized
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -51,6 +52,15 @@ class _Standing:
     complete: bool
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Joined:
+    """A validation record together with those of the fit. same : the model fitted to all of them without changes, None
+    where it cannot be simulated so."""
+
+    records: Together
+    same: RefittedModel | None
+
+
 def find_record_changes(
     model: RefittedModel, data: EvaluationData, usual: float, level: float
 ) -> tuple[RecordChange, ...]:
@@ -59,17 +69,29 @@ def find_record_changes(
     usual : energy a sample on the fitted segments, what the fit could still take left out; level : of significance.
     """
     found: dict[str, tuple[RecordChange, ...]] = {}
+
+    @cache
+    def joined(record: str) -> _Joined:
+        both = Together.of(model, data, {record})
+        return _Joined(both, both.refitted())
+
     for segment, seen in zip(data.validation, model.validation, strict=True):
-        changes = _of_record(model, data, segment, seen.residual, usual, level)
+        changes = _of_record(model, joined, segment, seen.residual, usual, level)
         if changes:
             found.setdefault(segment.record.name, changes)
     return tuple(change for changes in found.values() for change in changes)
 
 
 def _of_record(
-    model: RefittedModel, data: EvaluationData, segment: Segment, residual: Array, usual: float, level: float
+    model: RefittedModel,
+    joined: Callable[[str], _Joined],
+    segment: Segment,
+    residual: Array,
+    usual: float,
+    level: float,
 ) -> tuple[RecordChange, ...]:
-    """What changed on one record: what a payload changes, or anything, of which the simpler is taken."""
+    """What changed on one record: what a payload changes, or anything, of which the simpler is taken. joined : the
+    records of the fit with that one, by its name."""
     halves = Halves.of(model, segment, residual, usual)
     if halves is None:
         return ()
@@ -77,14 +99,13 @@ def _of_record(
     others = [*_growing(halves, level, 1 if payload else CHANGES.most)]  # one of any other kind is simpler still
     if not payload and not others:
         return ()
-    both = Together.of(model, data, {segment.record.name})
-    same = both.refitted()
+    both = joined(segment.record.name)
     for standing in sorted(filter(None, (payload, others)), key=_simplest):
         for one in reversed(standing):
-            changes = _apart(both, same, one.changes, usual, level)
+            changes = _apart(both, one.changes, usual, level)
             needed = tuple(one for one in changes if not abs(one.value) < ACCEPTANCE.amplitude_sigma * one.std)
             if 0 < len(needed) < len(changes):
-                changes = _apart(both, same, needed, usual, level) or changes
+                changes = _apart(both, needed, usual, level) or changes
             if changes:
                 return _with_gains(halves, segment, changes)
     return ()
@@ -170,11 +191,10 @@ def _p_value(before: SegmentFit, after: SegmentFit, parameters: int, usual: floa
     return max(by_noise, min(1.0, tried * held_out_gain((before,), (after,)).p_value))
 
 
-def _apart(
-    both: Together, same: RefittedModel | None, changes: tuple[RecordChange, ...], usual: float, level: float
-) -> tuple[RecordChange, ...]:
-    """Changes as a fit to all records finds them, none where parameters may be the same there: `same`, the fit without
-    changes, must leave a misfit that they explain. Else the model's own records have only determined them badly."""
+def _apart(joined: _Joined, changes: tuple[RecordChange, ...], usual: float, level: float) -> tuple[RecordChange, ...]:
+    """Changes as a fit to all records finds them, none where parameters may be the same there: the fit without changes
+    must leave a misfit that they explain. Else the model's own records have only determined them badly."""
+    both, same = joined.records, joined.same
     if same is None:
         return changes
     apart = both.refitted({change.effect: change.value for change in changes})
