@@ -139,18 +139,22 @@ def accept_best(state: SearchState, refits: Sequence[CandidateRefit], steps: Ste
     """The state with the best cause of a round that stands all tests, and with those before it rejected.
 
     One that is rejected only because it may be noise, or because its gain may be chance, is a twin of what explains no
-    more and is accepted: by chance alone the one passes and the other does not. steps : from this state, or from one
-    with the same model and round.
+    more and is accepted: by chance alone the one passes and the other does not. Where there is no
+    cause at all, the first that only makes no sense imitates what is missing. steps : from this state, or from one with
+    the same model and round.
     """
+    rejected = list[RejectedCause]()
     for k, one in enumerate(refits):
         step = steps.to(one)
         why = objection(step, criteria)
         if why is None:
             doubted = [before for before in refits[:k] if _is_doubted(steps.to(before), step, criteria)]
+            state = state.with_rejected(*rejected)
             return state.with_cause(as_cause(state, [one, *doubted, *refits[k + 1 :]], step))
-        imitates = _is_only_senseless(step, criteria)
-        state = state.with_rejected(RejectedCause(one.effect, step.share, step.gain, why, imitates))
-    return state
+        rejected.append(RejectedCause(one.effect, step.share, step.gain, why))
+    senseless = (k for k, one in enumerate(refits) if _is_only_senseless(steps.to(one), criteria))
+    first = None if state.causes else next(senseless, None)
+    return state.with_rejected(*(replace(one, imitates=k == first) for k, one in enumerate(rejected)))
 
 
 def _is_only_senseless(step: Step, criteria: Criteria) -> bool:

@@ -49,7 +49,8 @@ class AcceptedCause:
 @dataclass(frozen=True, slots=True)
 class RejectedCause:
     """An effect that was refitted and rejected. explained and gain as of `AcceptedCause`; why : in words; imitates : it
-    stands every test but that its parameters make sense, so that something else acts like it."""
+    stands every test but that its parameters make sense, so that something else acts like it; asked where no cause is
+    found, of the first that does."""
 
     effect: str
     explained: float
