@@ -110,11 +110,12 @@ class Role(StrEnum):
 @dataclass(frozen=True, slots=True)
 class Extreme:
     """What an effect becomes where one of its parameters reaches a bound. parameter : its symbol; effect : name of the
-    other effect, at the same port; values : symbols of own parameters by those of the other's that they become."""
+    other effect, at the same port; values : of which own parameters the product becomes each of the other's, by
+    symbols."""
 
     parameter: str
     effect: str
-    values: Mapping[str, str]
+    values: Mapping[str, tuple[str, ...]]
 
 
 @dataclass(frozen=True, slots=True)

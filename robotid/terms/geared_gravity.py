@@ -53,6 +53,9 @@ class GearedGravity(Wave):
     )
     formula = "G sin(r x) + H cos(r x)"
     # Where the arm hardly turns; and a torque that is constant while the motor turns is as good an explanation.
-    extremes = (Extreme("r", "constant_torque", {"tau0": "H"}), Extreme("r", "asymmetric_coulomb", {"dFc": "H"}))
+    extremes = (
+        Extreme("r", "constant_torque", {"tau0": ("H",)}),
+        Extreme("r", "asymmetric_coulomb", {"dFc": ("H",)}),
+    )
     source = "Siciliano, Sciavicco, Villani & Oriolo 2009, Robotics, section 7.3"
     signature = "a slow function of motor angle, over many turns"

@@ -38,7 +38,7 @@ class SoftSpring(MotionTransform):
     source = "ISO 9283 and makers' hysteresis curves (lost motion); Taghirad & Belanger 1998, J. Dynamic Systems 120(1)"
     signature = "a resonance that falls at small amplitude"
     edges = ("upper", "lower")
-    extremes = (Extreme("s", "backlash", {"gap": "xs"}),)
+    extremes = (Extreme("s", "backlash", {"gap": ("s", "xs")}),)
 
     def distance(self, m: Motion, p: Sequence[float]) -> tuple[Array, Array]:
         return m.x - p[1], m.x + p[1]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import prod
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel, carried, exten
 from robotid.diagnosis.scoring.candidate import Candidate
 from robotid.diagnosis.scoring.ranking import best_of_each
 from robotid.diagnosis.scoring.score_test import Score
+from robotid.diagnosis.search.events import leaves_something
 from robotid.diagnosis.search.physical_sense import deviation
 from robotid.diagnosis.search.settings import ACCEPTANCE, CHOICE
 from robotid.diagnosis.search.state import Log, SearchState
@@ -178,15 +180,20 @@ def _simulated(direct: Sequence[RefittedModel | None], k: int) -> tuple[Refitted
 
 def _at_extremes(refits: Sequence[CandidateRefit], state: SearchState, log: Log) -> Iterator[CandidateRefit]:
     """What effects become that end where one of their parameters is as good as at its bound, fitted from there: the
-    simpler law may have scored too little to be refitted, or lost its way."""
+    simpler law may have scored too little to be refitted, or lost its way. The best of them may imitate what it would
+    become, short of the bound, where it leaves more than noise."""
     scores = {one.candidate.name: one for one in reversed(state.round.scores)}
+    best = min(refits, key=lambda one: information_criterion(one.model))
     for one in refits:
-        for name, extreme in _becomes(one):
+        for name, extreme in _becomes(one, everywhere=one is best and leaves_something(one.model, state.data)):
             score = scores.get(name)
             if score is None:
                 continue
             log(_announced(state, score, f"what {one.effect} becomes"))
-            own = {to: one.model.parameters[f"{one.effect}.{symbol}"] for to, symbol in extreme.values.items()}
+            own = {
+                to: prod(one.model.parameters[f"{one.effect}.{symbol}"] for symbol in symbols)
+                for to, symbols in extreme.values.items()
+            }
             structure, parameters = reduced(one.model, one.effect)
             structure = with_effect(structure, score.candidate.name)
             start = carried(parameters, structure, {f"{score.candidate.name}.{to}": v for to, v in own.items()})
@@ -197,11 +204,12 @@ def _at_extremes(refits: Sequence[CandidateRefit], state: SearchState, log: Log)
             yield CandidateRefit(replace(score, energy=one.score.energy), after)
 
 
-def _becomes(one: CandidateRefit) -> Iterator[tuple[str, Extreme]]:
-    """The effects that a refitted one is as good as, for a parameter of it is at its bound, by name."""
+def _becomes(one: CandidateRefit, *, everywhere: bool = False) -> Iterator[tuple[str, Extreme]]:
+    """The effects that a refitted one is as good as, for a parameter of it is at its bound, by name; or those that it
+    would be there."""
     port, _, name = one.effect.partition(".")
     for extreme in getattr(EFFECTS.get(name), "extremes", ()):
-        if _is_at_bound(one.model, f"{one.effect}.{extreme.parameter}"):
+        if everywhere or _is_at_bound(one.model, f"{one.effect}.{extreme.parameter}"):
             yield f"{port}.{extreme.effect}", extreme
 
 

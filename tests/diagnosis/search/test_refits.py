@@ -199,3 +199,17 @@ def test_an_effect_at_a_bound_stands_behind_the_simpler_ones_that_it_becomes() -
     ordered = [one.effect for one in refits.simpler_first([*found, *simpler], state)]
     assert ordered == ["motor.constant_torque", "motor.asymmetric_coulomb", "motor.geared_gravity"]
     assert refits.simpler_first(found, state) == list(found)
+
+
+@pytest.mark.parametrize("leaves", [False, True])
+def test_what_the_best_would_become_at_a_bound_is_tried_where_it_leaves_more_than_noise(
+    monkeypatch: pytest.MonkeyPatch, *, leaves: bool
+) -> None:
+    """A refit may have ended at an imitation, short of the bound."""
+    state = begun(records({"motor.constant_torque.tau0": 0.05}), QUICK).scored(QUICK)
+    score = next(one for one in state.round.scores if one.candidate.name == "motor.geared_gravity")
+    found = refits._refits([score], state, lambda _: None).refits
+    monkeypatch.setattr(refits, "_is_at_bound", lambda *_: False)
+    monkeypatch.setattr(refits, "leaves_something", lambda *_: leaves)
+    simpler = [one.effect for one in refits._at_extremes(found, state, lambda _: None)]
+    assert simpler == leaves * ["motor.constant_torque", "motor.asymmetric_coulomb"]
