@@ -19,6 +19,7 @@ from robotid.diagnosis.search.coloured import Tried, are_too_few
 from robotid.diagnosis.search.constancy import is_not_constant
 from robotid.diagnosis.search.driven import starts_by_itself
 from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
+from robotid.diagnosis.search.record_apart import changed_apart
 from robotid.diagnosis.search.refits import (
     CandidateRefit,
     are_collinear,
@@ -131,7 +132,7 @@ class Steps:
         if one not in self.made:
             state, seen = self.state, self.state.round
             left_out, tried = seen.left_out(one.score), Tried.of(seen)
-            self.made[one] = Step(state.first, state.model, one.model, state.data, left_out, tried)
+            self.made[one] = Step(state.first, state.model, one.model, state.data, left_out, tried, one.confirmed)
         return self.made[one]
 
 
@@ -230,6 +231,15 @@ def accept_asked_for(state: SearchState, refits: Sequence[CandidateRefit], crite
     """The state with the best effect that the torque asks for along the measured motion and that stands all tests."""
     log("regressing the torque along the measured motion")
     found = asked_for(state, criteria)
+    effects = {one.effect for one in found}
+    others = [one for one in refits if one.effect not in effects]
+    return _with_first_that_stands(state, found, others, criteria, scored=False)
+
+
+def accept_apart(state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria, log: Log) -> SearchState:
+    """The state with the best change of one record, as a model of the others finds it, that stands all tests."""
+    log("fitting all records but one")
+    found = changed_apart(state, criteria)
     effects = {one.effect for one in found}
     others = [one for one in refits if one.effect not in effects]
     return _with_first_that_stands(state, found, others, criteria, scored=False)

@@ -32,10 +32,11 @@ from robotid.parallel import ahead
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CandidateRefit:
-    """A candidate as it scored, and the model refitted with it."""
+    """A candidate as it scored, and the model refitted with it. confirmed : as of `Step`."""
 
     score: Score
     model: RefittedModel
+    confirmed: float = 1.0
 
     @property
     def effect(self) -> str:

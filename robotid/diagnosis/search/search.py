@@ -15,6 +15,7 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.search.acceptance import (
     Steps,
+    accept_apart,
     accept_asked_for,
     accept_best,
     accept_from_the_start,
@@ -361,7 +362,8 @@ def usual_energy(result: SearchResult) -> float:
 def add_cause(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
     """The state with the best cause of the last round, from where the model is or from where its fit started, or with
     two that carry over only beside each other; where it explains little of a large misfit, with what the torque asks
-    for along the measured motion; where none stands its tests, with those that were rejected."""
+    for along the measured motion, or with what one record has another than a model of the others has; where none stands
+    its tests, with those that were rejected."""
     found, steps = refit_hopeful(state, criteria, log), Steps(state)
     extended = replace(accept_best(state, found.refits, steps, criteria), unexamined=found.unexamined)
     accepted = len(extended.causes) > len(state.causes)
@@ -374,6 +376,9 @@ def add_cause(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
             accepted and other.causes[-1].explained < extended.causes[-1].explained
         ):
             return other
+        apart = extended if accepted else accept_apart(extended, found.refits, criteria, log)
+        if len(apart.causes) > len(extended.causes):
+            return apart
     if accepted:
         return extended
     again = accept_from_the_start(extended, found.refits, steps, criteria, log)

@@ -29,7 +29,8 @@ class Step:
     """A model before and after a cause is added.
 
     first : the model that is diagnosed; left_out : what the cause explains of blocks of the fitted records by an
-    estimate from all others, None where that is not known; tried : what it is the best of.
+    estimate from all others, None where that is not known; tried : what it is the best of; confirmed : p-value of what
+    a part of the records that did not serve to find it shows of it.
     """
 
     first: RefittedModel
@@ -38,6 +39,7 @@ class Step:
     data: EvaluationData
     left_out: Gain | None = None
     tried: Tried = ALONE
+    confirmed: float = 1.0
 
     @cached_property
     def left(self) -> Left:
@@ -113,7 +115,7 @@ class Step:
     def p_value(self) -> float:
         """Of what the step adds being absent, by noise of any colour."""
         found = (p_value(self.after, one, self.left, self.tried, lambda: self.elsewhere) for one in self.added)
-        return max(found, default=0.0)
+        return min(max(found, default=0.0), self.tried.effects * self.confirmed)
 
 
 def _refitted(shared: tuple[Structure, EvaluationData, Trajectories], start: Parameters) -> RefittedModel | None:
