@@ -54,7 +54,8 @@ def test_an_effect_of_no_catalogue_is_told_as_unknown_with_its_shape(tmp_path: P
     assert result.correlation >= SHAPE
 
 
-@pytest.mark.parametrize("number", [0, pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [0, 3])
 def test_nothing_is_named_on_a_clean_machine(number: int, tmp_path: Path) -> None:
     result, _ = tried(f"clean-none-{number}", tmp_path)
     assert (result.verdict, result.causes) == ("clean", ())

@@ -305,7 +305,7 @@ def test_shares_are_of_what_causes_remove_where_only_simulations_explain_the_noi
     "size",
     [
         pytest.param(0.05, id="lost in torque errors"),
-        pytest.param(0.06, id="doubtful"),
+        pytest.param(0.06, id="doubtful", marks=pytest.mark.slow),
         pytest.param(0.08, id="of lesser share", marks=pytest.mark.slow),
         pytest.param(0.2, id="of most", marks=pytest.mark.slow),
     ],
