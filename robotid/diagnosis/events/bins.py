@@ -87,9 +87,16 @@ class Known:
         return sum(float(one @ one) - len(one) for one in left)
 
 
-def known_columns(scans: Sequence[Scan], *, catalogue: bool) -> Known:
+def steps_of(scans: Sequence[Scan]) -> tuple[Steps, ...]:
+    """The steps of every segment, with the derivatives to forces."""
+    masses = scans[0].segment.trajectory.joint.masses
+    wanted = DerivativeColumns(forces=tuple(range(masses)))
+    return tuple(linearised_each([one.segment.trajectory for one in scans], wanted))
+
+
+def known_columns(scans: Sequence[Scan], steps: Sequence[Steps], *, catalogue: bool) -> Known:
     """The columns of the fitted parameters; and, where the catalogue is to be known, too, those of all its effects, and
-    of the parameters as different in every record."""
+    of the parameters as different in every record. steps : as of `steps_of`."""
     columns_of, residuals = [], []
     names = list(dict.fromkeys(one.segment.record.name for one in scans))
     for one in scans:
@@ -106,10 +113,6 @@ def known_columns(scans: Sequence[Scan], *, catalogue: bool) -> Known:
     total = np.sum([own @ own.T for own, _ in pairs], axis=0)
     moment = np.sum([own @ left for own, left in pairs], axis=0)
     basis = _basis(total)
-    joint = scans[0].segment.trajectory.joint
-    steps = linearised_each(
-        [one.segment.trajectory for one in scans], DerivativeColumns(forces=tuple(range(joint.masses)))
-    )
     return Known(tuple(scans), tuple(steps), tuple(columns_of), tuple(residuals), basis, basis.T @ moment)
 
 

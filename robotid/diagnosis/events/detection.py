@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robotid.diagnosis.events.bins import BinnedRecord, Known, binned, even_edges, known_columns
+from robotid.diagnosis.events.bins import BinnedRecord, Known, binned, even_edges, known_columns, steps_of
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.events.shapes import FRICTION, TORQUE, Shape, best_shapes, significance, strength
 from robotid.diagnosis.events.wander import beside_wander
@@ -68,7 +68,10 @@ def placed_events(scans: Sequence[Scan]) -> PlacedEvents:
     """The largest events of all records. scans : segments with the columns of the fitted parameters; others do not
     count."""
     names = list(dict.fromkeys(one.segment.record.name for one in scans))
-    even, plain = {name: even_edges(scans, name) for name in names}, known_columns(scans, catalogue=False)
+    even, plain = (
+        {name: even_edges(scans, name) for name in names},
+        known_columns(scans, steps_of(scans), catalogue=False),
+    )
     coarse = [_Placed(seen, shape) for seen in binned(plain, even) for shape in best_shapes(seen)]
     fine = (_finely(plain, one, even[one.seen.record]) for one in _best_of_each(hopeful(coarse)))
     return PlacedEvents(plain, even, tuple(fine))
@@ -85,7 +88,7 @@ def find_event(
     explains most of all. None where there is none.
     """
     placed = placed_events(scans) if placed is None else placed
-    beside, even = known_columns(scans, catalogue=True), placed.even
+    beside, even = known_columns(scans, placed.plain.steps, catalogue=True), placed.even
     tries, others = tries_among(even), binned(beside, even)
     found = [_judged(one, placed.plain, beside, others, tries) for one in placed.events]
     records = [one.segment.record for one in scans]
@@ -121,7 +124,8 @@ def energy_of(event: Event, scans: Sequence[Scan]) -> float:
     which may be cut elsewhere."""
     even, column = even_edges(scans, event.record), FRICTION if event.friction else TORQUE
     shape, ends = Shape(event.kind, column, 0, 0, event.gradual), np.clip([event.start, event.end], even[0], even[-1])
-    return _placed_between(ends, shape, known_columns(scans, catalogue=False), event.record, even).energy
+    known = known_columns(scans, steps_of(scans), catalogue=False)
+    return _placed_between(ends, shape, known, event.record, even).energy
 
 
 def hopeful(placed: Sequence[_Placed]) -> list[_Placed]:

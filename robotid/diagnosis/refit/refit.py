@@ -95,6 +95,17 @@ def refit(
     )
 
 
+def refit_to_confirm(
+    structure: Structure, start: Parameters, data: EvaluationData, near: Trajectories
+) -> RefittedModel | None:
+    """A model that may turn out to be none, refitted from given values; None where it cannot be simulated. near : as of
+    `refit`."""
+    try:
+        return refit(structure, [start], data, near, CONFIRMING)
+    except NumericsError:
+        return None
+
+
 def unknowns_of(problem: OutputError) -> Unknowns:
     """What a fit of this problem shapes."""
     return Unknowns(problem.output, problem.columns, problem.free_states)

@@ -52,6 +52,11 @@ class Round:
     candidates: tuple[Candidate, ...] = ()
 
     @property
+    def by_effect(self) -> dict[str, Score]:
+        """The best point of each effect's grid, by name, those that explain nothing among them."""
+        return {one.candidate.name: one for one in reversed(self.scores)}
+
+    @property
     def best_of_each(self) -> list[Score]:
         """The best point of each effect's grid, best first."""
         return best_of_each(self.scores)

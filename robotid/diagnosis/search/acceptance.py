@@ -140,9 +140,9 @@ def accept_best(state: SearchState, refits: Sequence[CandidateRefit], steps: Ste
     """The state with the best cause of a round that stands all tests, and with those before it rejected.
 
     One that is rejected only because it may be noise, or because its gain may be chance, is a twin of what explains no
-    more and is accepted: by chance alone the one passes and the other does not. Where there is no
-    cause at all, the first that only makes no sense imitates what is missing. steps : from this state, or from one with
-    the same model and round.
+    more and is accepted: by chance alone the one passes and the other does not. Where there is no cause at all, the
+    first that only makes no sense imitates what is missing. steps : from this state, or from one with the same model
+    and round.
     """
     rejected = list[RejectedCause]()
     for k, one in enumerate(refits):
@@ -218,8 +218,9 @@ def _with_first_that_stands(
     scored: bool = True,
 ) -> SearchState:
     """The state with the first of several refits that stands all tests, where one does; those after it, and then the
-    others, may be its twins. scored : they were found by the score."""
-    steps = Steps(state)
+    others of other effects, may be its twins. scored : they were found by the score."""
+    steps, effects = Steps(state), {one.effect for one in found}
+    others = [one for one in others if one.effect not in effects]
     for k, one in enumerate(found):
         step = steps.to(one)
         if objection(step, criteria) is None:
@@ -230,19 +231,16 @@ def _with_first_that_stands(
 def accept_asked_for(state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria, log: Log) -> SearchState:
     """The state with the best effect that the torque asks for along the measured motion and that stands all tests."""
     log("regressing the torque along the measured motion")
-    found = asked_for(state, criteria)
-    effects = {one.effect for one in found}
-    others = [one for one in refits if one.effect not in effects]
-    return _with_first_that_stands(state, found, others, criteria, scored=False)
+    return _with_first_that_stands(state, asked_for(state, criteria), refits, criteria, scored=False)
 
 
 def accept_apart(state: SearchState, refits: Sequence[CandidateRefit], criteria: Criteria, log: Log) -> SearchState:
-    """The state with the best change of one record, as a model of the others finds it, that stands all tests."""
+    """The state with the best change of one record, as a model of the others finds it, that stands all tests; asked
+    where the misfit is large."""
+    if state.misfit <= state.data.samples:
+        return state
     log("fitting all records but one")
-    found = changed_apart(state, criteria)
-    effects = {one.effect for one in found}
-    others = [one for one in refits if one.effect not in effects]
-    return _with_first_that_stands(state, found, others, criteria, scored=False)
+    return _with_first_that_stands(state, changed_apart(state, criteria), refits, criteria, scored=False)
 
 
 def accept_pair(

@@ -9,21 +9,21 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
 
 from robotid.diagnosis.noise.drawn import drawn_residuals
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
-from robotid.diagnosis.refit.refit import CONFIRMING, refit
+from robotid.diagnosis.refit.refit import refit_to_confirm
 from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, Trajectories, carried, segment_fit
 from robotid.diagnosis.search.settings import CHANGES
-from robotid.errors import NumericsError
 from robotid.model.array import Array
 from robotid.signals.record import Quantity
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Together:
     """A model, and the records of its fit with some that were held out of it: data : all of them to be fitted; near :
     how the model simulates them."""
@@ -41,6 +41,11 @@ class Together:
         own = replace(data, fitted=both, validation=())
         return cls(model, own, Trajectories(tuple(one.trajectory for one in near)))
 
+    @cached_property
+    def same(self) -> RefittedModel | None:
+        """The model fitted to all of them without changes; None where they cannot be simulated so."""
+        return self.refitted()
+
     def refitted(self, changes: Mapping[str, float] = MappingProxyType({})) -> RefittedModel | None:
         """The model fitted to all of them, with changes of a record that start at these values, by name; None where
         they cannot be simulated so."""
@@ -48,10 +53,7 @@ class Together:
         for effect in changes:
             structure = structure.extended(effect)
         start = carried(self.model.parameters, structure, changes)
-        try:
-            return refit(structure, [start], self.data, self.near, CONFIRMING)
-        except NumericsError:
-            return None
+        return refit_to_confirm(structure, start, self.data, self.near)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +74,7 @@ def agreement(model: RefittedModel, data: EvaluationData, usual: float) -> Agree
     names = _loud([segment_fit(segment, one.trajectory, data.output) for segment, one in pairs], usual, data.output)
     if not names:
         return Agreement()
-    together = Together.of(model, data, names).refitted()
+    together = Together.of(model, data, names).same
     loud = None if together is None else _loud(together.fitted, usual, data.output)
     if loud is None or set(loud).difference(names):
         return Agreement(apart=names)

@@ -84,14 +84,11 @@ class Halves:
         """Energy of what is left of the second part beyond the usual."""
         return after.energy - self.usual * len(after.residual)
 
-    @property
-    def second(self) -> Segment:
-        """The second part."""
-        return Segment(self.before.record, self.before.whitening)
-
     def with_values(self, candidates: Sequence[RecordChangeCandidate], values: Sequence[float]) -> Changed | None:
         """The record with changes of these values; None where it diverges."""
-        return _with_values(self.model, self.second, candidates, values)
+        second = Segment(self.before.record, self.before.whitening)
+        after = simulated(self.model, second, candidates, values)
+        return None if after is None else Changed(tuple(candidates), tuple(values), after)
 
     def with_changes(self, candidates: Sequence[RecordChangeCandidate]) -> Changed | None:
         """The record with the changes that its first part asks for, all at once; None where it diverges."""
@@ -107,7 +104,7 @@ class Halves:
         """The record with each set of changes, as of `with_changes`."""
         names = [tuple(one.name for one in candidates) for candidates in sets]
         missing = {key: candidates for key, candidates in zip(names, sets, strict=True) if key not in self.known}
-        shared = replace(self.model, fitted=(), validation=()), self.first, self.second
+        shared = replace(self, model=replace(self.model, fitted=(), validation=()), known={})
         found = each(_with_changes, shared, list(missing.values()), samples=len(self.first.record))
         self.known.update(zip(missing, found, strict=True))
         return [self.known[key] for key in names]
@@ -122,20 +119,10 @@ class Halves:
         return min(ends, key=lambda one: one.after.energy, default=None)
 
 
-def _with_values(
-    model: RefittedModel, second: Segment, candidates: Sequence[RecordChangeCandidate], values: Sequence[float]
-) -> Changed | None:
-    after = simulated(model, second, candidates, values)
-    return None if after is None else Changed(tuple(candidates), tuple(values), after)
-
-
-def _with_changes(
-    shared: tuple[RefittedModel, Segment, Segment], candidates: tuple[RecordChangeCandidate, ...]
-) -> Changed | None:
-    """The second part of a record with the changes that its first one asks for. shared : the model, and both parts."""
-    model, first, second = shared
-    values = _fitted_values(model, first, candidates)
-    return None if values is None else _with_values(model, second, candidates, values)
+def _with_changes(halves: Halves, candidates: tuple[RecordChangeCandidate, ...]) -> Changed | None:
+    """The record with the changes that its first part asks for; None where it diverges."""
+    values = _fitted_values(halves.model, halves.first, candidates)
+    return None if values is None else halves.with_values(candidates, values)
 
 
 def _place(candidate: RecordChangeCandidate) -> Port:

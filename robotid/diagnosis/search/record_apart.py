@@ -11,13 +11,12 @@ from dataclasses import dataclass, replace
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
-from robotid.diagnosis.refit.refit import CONFIRMING, refit
+from robotid.diagnosis.refit.refit import refit_to_confirm
 from robotid.diagnosis.refit.refitted_model import RefittedModel, Trajectories, carried
 from robotid.diagnosis.search.carry_over import held_out_gain
 from robotid.diagnosis.search.changed_record import Changed, Halves, simulated
 from robotid.diagnosis.search.refits import CandidateRefit, in_order, on_the_whole
 from robotid.diagnosis.search.state import SearchState
-from robotid.errors import NumericsError
 from robotid.model.parameters import Parameters
 from robotid.parallel import each
 
@@ -38,7 +37,7 @@ def changed_apart(state: SearchState, criteria: Criteria) -> list[CandidateRefit
     names = list(dict.fromkeys(one.record.name for one in state.data.fitted))
     if len(names) < 2:
         return []
-    scores = {one.candidate.name: one for one in reversed(state.round.scores)}
+    scores = state.round.by_effect
     found = each(_apart, (state.model, state.data), names, samples=state.data.samples)
     refits = list[CandidateRefit]()
     for one in found:
@@ -60,9 +59,8 @@ def _apart(around: tuple[RefittedModel, EvaluationData], name: str) -> _Apart | 
     other = [k for k in range(len(data.fitted)) if k not in own]
     alone = replace(data, fitted=tuple(data.fitted[k] for k in other), validation=())
     near = Trajectories(tuple(model.fitted[k].trajectory for k in other))
-    try:
-        others = refit(model.structure, [model.parameters], alone, near, CONFIRMING)
-    except NumericsError:
+    others = refit_to_confirm(model.structure, model.parameters, alone, near)
+    if others is None:
         return None
     longest = max((data.fitted[k] for k in own), key=lambda one: len(one.record))
     seen = simulated(others, longest)

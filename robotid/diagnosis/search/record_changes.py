@@ -52,15 +52,6 @@ class _Standing:
     complete: bool
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Joined:
-    """A validation record together with those of the fit. same : the model fitted to all of them without changes, None
-    where it cannot be simulated so."""
-
-    records: Together
-    same: RefittedModel | None
-
-
 def find_record_changes(
     model: RefittedModel, data: EvaluationData, usual: float, level: float
 ) -> tuple[RecordChange, ...]:
@@ -71,9 +62,8 @@ def find_record_changes(
     found: dict[str, tuple[RecordChange, ...]] = {}
 
     @cache
-    def joined(record: str) -> _Joined:
-        both = Together.of(model, data, {record})
-        return _Joined(both, both.refitted())
+    def joined(record: str) -> Together:
+        return Together.of(model, data, {record})
 
     for segment, seen in zip(data.validation, model.validation, strict=True):
         changes = _of_record(model, joined, segment, seen.residual, usual, level)
@@ -84,7 +74,7 @@ def find_record_changes(
 
 def _of_record(
     model: RefittedModel,
-    joined: Callable[[str], _Joined],
+    joined: Callable[[str], Together],
     segment: Segment,
     residual: Array,
     usual: float,
@@ -191,10 +181,10 @@ def _p_value(before: SegmentFit, after: SegmentFit, parameters: int, usual: floa
     return max(by_noise, min(1.0, tried * held_out_gain((before,), (after,)).p_value))
 
 
-def _apart(joined: _Joined, changes: tuple[RecordChange, ...], usual: float, level: float) -> tuple[RecordChange, ...]:
+def _apart(both: Together, changes: tuple[RecordChange, ...], usual: float, level: float) -> tuple[RecordChange, ...]:
     """Changes as a fit to all records finds them, none where parameters may be the same there: the fit without changes
     must leave a misfit that they explain. Else the model's own records have only determined them badly."""
-    both, same = joined.records, joined.same
+    same = both.same
     if same is None:
         return changes
     apart = both.refitted({change.effect: change.value for change in changes})

@@ -183,7 +183,7 @@ def _at_extremes(refits: Sequence[CandidateRefit], state: SearchState, log: Log)
     """What effects become that end where one of their parameters is as good as at its bound, fitted from there: the
     simpler law may have scored too little to be refitted, or lost its way. The best of them may imitate what it would
     become, short of the bound, where it leaves more than noise."""
-    scores = {one.candidate.name: one for one in reversed(state.round.scores)}
+    scores = state.round.by_effect
     best = min(refits, key=lambda one: information_criterion(one.model))
     for one in refits:
         for name, extreme in _becomes(one, everywhere=one is best and leaves_something(one.model, state.data)):

@@ -376,11 +376,11 @@ def add_cause(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
             accepted and other.causes[-1].explained < extended.causes[-1].explained
         ):
             return other
-        apart = extended if accepted else accept_apart(extended, found.refits, criteria, log)
-        if len(apart.causes) > len(extended.causes):
-            return apart
     if accepted:
         return extended
+    apart = accept_apart(extended, found.refits, criteria, log)
+    if len(apart.causes) > len(state.causes):
+        return apart
     again = accept_from_the_start(extended, found.refits, steps, criteria, log)
     if len(again.causes) > len(state.causes):
         return again

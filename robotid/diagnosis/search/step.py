@@ -10,13 +10,12 @@ import numpy as np
 
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
-from robotid.diagnosis.refit.refit import CONFIRMING, refit
+from robotid.diagnosis.refit.refit import refit_to_confirm
 from robotid.diagnosis.refit.refitted_model import RefittedModel, Trajectories
 from robotid.diagnosis.scoring.blocked_regression import Gain
 from robotid.diagnosis.search.coloured import ALONE, Left, Tried, confirmation, left_by, p_value
 from robotid.diagnosis.search.physical_sense import amplitudes, declarations
 from robotid.diagnosis.search.state import share_removed
-from robotid.errors import NumericsError
 from robotid.estimate.residual import measured_output
 from robotid.model.array import Array
 from robotid.model.parameters import Parameters
@@ -122,10 +121,7 @@ def _refitted(shared: tuple[Structure, EvaluationData, Trajectories], start: Par
     """A model refitted from given values, None where it cannot be. shared : its structure, the segments, and
     trajectories near to the solution."""
     structure, data, near = shared
-    try:
-        return refit(structure, [start], data, near, CONFIRMING)
-    except NumericsError:
-        return None
+    return refit_to_confirm(structure, start, data, near)
 
 
 def _squared(signals: Sequence[Array]) -> float:

@@ -9,9 +9,9 @@ import pytest
 from support.plain_models import plain_model
 from support.small_bench import idle_then_stribeck
 
+from robotid.diagnosis.refit import refit as refitting
 from robotid.diagnosis.refit.refit import refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel
-from robotid.diagnosis.search import step as steps
 from robotid.diagnosis.search.step import Step
 from robotid.errors import NumericsError
 from robotid.model.parameters import Parameters
@@ -29,7 +29,7 @@ def test_a_model_that_does_not_settle_on_records_held_out_is_not_simulated_for_e
             raise NumericsError("the simulation settles too slowly to be of use")
         return refit(*arguments)
 
-    monkeypatch.setattr(steps, "refit", unsettled)
+    monkeypatch.setattr(refitting, "refit", unsettled)
     step = Step(state.first, idle, both, state.data)
     assert step.elsewhere is None
     assert [one.careful for one in asked] == [True, True]
@@ -45,7 +45,7 @@ def test_records_held_out_confirm_a_cause_from_nothing_or_from_what_it_was(monke
         tried.extend(starts)
         return plain_model(next(energies))
 
-    monkeypatch.setattr(steps, "refit", refitted)
+    monkeypatch.setattr(refitting, "refit", refitted)
     for _ in range(2):
         found = Step(state.first, idle, both, state.data).elsewhere
         assert found is not None

@@ -107,6 +107,18 @@ def accompanied() -> tuple[Record, ...]:
     return tuple(made)
 
 
+def test_what_a_joint_does_not_read_keeps_no_records_apart() -> None:
+    """As a disturbance that one of them was recorded with."""
+    one, theta = joint()
+    first, *others = accompanied()
+    mixed = [one.along(record) for record in (replace(first, companions={}), *others)]
+    assert len({id(other) for other in mixed}) == 3
+    assert beside_all(mixed) is not None
+    records = [replace(first, companions={}), *others]
+    found = list(simulate_together(one, theta, records, [Start(np.zeros(one.nx))] * 3))
+    assert shared_dynamics(found) is not None
+
+
 BESIDE = {
     "follows": ("motor.cogging",),
     "reads": ("arm.pose_lever[q2]",),
