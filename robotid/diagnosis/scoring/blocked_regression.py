@@ -91,13 +91,13 @@ class BlockedRegression:
 
     def estimate(self) -> Array:
         """Least-squares estimate of all blocks together, (m,)."""
-        return _solve(self.information.sum(axis=0), self.moment.sum(axis=0))
+        return solved(self.information.sum(axis=0), self.moment.sum(axis=0))
 
     def left_out(self) -> Array:
         """The estimate from all blocks but one, for each block, (B, m)."""
         information, moment = self.information.sum(axis=0), self.moment.sum(axis=0)
         pairs = zip(self.information, self.moment, strict=True)
-        return np.stack([_solve(information - own, moment - part) for own, part in pairs])
+        return np.stack([solved(information - own, moment - part) for own, part in pairs])
 
     def covariance(self) -> Array:
         """Jackknife covariance of the estimate, (m, m), robust to any correlation within a block."""
@@ -108,7 +108,7 @@ class BlockedRegression:
         """Squared error that the regressors `at` explain beside the others, in all blocks together."""
         information, moment = self.information.sum(axis=0), self.moment.sum(axis=0)
         others = [k for k in range(len(moment)) if k not in set(at)]
-        few = _solve(information[np.ix_(others, others)], moment[others]) if others else np.zeros(0)
+        few = solved(information[np.ix_(others, others)], moment[others]) if others else np.zeros(0)
         return float(moment @ self.estimate() - moment[others] @ few)
 
     def significance(self, at: Sequence[int]) -> float:
@@ -171,7 +171,7 @@ class BlockedRegression:
         others = [j for j in range(m) if j != k]
         if others:
             total = self.information.sum(axis=0)
-            way[others] = -_solve(total[np.ix_(others, others)], total[others, k])
+            way[others] = -solved(total[np.ix_(others, others)], total[others, k])
         return scores @ way, np.einsum("i,bij,j->b", way, self.information, way)
 
     def _errors_left_out(self) -> Array:
@@ -227,9 +227,10 @@ def together(parts: Sequence[BlockedRegression]) -> BlockedRegression:
     )
 
 
-def _solve(information: Array, moment: Array) -> Array:
-    """The solution of least norm of normal equations whose unknowns are of unlike size."""
+def solved(information: Array, moment: Array) -> Array:
+    """The solution of least norm of normal equations whose unknowns are of unlike size. information (m, m), moment
+    (m,) or (m, k)."""
     scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
     scaled = information / np.outer(scale, scale)
     inverse = np.linalg.pinv(scaled, rcond=DEPENDENT, hermitian=True)
-    return np.asarray(inverse @ (moment / scale) / scale)
+    return np.asarray((inverse @ (moment.T / scale).T).T / scale).T

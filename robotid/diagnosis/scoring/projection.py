@@ -74,6 +74,16 @@ def project(scans: Sequence[Scan], changes: Sequence[RecordChangeCandidate] = ()
     return Projected(factor[k:, k:-1], factor[k:, -1], factor[:, k:-1], factor[:k, :k], factor[:k, k:], blocks)
 
 
+def without_states(one: Scan) -> Array:
+    """The columns of a segment's fitted parameters through its whitening, less what its first states take, (k, n)."""
+    white = one.bare.whitened
+    if not one.states:
+        return white[:-1]
+    basis = np.linalg.qr(white[: one.states].T)[0]
+    columns = white[one.states : -1]
+    return np.asarray(columns - (columns @ basis) @ basis.T)
+
+
 def _without_states(one: Scan, length: float) -> BlockedRegression:
     """The regression of a segment's residual on all its columns, less what its first states take of either."""
     white = one.whitened

@@ -86,13 +86,16 @@ def improves_too_little(step: Step, criteria: Criteria) -> str | None:
 
 
 def is_noise(step: Step, criteria: Criteria) -> str | None:
-    """A cause must stand out of noise of any colour."""
+    """A cause must stand out of noise of any colour, also where that passes along a motion that rests and reverses."""
     try:
-        if step.p_value < criteria.significance:
-            return None
+        found = step.p_value
+        if found < criteria.significance:
+            found = step.p_value_in_motion(criteria.significance)
     except NumericsError as error:
         return f"cannot be distinguished from noise: {error.what}"
-    return f"may be noise: torque errors as slow as those left may pass for it (p = {step.p_value:.2g})"
+    if found < criteria.significance:
+        return None
+    return f"may be noise: torque errors as slow as those left may pass for it (p = {found:.2g})"
 
 
 Objection = Callable[[Step, Criteria], str | None]

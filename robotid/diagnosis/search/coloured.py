@@ -20,7 +20,7 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, Un
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
 from robotid.diagnosis.scoring.projection import beyond, project
 from robotid.diagnosis.scoring.ranking import Round
-from robotid.diagnosis.scoring.scan import scan, scans
+from robotid.diagnosis.scoring.scan import Scan, scan, scans
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.model.array import Array
@@ -29,11 +29,13 @@ from robotid.model.array import Array
 @dataclass(frozen=True, slots=True, eq=False)
 class Left:
     """What a model leaves, linearised: the regression of its residual on the fitted parameters, in the unit of the
-    coloured noise, block by block of time. noise : that shows in it; energy : a sample, in its variances."""
+    coloured noise, block by block of time. noise : that shows in it; energy : a sample, in its variances; scans : the
+    columns of its segments through that noise."""
 
     blocks: BlockedRegression
     noise: ColouredNoise
     energy: float
+    scans: tuple[Scan, ...] = ()
 
 
 def left_by(model: RefittedModel, forces: Sequence[Array] | None = None) -> Left:
@@ -44,9 +46,9 @@ def left_by(model: RefittedModel, forces: Sequence[Array] | None = None) -> Left
     """
     seen = scans(model.fitted, model.unknowns, (), forces)
     noise = coloured_noise(model.fitted, [one.signals[:-1] for one in seen], model.output)
-    whitened = [one.whitened_as(segment) for one, segment in zip(seen, noise.segments, strict=True)]
+    whitened = tuple(one.whitened_as(segment) for one, segment in zip(seen, noise.segments, strict=True))
     projected = project(whitened)
-    return Left(projected.blocks, noise, projected.energy / model.samples)
+    return Left(projected.blocks, noise, projected.energy / model.samples, whitened)
 
 
 @dataclass(frozen=True, slots=True)

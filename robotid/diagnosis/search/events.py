@@ -23,10 +23,10 @@ from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.noise.drawn import drawn_residuals
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
-from robotid.diagnosis.results import Event
+from robotid.diagnosis.results import Event, EventKind
 from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate
 from robotid.diagnosis.scoring.catalogue_candidates import candidates
-from robotid.diagnosis.scoring.projection import Projected, project
+from robotid.diagnosis.scoring.projection import Projected, beyond, project
 from robotid.diagnosis.scoring.scan import Scan, scans
 from robotid.diagnosis.scoring.score_test import Score, score
 from robotid.diagnosis.search.coloured import blocks_with, by_noise, judged_along_the_motion, left_by
@@ -196,24 +196,31 @@ def resized(event: Event, model: RefittedModel) -> Event:
 
 
 def with_deviation(event: Event, model: RefittedModel) -> Event:
-    """An event that was taken out of the records of a model, with the deviation that its size has by the noise of any
-    colour which the model leaves, where that is larger than by the sensors' noise. Beside a torque that errs slowly,
-    reversals make of the errors what they make of the event, which only simulations know: the size is found in drawn
-    noise, too. One on a validation record stays as it is, and one for which there is no time."""
+    """An event that was taken out of the records of a model, with the deviation that its size has where its times are
+    known from the records only, by the noise of any colour which the model leaves, where that is larger than by the
+    sensors' noise. Beside a torque that errs slowly, reversals make of the errors what they make of the event, which
+    only simulations know: the size is found in drawn noise, too. One on a validation record stays as it is, and one for
+    which there is no time."""
     if not is_fitted(event, model):
         return event
+    forces = _unit_forces(event, model, free_in_time=True)
+    seen = scans(model.fitted, model.unknowns, (), forces)
+    _, energy = _size(project(seen))
+    by_sensors = max(1.0, model.energy / model.samples) / energy if energy > 0.0 else 0.0
+    event = replace(event, std=max(event.std, float(np.sqrt(by_sensors))))
     try:
-        sizes = _sizes_in_noise(event, model)
+        sizes = _sizes_in_noise(seen, forces, model)
     except (NumericsError, OutOfTime):
         return event
     return replace(event, std=max(event.std, float(np.sqrt(np.mean(np.square(sizes)))))) if sizes else event
 
 
-def _sizes_in_noise(event: Event, model: RefittedModel) -> list[float]:
-    """The sizes [Nm] that an event seems to have in drawn noise of any colour, where there is none."""
-    forces = _unit_forces(event, model)
+def _sizes_in_noise(seen: Sequence[Scan], forces: Sequence[Array], model: RefittedModel) -> list[float]:
+    """The sizes [Nm] that an event seems to have in drawn noise of any colour, where there is none.
+
+    forces : of the event, and of all that its size is not to be taken for, whose columns `seen` has.
+    """
     noise = judged_along_the_motion(left_by(model, forces)).noise
-    seen = scans(model.fitted, model.unknowns, (), forces)
     drawn = [
         drawn_residuals(one, segment.whitening.levels, model.output)
         for one, segment in zip(model.fitted, noise.segments, strict=True)
@@ -225,8 +232,10 @@ def _sizes_in_noise(event: Event, model: RefittedModel) -> list[float]:
 
 
 def _size(projected: Projected) -> tuple[float, float]:
-    """The size that the only missing column asks for beside all that a fit has shaped, and the column's energy."""
-    column = projected.missing[:, 0]
+    """The size that the first missing column asks for beside the others and all that a fit has shaped, and the energy
+    of what is its own."""
+    column, others = projected.missing[:, 0], projected.missing[:, 1:]
+    column = beyond(column, others.T)
     energy = float(column @ column)
     return (float(column @ projected.residual) / energy if energy > 0.0 else 0.0), energy
 
@@ -247,15 +256,26 @@ def stands_out(event: Event, model: RefittedModel, criteria: Criteria) -> bool:
     return tries_among({one.record.name for one in model.fitted}) * p < criteria.significance
 
 
-def _unit_forces(event: Event, model: RefittedModel) -> list[Array]:
-    """Generalised forces (nv, 1, n) of an event of 1 Nm on every fitted segment."""
-    unit, forces = replace(event, torque=1.0), []
+def _unit_forces(event: Event, model: RefittedModel, *, free_in_time: bool = False) -> list[Array]:
+    """Generalised forces (nv, m, n) of an event of 1 Nm on every fitted segment; free_in_time : followed by what it
+    does when it begins, and when it ends, a little later."""
+    found = []
     for one in model.fitted:
-        force = np.zeros((model.joint.masses, 1, len(one.record)))
+        unit, h = replace(event, torque=1.0), one.record.sampling_time
+        courses = [event_torque(unit, one.record)]
+        for end in _FREE_ENDS[event.kind] if free_in_time else ():
+            at = getattr(event, end)
+            later, earlier = (event_torque(replace(unit, **{end: at + way}), one.record) for way in (h, -h))
+            courses.append((later - earlier) / 2.0)
+        forces = np.zeros((model.joint.masses, len(courses), len(one.record)))
         if one.record.name == event.record:
-            force[0, 0] = event_torque(unit, one.record)
-        forces.append(force)
-    return forces
+            forces[0] = courses
+        found.append(forces)
+    return found
+
+
+_FREE_ENDS: dict[EventKind, tuple[str, ...]] = {"bump": ("start", "end"), "step": ("start",), "drift": ()}
+"""Of each kind, the ends that are no ends of its record."""
 
 
 def leads(energy: float, rival: float, share: float, least_share: float | None = None) -> bool:

@@ -19,6 +19,7 @@ from robotid.diagnosis.search.agreement import Together
 from robotid.diagnosis.search.carry_over import held_out_gain
 from robotid.diagnosis.search.changed_record import Changed, Halves, run, simulated
 from robotid.diagnosis.search.coloured import blocks_with, by_noise, left_by
+from robotid.diagnosis.search.drawn_sizes import DrawnSizes
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.diagnosis.search.settings import ACCEPTANCE, CHANGES
 from robotid.model.array import Array
@@ -92,13 +93,21 @@ def _of_record(
     both = joined(segment.record.name)
     for standing in sorted(filter(None, (payload, others)), key=_simplest):
         for one in reversed(standing):
-            changes = _apart(both, one.changes, usual, level)
-            needed = tuple(one for one in changes if not abs(one.value) < ACCEPTANCE.amplitude_sigma * one.std)
-            if 0 < len(needed) < len(changes):
-                changes = _apart(both, needed, usual, level) or changes
-            if changes:
-                return _with_gains(halves, segment, changes)
+            found = _apart(both, one.changes, usual, level)
+            if found is not None:
+                found = _fewer(both, found, usual, level) or found
+                return _with_gains(halves, segment, found.changes)
     return ()
+
+
+def _fewer(both: Together, found: _Sized, usual: float, level: float) -> _Sized | None:
+    """The changes that are certain to be there, where they explain as much without the others."""
+    certain = tuple(one for one in found.changes if not abs(one.value) < ACCEPTANCE.amplitude_sigma * one.std)
+    if not 0 < len(certain) < len(found.changes):
+        return None
+    fewer = _apart(both, certain, usual, level)
+    as_good = fewer is not None and fewer.removed > (1.0 - CHANGES.same_share) * found.removed
+    return fewer if as_good else None
 
 
 def _simplest(standing: Sequence[_Standing]) -> tuple[bool, int, int]:
@@ -181,21 +190,29 @@ def _p_value(before: SegmentFit, after: SegmentFit, parameters: int, usual: floa
     return max(by_noise, min(1.0, tried * held_out_gain((before,), (after,)).p_value))
 
 
-def _apart(both: Together, changes: tuple[RecordChange, ...], usual: float, level: float) -> tuple[RecordChange, ...]:
-    """Changes as a fit to all records finds them, none where parameters may be the same there: the fit without changes
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sized:
+    """Changes as a fit to all records finds them. removed : energy that they explain there."""
+
+    changes: tuple[RecordChange, ...]
+    removed: float
+
+
+def _apart(both: Together, changes: tuple[RecordChange, ...], usual: float, level: float) -> _Sized | None:
+    """Changes as a fit to all records finds them, None where parameters may be the same there: the fit without changes
     must leave a misfit that they explain. Else the model's own records have only determined them badly."""
     same = both.same
     if same is None:
-        return changes
+        return _Sized(changes, np.inf)
     apart = both.refitted({change.effect: change.value for change in changes})
     if apart is None:
-        return ()
+        return None
     removed = same.energy - apart.energy
     if removed < CHANGES.confirmed_share * (same.energy - usual * same.samples):
-        return ()
+        return None
     known = same.energy / usual, same.samples, len(both.model.columns)
     if significance(removed / usual, len(changes), *known) >= level:
-        return ()
+        return None
     left, sizes = left_by(apart), dict[int, float]()
     for change in changes:
         sizes |= amplitudes(apart, change.effect)
@@ -203,13 +220,13 @@ def _apart(both: Together, changes: tuple[RecordChange, ...], usual: float, leve
     as_one = blocks.combined(sizes)  # few blocks tell one size from several
     again = as_one.significance([as_one.moment.shape[1] - 1])
     if max(by_noise(blocks, [*sizes], left.energy, apart.samples), again) >= level:
-        return ()
-    inflation = max(1.0, apart.energy / apart.samples)
-    variances = inflation * np.diag(apart.covariance)
-    return tuple(
-        replace(change, value=size, std=float(np.sqrt(max(0.0, variances[k]))))
-        for change, (k, size) in zip(changes, sizes.items(), strict=True)
-    )
+        return None
+    among = DrawnSizes(left, sizes, [k for k in range(len(apart.columns)) if k not in sizes])
+    if among.p_value(level) >= level:
+        return None
+    deviations = np.sqrt(np.maximum(among.variances, np.diag(blocks.covariance())[list(sizes)]))
+    sized = zip(changes, among.found.tolist(), deviations.tolist(), strict=True)
+    return _Sized(tuple(replace(change, value=value, std=std) for change, value, std in sized), removed)
 
 
 def _with_gains(halves: Halves, segment: Segment, changes: tuple[RecordChange, ...]) -> tuple[RecordChange, ...]:

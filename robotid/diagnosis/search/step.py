@@ -14,6 +14,7 @@ from robotid.diagnosis.refit.refit import refit_to_confirm
 from robotid.diagnosis.refit.refitted_model import RefittedModel, Trajectories
 from robotid.diagnosis.scoring.blocked_regression import Gain
 from robotid.diagnosis.search.coloured import ALONE, Left, Tried, confirmation, left_by, p_value
+from robotid.diagnosis.search.drawn_sizes import DrawnSizes
 from robotid.diagnosis.search.physical_sense import amplitudes, declarations
 from robotid.diagnosis.search.state import share_removed
 from robotid.estimate.residual import measured_output
@@ -115,6 +116,12 @@ class Step:
         """Of what the step adds being absent, by noise of any colour."""
         found = (p_value(self.after, one, self.left, self.tried, lambda: self.elsewhere) for one in self.added)
         return min(max(found, default=0.0), self.tried.effects * self.confirmed)
+
+    def p_value_in_motion(self, level: float) -> float:
+        """The same where errors of the torque pass along the motion, which rests and reverses: linear about every
+        sample, or, where that is not below this level of significance, by simulations, which take longer."""
+        found = [DrawnSizes.of(self.after, one, self.left) for one in self.added]
+        return max((one.p_value(level) for one in found if one is not None), default=0.0)
 
 
 def _refitted(shared: tuple[Structure, EvaluationData, Trajectories], start: Parameters) -> RefittedModel | None:

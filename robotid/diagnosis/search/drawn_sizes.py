@@ -1,0 +1,109 @@
+"""What errors of the torque make of the size of a cause along the motion.
+
+The noise of any colour passes in `coloured` as through a joint that slips all the time. Where it rests and reverses,
+what an error of the torque has done so far lasts or is lost, and the instants shift: of the same errors a cause may
+seem to have many times the size. By the motion linear about every sample that is told from one adjoint solve, and is
+rather too much; by simulations with drawn errors it is told as it is, though by few of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.stats import f as fisher
+
+from robotid.diagnosis.noise.drawn import drawn_residuals
+from robotid.diagnosis.refit.refitted_model import RefittedModel
+from robotid.diagnosis.scoring.blocked_regression import solved
+from robotid.diagnosis.scoring.projection import without_states
+from robotid.diagnosis.search.coloured import Left, blocks_with
+from robotid.diagnosis.search.physical_sense import amplitudes
+from robotid.estimate.noise.information import SeenDerivatives
+from robotid.estimate.noise.passage import TorquePassage
+from robotid.model.array import Array
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnSizes:
+    """Amplitudes of a model, found by least squares beside its other parameters in what it leaves.
+
+    left : by the model; sizes : its amplitudes, by number of the fitted parameter, whose order all results have;
+    beside : numbers of the parameters that are found with them.
+    """
+
+    left: Left
+    sizes: Mapping[int, float]
+    beside: Sequence[int]
+
+    @classmethod
+    def of(cls, model: RefittedModel, effect: str, left: Left) -> DrawnSizes | None:
+        """Of an effect of a refitted model in the shape that was found, None where no amplitude was fitted."""
+        sizes, own = amplitudes(model, effect), model.own_columns(effect)
+        return cls(left, sizes, [k for k in range(len(model.columns)) if k not in own]) if sizes else None
+
+    @cached_property
+    def found(self) -> Array:
+        """The amplitudes by the noise of any colour, (k,)."""
+        blocks = blocks_with(self.left, self.sizes).take([*self.sizes, *self.beside])
+        return blocks.estimate()[: len(self.sizes)]
+
+    @cached_property
+    def drawn(self) -> Array:
+        """The same of drawn noise, where there is none, (draws, k)."""
+        noise = self.left.noise
+        of_segments = [
+            [weights @ segment.whitening(one) for one in drawn_residuals(run, segment.whitening.levels, noise.output)]
+            for segment, run, weights in zip(noise.segments, noise.simulated, self._weights, strict=True)
+        ]
+        found = [np.sum(parts, axis=0) for parts in zip(*of_segments, strict=False)]
+        return np.array(found).reshape(len(found), len(self.sizes))
+
+    @property
+    def variances(self) -> Array:
+        """Of the amplitudes by drawn noise, (k,), zero where none could be drawn."""
+        return np.mean(np.square(self.drawn), axis=0) if len(self.drawn) else np.zeros(len(self.sizes))
+
+    def p_value(self, level: float) -> float:
+        """Of the amplitudes being nothing: along the motion, among draws where that is not below this level."""
+        along = self.p_value_along_the_motion
+        return along if along < level else min(along, self.p_value_among_draws)
+
+    @property
+    def p_value_along_the_motion(self) -> float:
+        """Of the amplitudes being nothing, where errors of the torque pass along the motion, linear about every one."""
+        noise, covariance = self.left.noise, np.zeros((len(self.sizes),) * 2)
+        parts = zip(noise.segments, noise.simulated, noise.residuals, self._weights, strict=True)
+        for segment, run, seen, weights in parts:
+            derived = seen.response.derivation is not None
+            passage = TorquePassage.of(run.trajectory, noise.output, derived=derived)
+            rows = segment.whitening.transposed(weights)
+            covariance += SeenDerivatives.of(rows, seen.response, passage).information(segment.whitening.levels)
+        wald = _wald(self.found, covariance) / max(1.0, self.left.energy)
+        samples = sum(weights.shape[1] for weights in self._weights)
+        return float(fisher.sf(wald / len(self.sizes), len(self.sizes), samples))
+
+    @property
+    def p_value_among_draws(self) -> float:
+        """Of the amplitudes being drawn noise themselves (Hotelling 1931); one where too few could be drawn."""
+        k, count = len(self.sizes), len(self.drawn)
+        if count <= k:
+            return 1.0
+        wald = _wald(self.found, self.drawn.T @ self.drawn / count)
+        return float(fisher.sf(wald * (count - k + 1) / (k * count), k, count - k + 1))
+
+    @cached_property
+    def _weights(self) -> list[Array]:
+        """Of every sample of each segment's whitened residual in the amplitudes, (k, n) each."""
+        at = [*self.sizes, *self.beside]
+        columns = [without_states(one)[at] for one in self.left.scans]
+        factor = solved(np.sum([one @ one.T for one in columns], axis=0), np.eye(len(at))[:, : len(self.sizes)])
+        return [factor.T @ one for one in columns]
+
+
+def _wald(sizes: Array, covariance: Array) -> float:
+    """Squared distance of sizes (k,) from nothing in deviations of their covariance (k, k)."""
+    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    return float(sizes / scale @ np.linalg.pinv(covariance / np.outer(scale, scale), hermitian=True) @ (sizes / scale))
