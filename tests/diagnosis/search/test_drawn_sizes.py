@@ -1,0 +1,74 @@
+"""The size that errors of the torque give a cause along a motion that reverses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+from diagnosis.search.test_coloured import slow_errors
+from support.small_bench import STRIBECK, begun, records
+
+from robotid.diagnosis.refit.refit import refit
+from robotid.diagnosis.refit.refitted_model import carried
+from robotid.diagnosis.search.coloured import left_by
+from robotid.diagnosis.search.drawn_sizes import DrawnSizes
+from robotid.signals.record import Record
+
+LEVEL = 1e-3
+CHANGE = "record_change.slow.motor.coulomb.Fc"
+SEEDS = range(4)
+
+
+def sizes(made: list[Record], values: Mapping[str, float], effect: str) -> DrawnSizes:
+    state = begun(made)
+    structure = state.first.structure.extended(effect)
+    start = carried(state.first.parameters, structure, values)
+    model = refit(structure, [start], state.data, state.first.trajectories)
+    found = DrawnSizes.of(model, effect, left_by(model))
+    assert found is not None
+    return found
+
+
+def through_a_slipping_joint(one: DrawnSizes) -> float:
+    """Standard deviation of the first size by the noise as it passes a joint that slips all the time."""
+    (k,) = one.sizes
+    return float(np.sqrt(np.linalg.pinv(one.left.blocks.information.sum(axis=0))[k, k]))
+
+
+@pytest.fixture(scope="module")
+def of_nothing() -> list[DrawnSizes]:
+    """What slow errors of the torque make of a change of one record that there is not."""
+    return [sizes(slow_errors(records({}), seed, 0.01), {CHANGE: 0.01}, CHANGE) for seed in SEEDS]
+
+
+def test_sizes_scatter_as_drawn_ones_do(of_nothing: list[DrawnSizes]) -> None:
+    found = np.array([one.found[0] for one in of_nothing])
+    drawn = np.array([np.sqrt(one.variances[0]) for one in of_nothing])
+    slipping = np.array([through_a_slipping_joint(one) for one in of_nothing])
+    assert np.sqrt(np.mean((found / slipping) ** 2)) > 4.0
+    assert 0.5 < np.sqrt(np.mean((found / drawn) ** 2)) < 2.5
+
+
+def test_none_stands_out(of_nothing: list[DrawnSizes]) -> None:
+    assert min(one.p_value(LEVEL) for one in of_nothing) > LEVEL
+
+
+def test_both_ways_tell_of_an_effect_that_is_there() -> None:
+    there = sizes(slow_errors(records(STRIBECK), 0, 0.01), STRIBECK, "motor.stribeck")
+    assert there.found[0] == pytest.approx(STRIBECK["motor.stribeck.dFs"], abs=4.0 * np.sqrt(there.variances[0]))
+    assert there.p_value_along_the_motion < LEVEL
+    assert there.p_value_among_draws < LEVEL
+
+
+def test_simulations_are_asked_for_only_where_the_linear_motion_does_not_tell(monkeypatch: pytest.MonkeyPatch) -> None:
+    there = sizes(records(STRIBECK), STRIBECK, "motor.stribeck")
+    monkeypatch.setattr(DrawnSizes, "p_value_among_draws", property(lambda _: pytest.fail("there is no need")))
+    assert there.p_value(LEVEL) < LEVEL
+
+
+def test_too_few_draws_tell_nothing(of_nothing: list[DrawnSizes], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("robotid.diagnosis.search.drawn_sizes.drawn_residuals", lambda *_: [])
+    fresh = DrawnSizes(of_nothing[0].left, of_nothing[0].sizes, of_nothing[0].beside)
+    assert fresh.p_value_among_draws == 1.0
+    assert fresh.variances.tolist() == [0.0]
