@@ -15,19 +15,22 @@ from robotid.diagnosis.results import Diagnosis
 from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.search import search
 from robotid.diagnosis.search.state import SearchResult
+from robotid.diagnosis.search.torque_errors import is_swamped, lead_astray, leaves_only_noise
 from robotid.diagnosis.verdict import all_explained, explains_all, explains_nothing, not_explained, verdict
 from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, Simulated, fitted_model, simulate_record, simulate_records
 from robotid.estimate.result import FitResult
 from robotid.interrupt import deadline
-from robotid.numerals import listed
+from robotid.numerals import listed, plain
 from robotid.parallel import each, expect
 from robotid.signals.plausibility.checks.recording import repeats
-from robotid.signals.record import Record
+from robotid.signals.record import Record, usable_horizon
 from robotid.signals.stretches import stretches
 
 Log = Callable[[str], None]
+IN_PIECES = "errors of the torque lead the simulation of whole records far astray: diagnosed in pieces of {} s"
 OUT_OF_REACH = "{} cannot be simulated on {}, held out of its fit: no cause is tested there"
+PIECES = 16  # of a record, in which causes are sought that errors of the torque hide in the whole
 REFITS = 4  # that a diagnosis makes at least, to tell whether processes are worth their start
 
 
@@ -92,16 +95,20 @@ def diagnose(
         return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
     validation = [part for part in parts if part.name not in model.records]
     until = None if options.budget is None else begin + options.budget
-    clock, found = _sought(Evidence(model, fitted, validation, options.horizon), measured, criteria, until, log)
+    sought = _sought(Evidence(model, fitted, validation, options.horizon), measured, criteria, until, log)
+    clock, found, horizon = sought.clock, sought.found, options.horizon or sought.pieces
     if clock.late:
         remarks, parts = (*remarks, clock.remark), [*map(clock.corrected, parts)]
+    if sought.pieces is not None:
+        remarks = (*remarks, IN_PIECES.format(plain(sought.pieces)))
     if found.events or clock.late:
         model = replace(model, parameters=found.first.parameters, first_states={})
-        simulated = [simulate_record(model, without_events(part, found.events), options.horizon) for part in parts]
+    if found.events or clock.late or sought.pieces is not None:
+        simulated = [simulate_record(model, without_events(part, found.events), horizon) for part in parts]
     log("measuring where the misfit sits")
     diagnosis = verdict(model, simulated, found, criteria)
     further = (*remarks, *_repeated(records, model), *_unexamined(found, options.budget))
-    diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *further), late=clock.late)
+    diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *further), late=clock.late, horizon=sought.pieces)
     return (
         diagnosis
         if options.experiments is None or found.late
@@ -109,21 +116,52 @@ def diagnose(
     )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sought:
+    """What a search finds: with the torque where it acts, and by how much it was recorded late; with the torque as it
+    was recorded where causes undo that. pieces [s] : their length where it shows in pieces of the records only."""
+
+    clock: RecordedLate
+    found: SearchResult
+    pieces: float | None = None
+
+
 def _sought(
     evidence: Evidence, measured: MeasuredTorque | None, criteria: Criteria, until: float | None, log: Log
-) -> tuple[RecordedLate, SearchResult]:
-    """What a search finds with the torque where it acts, and by how much it was recorded late; with the torque as it
-    was recorded where causes undo that. measured : the torque of the records of the fit; until : when the time is up,
-    None for never."""
+) -> _Sought:
+    """What a model lacks. measured : the torque of the records of the fit; until : when the time is up, None for
+    never."""
     moved = in_time(evidence, criteria, log)
     if moved.clock.late:
         log(moved.clock.remark)
     with deadline(until):
         found = search(moved.evidence, criteria, log, moved.start)
-        if not is_undone(moved.clock, found.causes):
-            return moved.clock, without_contradicted(found, measured)
-        log("a cause moves the torque again: searching with the torque as it was recorded")
-        return RecordedLate(), without_contradicted(search(evidence, criteria, log), measured)
+        if is_undone(moved.clock, found.causes):
+            log("a cause moves the torque again: searching with the torque as it was recorded")
+            found = search(evidence, criteria, log)
+            return _Sought(RecordedLate(), without_contradicted(found, measured))
+        found, pieces = _in_pieces(moved.evidence, found, criteria, log)
+        return _Sought(moved.clock, without_contradicted(found, measured), pieces)
+
+
+def _in_pieces(
+    evidence: Evidence, found: SearchResult, criteria: Criteria, log: Log
+) -> tuple[SearchResult, float | None]:
+    """What a search in pieces finds, and their length [s], where all that the one of whole records leaves passes for
+    errors of the torque that lead the simulation far from the motion: along another motion no effect shows as it is.
+    What was found, and None, where that is not so, and where there is nothing in pieces either."""
+    records = [*(run.record for run in evidence.fitted), *evidence.validation]
+    length = usable_horizon(max(run.record.duration for run in evidence.fitted) / PIECES, records)
+    lost = not (found.late or found.causes or found.events) and lead_astray(found)
+    if evidence.horizon is not None or length is None or not lost:
+        return found, None
+    log("searching in pieces of the records")
+    try:
+        again = search(evidence.in_pieces(length), criteria, log)
+    except NumericsError:
+        return found, None
+    nothing = leaves_only_noise(again) or is_swamped(again)
+    return (found, None) if nothing and not (again.causes or again.events) else (again, length)
 
 
 def _all_simulated(model: FittedModel, parts: Sequence[Record], horizon: float | None) -> list[Simulated | None]:

@@ -141,7 +141,9 @@ class Diagnosis(Displayed):
     sits, best ordered first. shape : the curve of what no cause explains, its order the share of the misfit;
     beside_shape : the causes were found beside it, and their parameters hold there. refitted : all parameters of
     the model with its causes, by name, to start from. torque_errors [Nm] : standard deviation of the errors of the
-    torque for which all that is left passes, zero where it is mostly noise of the output.
+    torque for which all that is left passes, zero where it is mostly noise of the output. horizon : of the pieces in
+    which causes were sought where errors of the torque lead the simulation of whole records astray, None for those of
+    the fit.
     """
 
     verdict: Verdict
@@ -168,6 +170,7 @@ class Diagnosis(Displayed):
     apart: tuple[str, ...] = ()
     torque_errors: float = field(default=0.0, metadata={"unit": "Nm", "least": 0.0})
     beside_shape: bool = False
+    horizon: float | None = field(default=None, metadata={"unit": "s", "positive": True})
 
     @property
     def is_cut_short(self) -> bool:

@@ -204,16 +204,17 @@ def extension_task(
     """The task to extend a diagnosed model, from where the diagnosis left its parameters or those of its causes.
 
     fit : the diagnosed one; records : all of them, from which the events of the diagnosis are taken, their torque
-    put where it acts; options : of the fit by default. Causes that were found beside a curve which no effect is
+    put where it acts; options : of the fit by default; horizon [s] : of its pieces, unless the diagnosis has chosen
+    some. Causes that were found beside a curve which no effect is
     keep their parameters, for without the curve a fit would lead them astray.
     """
     of_causes = {p.name: p.value for cause in diagnosis.causes for p in cause.parameters}
     starts, held = (diagnosis.refitted, of_causes), of_causes if diagnosis.beside_shape else {}
-    late, events = diagnosis.late, diagnosis.events
+    late, events, options = diagnosis.late, diagnosis.events, options or FitOptions(output=fit.output)
     records = [corrected(record, late, events) for record in records]
-    return ExtensionTask(
-        fit, records, starts, options or FitOptions(output=fit.output), horizon, log, held, late, events
-    )
+    if diagnosis.horizon is not None:
+        horizon, options = diagnosis.horizon, replace(options, horizon=diagnosis.horizon)
+    return ExtensionTask(fit, records, starts, options, horizon, log, held, late, events)
 
 
 def corrected(record: Record, late: float, events: Iterable[Event]) -> Record:

@@ -50,6 +50,11 @@ class Evidence:
         fitted = [simulate_record(model, record, self.horizon) for record in records]
         return replace(self, model=model, fitted=fitted, validation=validation)
 
+    def in_pieces(self, horizon: float) -> Evidence:
+        """The same in pieces of this length [s]. Raises NumericsError where the model cannot be simulated on them."""
+        fitted = [simulate_record(self.model, run.record, horizon) for run in self.fitted]
+        return replace(self, fitted=fitted, horizon=horizon)
+
 
 def _fitted_to(records: Sequence[Record], evidence: Evidence) -> FittedModel:
     """The model of the evidence fitted to other records, by plain least squares of the output as fits are: the noise

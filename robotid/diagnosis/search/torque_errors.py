@@ -20,9 +20,21 @@ def is_swamped(found: SearchResult) -> bool:
     much that errors of the torque hide whatever is missing: of the motion, or of the torque itself."""
     if torque_errors(found)[1] > VERDICT.swamped_torque:
         return True
+    return _share_of_motion(found) > VERDICT.swamped_share
+
+
+def lead_astray(found: SearchResult) -> bool:
+    """Whether noise is all that the last model leaves, most of it from errors of the torque, which lead its simulation
+    far from the motion."""
+    return leaves_only_noise(found) and prevail(found) and _share_of_motion(found) > VERDICT.astray_share
+
+
+def _share_of_motion(found: SearchResult) -> float:
+    """What errors of the torque cause of the squared error on the records of the fit, of the variance of the output."""
     caused, _ = _squared_errors(found)
     measured = [measured_output(one.record, found.last.output) for one in found.last.fitted]
-    return caused > VERDICT.swamped_share * sum(float(np.var(y)) * len(y) for y in measured)
+    moved = sum(float(np.var(y)) * len(y) for y in measured)
+    return caused / moved if moved > 0.0 else 0.0
 
 
 def prevail(found: SearchResult) -> bool:

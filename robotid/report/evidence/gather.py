@@ -62,7 +62,8 @@ def _by_simulation(f: Findings) -> tuple[dict[str, Law], dict[str, ResidualSpect
         fit = f.fits.models.get(extension.model, fit)
     before = fitted_model(fit, estimate_states=f.estimate_states)
     after = None if extension is None else fitted_model(extension.fit, estimate_states=f.estimate_states)
-    horizon = f.horizon or usable_horizon(fit.horizon, f.recordings.records)
+    chosen = fit.horizon if f.diagnosis is None else f.diagnosis.horizon or fit.horizon
+    horizon = f.horizon or usable_horizon(chosen, f.recordings.records)
     missing = {} if f.diagnosis is None else f.diagnosis.missing
     for record in _as_extended(f):
         check()

@@ -13,7 +13,7 @@ from robotid.diagnosis.experiment import default_speed_controller, design_discri
 from robotid.diagnosis.results import Cause
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.state import SearchResult
-from robotid.diagnosis.search.torque_errors import is_swamped
+from robotid.diagnosis.search.torque_errors import is_swamped, lead_astray
 from robotid.diagnosis.settings import VERDICT
 from robotid.diagnosis.verdict import _rejected, _word, hardly_explained, is_partial, negligible
 from robotid.signals.reference import Reference
@@ -80,6 +80,20 @@ def check_torque_errors_that_cause_a_tenth_of_the_motion_hide_what_is_missing() 
         residual = np.full(len(one.residual), np.sqrt(noise + share * whole))
         last = replace(found.last, fitted=(replace(one, record=moving, residual=residual),))
         assert is_swamped(replace(found, last=last)) is swamped
+
+
+@sees(VERDICT, "astray_share")
+def check_torque_errors_of_three_percent_of_the_motion_lead_a_simulation_astray() -> None:
+    found = result(1000.0, friction(1.0))
+    (one,), (segment,) = found.last.fitted, found.data.fitted
+    moving = replace(one.record, dphi_m=50.0 * np.sin(one.record.t))
+    noise, whole = segment.whitening.output_variance, float(np.var(moving.dphi_m))
+    driven = replace(segment, record=replace(segment.record, tau_m=np.full(len(segment.record), 100.0)))
+    coloured = replace(found.data, fitted=(driven,), noise_reached=True)
+    for share, far in ((0.9e-3, False), (1.1e-3, True)):
+        residual = np.full(len(one.residual), np.sqrt(noise + share * whole))
+        last = replace(found.last, fitted=(replace(one, record=moving, residual=residual),))
+        assert lead_astray(replace(found, last=last, coloured=coloured)) is far
 
 
 @sees(VERDICT, "swamped_torque")

@@ -1,0 +1,79 @@
+"""Where errors of the torque lead the simulation of whole records astray, causes are sought in pieces of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import pytest
+from support.small_bench import DURATION, STRIBECK, fitted, records
+
+from robotid.diagnosis import Criteria, Diagnosis, DiagnosisOptions, diagnose, procedure
+from robotid.diagnosis.search.data import Evidence
+from robotid.diagnosis.search.state import Log, SearchResult, SearchState
+from robotid.errors import NumericsError
+from robotid.extension import extend, extension_task
+
+CRITERIA = Criteria(max_causes=1, max_refits=1, skip=("power_friction", "record_change"))
+
+
+@pytest.fixture
+def astray(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In whole records nothing shows, and all that is left passes for errors of the torque."""
+    search = procedure.search
+
+    def seen(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState | None = None) -> SearchResult:
+        found = search(evidence, criteria, log, begun)
+        return found if evidence.horizon is not None else replace(found, causes=(), curve=None)
+
+    monkeypatch.setattr(procedure, "search", seen)
+    monkeypatch.setattr(procedure, "lead_astray", lambda _: True)
+
+
+def diagnosed(hidden: Mapping[str, float], options: DiagnosisOptions | None = None) -> Diagnosis:
+    made = records(hidden)
+    return diagnose(fitted(made), made, CRITERIA, options)
+
+
+@pytest.mark.usefixtures("astray")
+def test_a_cause_is_found_in_pieces_and_extends_the_model_there() -> None:
+    made = records(STRIBECK)
+    fit = fitted(made)
+    found = diagnose(fit, made, CRITERIA)
+    assert [cause.effect for cause in found.causes] == ["motor.stribeck"]
+    assert found.horizon == pytest.approx(DURATION / 16, rel=0.01)
+    assert any("in pieces of 0.25 s" in remark for remark in found.remarks)
+    task = extension_task(found, fit, made)
+    assert task.horizon == task.options.horizon == found.horizon
+    after = extend(task, ["motor.stribeck"])
+    (size,) = (one.value for one in after.fit.parameters if one.name == "motor.stribeck.dFs")
+    assert size == pytest.approx(STRIBECK["motor.stribeck.dFs"], rel=0.05)
+
+
+@pytest.mark.usefixtures("astray")
+def test_where_pieces_show_nothing_either_whole_records_count() -> None:
+    found = diagnosed({})
+    assert (found.verdict, found.horizon) == ("clean", None)
+    assert not any("pieces" in remark for remark in found.remarks)
+
+
+@pytest.mark.usefixtures("astray")
+def test_pieces_of_the_fit_are_cut_no_further(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Evidence, "in_pieces", lambda *_: pytest.fail("there is no need"))
+    assert diagnosed({}, DiagnosisOptions(horizon=0.5)).horizon is None
+
+
+@pytest.mark.usefixtures("astray")
+def test_pieces_that_cannot_be_simulated_tell_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def impossible(*_: object) -> Evidence:
+        raise NumericsError("it runs away", hint="none")
+
+    monkeypatch.setattr(Evidence, "in_pieces", impossible)
+    assert diagnosed(STRIBECK).horizon is None
+
+
+def test_nothing_is_sought_in_pieces_where_the_simulation_stays_with_the_motion(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(Evidence, "in_pieces", lambda *_: pytest.fail("there is no need"))
+    assert diagnosed({}).verdict == "clean"
