@@ -86,7 +86,7 @@ def check_torque_errors_that_cause_a_tenth_of_the_motion_hide_what_is_missing() 
 def check_torque_errors_of_three_percent_of_the_motion_lead_a_simulation_astray() -> None:
     found = result(1000.0, friction(1.0))
     (one,), (segment,) = found.last.fitted, found.data.fitted
-    moving = replace(one.record, dphi_m=50.0 * np.sin(one.record.t))
+    moving = replace(one.record, dphi_m=200.0 * np.sin(one.record.t))
     noise, whole = segment.whitening.output_variance, float(np.var(moving.dphi_m))
     driven = replace(segment, record=replace(segment.record, tau_m=np.full(len(segment.record), 100.0)))
     coloured = replace(found.data, fitted=(driven,), noise_reached=True)
