@@ -37,7 +37,7 @@ class TransmissionError(MotionTransform):
             physical=Physical("the motion covers too few periods", periods=3.0),
         ),
     )
-    formula = "springs see x + A sin(n phi_m) + B cos(n phi_m), and dampers its rate"
+    formula = "springs see x + A sin(n phi_m) + B cos(n phi_m), dampers its rate, the motor the lever that so changes"
     source = "Tuttle & Seering 1996, IEEE Trans. Robotics and Automation 12(3) (kinematic error of harmonic drives)"
     signature = "misfit periodic in the motor angle that grows with the stiffness and excites the resonance"
     watches = Port.MOTOR

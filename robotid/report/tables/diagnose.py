@@ -124,10 +124,14 @@ def remainder(d: Diagnosis) -> str:
     """How much of the misfit the causes leave, as the end of a sentence."""
     if all(cause.explained_of for cause in d.causes):
         return ""
-    level = f"{rms(d.remaining, 2)} of {rms(d.misfit, 2)} {d.unit}"
+    of = f"{rms(d.misfit, 2)} {d.unit}"
+    level = f"{rms(d.remaining, 2)} {d.unit} after {of}" if d.remaining > d.misfit else f"{rms(d.remaining, 2)} of {of}"
     if d.torque_errors:  # weighed by these nothing remains
         return f"; what remains, {level}, is no more than {_passing(d)} would cause"
-    return f"; {portion(d.remaining_share)} of the misfit's energy remains, {level}"
+    left = f"{portion(d.remaining_share)} of the misfit's energy remains"
+    if d.remaining > d.misfit:  # what weighs most is gone, and what is slow has grown
+        return f"; weighed by the noise of every frequency {left}, but the simulation errs by more than before, {level}"
+    return f"; {left}, {level}"
 
 
 def _clause(cause: Cause) -> str:

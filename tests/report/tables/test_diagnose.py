@@ -159,6 +159,12 @@ def test_rounding_is_shown_as_nothing(capsys: pytest.CaptureFixture[str]) -> Non
             " remains, 0.011 of 0.13 rad/s, is no more than errors of the torque of 0.16 Nm would cause",
         ),
         (
+            replace(NAMED, causes=NAMED.causes[:1], remaining=0.2, remaining_share=0.005),
+            "m3 lacks motor.stribeck (or motor.presliding: these data cannot tell), which explains 97.0 %; weighed by"
+            " the noise of every frequency 0.5 % of the misfit's energy remains, but the simulation errs by more than"
+            " before, 0.2 rad/s after 0.13 rad/s",
+        ),
+        (
             replace(UNKNOWN, rejected=(Rejected("motor.stribeck", 0.9, 0.0, NOT_EXAMINED),)),
             "m3 is wrong by 0.13 rad/s that no effect that was examined in time explains; it follows the motor angle"
             " best",
@@ -174,6 +180,7 @@ def test_rounding_is_shown_as_nothing(capsys: pytest.CaptureFixture[str]) -> Non
         "named",
         "partly named",
         "named beside torque errors",
+        "named, with a larger plain error",
         "cut short",
         "unknown",
     ],
