@@ -75,8 +75,9 @@ def project(scans: Sequence[Scan], changes: Sequence[RecordChangeCandidate] = ()
 
 
 def without_states(one: Scan) -> Array:
-    """The columns of a segment's fitted parameters through its whitening, less what its first states take, (k, n)."""
-    white = one.bare.whitened
+    """The columns of a segment through its whitening, less what its first states take: those of fitted parameters, and
+    all that follow, (k, n)."""
+    white = one.whitened
     if not one.states:
         return white[:-1]
     basis = np.linalg.qr(white[: one.states].T)[0]

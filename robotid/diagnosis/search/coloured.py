@@ -133,18 +133,6 @@ def _moment(left: Left, sizes: Mapping[int, float]) -> Array:
     return np.asarray(left.blocks.information[:, :, list(sizes)] @ np.array(list(sizes.values())))
 
 
-def curve_p_value(model: RefittedModel, forces: Sequence[Array]) -> float:
-    """p-value of a free curve being absent from what a model leaves, beside noise of any colour: by that noise, or by
-    what the curve explains of blocks of time that did not serve to fit it, whichever is larger.
-
-    forces : (nv, m, n) of its knots on each fitted segment.
-    """
-    left = left_by(model, forces)
-    first = len(model.unknowns.parameters)
-    at = range(first, first + forces[0].shape[1])
-    return max(by_noise(left.blocks, at, left.energy, model.samples), left.blocks.gain(at).p_value)
-
-
 def by_noise(blocks: BlockedRegression, at: Sequence[int], energy: float, samples: int) -> float:
     """p-value of the regressors `at` being absent, by the F-test. energy : a sample, in variances of the noise."""
     return float(fisher.sf(blocks.energy_of(at) / len(at) / max(1.0, energy), len(at), samples))

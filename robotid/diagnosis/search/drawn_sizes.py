@@ -1,4 +1,4 @@
-"""What errors of the torque make of the size of a cause along the motion.
+"""What errors of the torque make of the size of a cause, or of a free curve, along the motion.
 
 The noise of any colour passes in `coloured` as through a joint that slips all the time. Where it rests and reverses,
 what an error of the torque has done so far lasts or is lost, and the instants shift: of the same errors a cause may
@@ -17,13 +17,15 @@ from scipy.stats import f as fisher
 
 from robotid.diagnosis.noise.drawn import drawn_residuals
 from robotid.diagnosis.refit.refitted_model import RefittedModel
-from robotid.diagnosis.scoring.blocked_regression import solved
+from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, solved
 from robotid.diagnosis.scoring.projection import without_states
-from robotid.diagnosis.search.coloured import Left, blocks_with
+from robotid.diagnosis.search.coloured import Left, blocks_with, by_noise, judged_along_the_motion, left_by
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.estimate.noise.information import SeenDerivatives
 from robotid.estimate.noise.passage import TorquePassage
 from robotid.model.array import Array
+
+CERTAINLY_NONE = 0.05  # p-value of a curve above which nobody asks for simulations
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +103,39 @@ class DrawnSizes:
         columns = [without_states(one)[at] for one in self.left.scans]
         factor = solved(np.sum([one @ one.T for one in columns], axis=0), np.eye(len(at))[:, : len(self.sizes)])
         return [factor.T @ one for one in columns]
+
+
+def curve_p_value(model: RefittedModel, forces: Sequence[Array]) -> float:
+    """p-value of a free curve being absent from what a model leaves, beside noise of any colour: by that noise, by what
+    the curve explains of blocks of time that did not serve to fit it, or among drawn noise, whichever is largest.
+
+    forces : (nv, m, n) of its knots on each fitted segment.
+    """
+    left = left_by(model, forces)
+    first = len(model.unknowns.parameters)
+    at = range(first, first + forces[0].shape[1])
+    found = max(by_noise(left.blocks, at, left.energy, model.samples), left.blocks.gain(at).p_value)
+    return found if found > CERTAINLY_NONE else max(found, curve_among_draws(left, at))
+
+
+def curve_among_draws(left: Left, at: Sequence[int]) -> float:
+    """p-value of a free curve being drawn noise itself, by the energy that it explains there; one where too little
+    could be drawn. at : numbers of its columns in what is left."""
+    noise, columns = judged_along_the_motion(left).noise, [without_states(one) for one in left.scans]
+    information = np.sum([one @ one.T for one in columns], axis=0)
+    moments = [
+        [own @ one.whitening(residual) for residual in drawn_residuals(run, segment.whitening.levels, noise.output)]
+        for own, one, run, segment in zip(columns, left.scans, noise.simulated, noise.segments, strict=True)
+    ]
+    drawn = [
+        BlockedRegression(information[None], np.sum(parts, axis=0)[None], np.zeros(1)).energy_of(at)
+        for parts in zip(*moments, strict=False)
+    ]
+    if len(drawn) < 2:
+        return 1.0
+    mean, variance = float(np.mean(drawn)), float(np.var(drawn, ddof=1))
+    free = float(np.clip(2.0 * mean**2 / max(variance, 1e-300), 1.0, len(at)))  # as many knots as noise tells apart
+    return float(fisher.sf(left.blocks.energy_of(at) / max(mean, 1e-300), free, free * len(drawn)))
 
 
 def _wald(sizes: Array, covariance: Array) -> float:

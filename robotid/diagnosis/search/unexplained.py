@@ -12,7 +12,7 @@ from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import CAREFUL, refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.score_test import significance
-from robotid.diagnosis.search.coloured import curve_p_value
+from robotid.diagnosis.search.drawn_sizes import curve_p_value
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import (
     RejectedCause,
