@@ -29,6 +29,7 @@ from robotid.signals.stretches import stretches
 
 Log = Callable[[str], None]
 IN_PIECES = "errors of the torque lead the simulation of whole records far astray: diagnosed in pieces of {} s"
+BY_PIECES = "causes that show in pieces of the records"
 OUT_OF_REACH = "{} cannot be simulated on {}, held out of its fit: no cause is tested there"
 PIECES = 16  # of a record, in which causes are sought that errors of the torque hide in the whole
 REFITS = 4  # that a diagnosis makes at least, to tell whether processes are worth their start
@@ -160,8 +161,11 @@ def _in_pieces(
         again = search(evidence.in_pieces(length), criteria, log)
     except NumericsError:
         return found, None
-    nothing = leaves_only_noise(again) or is_swamped(again)
-    return (found, None) if nothing and not (again.causes or again.events) else (again, length)
+    if again.causes or again.events:
+        return again, length
+    if again.late:
+        return replace(found, late=True, unexamined=(*found.unexamined, BY_PIECES)), None
+    return (found, None) if leaves_only_noise(again) or is_swamped(again) else (again, length)
 
 
 def _all_simulated(model: FittedModel, parts: Sequence[Record], horizon: float | None) -> list[Simulated | None]:

@@ -64,6 +64,22 @@ def test_pieces_of_the_fit_are_cut_no_further(monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.usefixtures("astray")
+def test_pieces_for_which_no_time_was_left_are_said_to_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    search = procedure.search
+
+    def in_time_for_whole_records(
+        evidence: Evidence, criteria: Criteria, log: Log, *begun: SearchState
+    ) -> SearchResult:
+        found = search(evidence, criteria, log, *begun)
+        return found if evidence.horizon is None else replace(found, causes=(), late=True)
+
+    monkeypatch.setattr(procedure, "search", in_time_for_whole_records)
+    found = diagnosed(STRIBECK, DiagnosisOptions(budget=1000.0))
+    assert (found.causes, found.horizon) == ((), None)
+    assert any("causes that show in pieces" in remark for remark in found.remarks)
+
+
+@pytest.mark.usefixtures("astray")
 def test_pieces_that_cannot_be_simulated_tell_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     def impossible(*_: object) -> Evidence:
         raise NumericsError("it runs away", hint="none")
