@@ -9,10 +9,12 @@ import pytest
 from diagnosis.search.test_coloured import slow_errors
 from support.small_bench import STRIBECK, begun, records
 
+from robotid.diagnosis.nonparametric.curve_fit import fit_curves
 from robotid.diagnosis.refit.refit import refit
-from robotid.diagnosis.refit.refitted_model import carried
-from robotid.diagnosis.search.coloured import left_by
-from robotid.diagnosis.search.drawn_sizes import DrawnSizes
+from robotid.diagnosis.refit.refitted_model import RefittedModel, carried
+from robotid.diagnosis.search.coloured import by_noise, left_by
+from robotid.diagnosis.search.drawn_sizes import DrawnSizes, curve_among_draws, curve_p_value
+from robotid.model.array import Array
 from robotid.signals.record import Record
 
 LEVEL = 1e-3
@@ -72,3 +74,28 @@ def test_too_few_draws_tell_nothing(of_nothing: list[DrawnSizes], monkeypatch: p
     fresh = DrawnSizes(of_nothing[0].left, of_nothing[0].sizes, of_nothing[0].beside)
     assert fresh.p_value_among_draws == 1.0
     assert fresh.variances.tolist() == [0.0]
+
+
+def a_curve(made: list[Record]) -> tuple[RefittedModel, list[Array]]:
+    """A model, and the forces of the curve that explains most of what it leaves."""
+    state = begun(made)
+    return state.first, list(next(iter(fit_curves(state.first, state.data))).basis.forces)
+
+
+def test_a_curve_of_what_is_there_stands_out() -> None:
+    assert curve_p_value(*a_curve(records(STRIBECK))) < LEVEL
+
+
+def test_a_curve_of_slow_errors_does_not() -> None:
+    """Simulations allow it far more than a joint that slips."""
+    model, forces = a_curve(slow_errors(records({}), 0, 0.01))
+    assert curve_p_value(model, forces) > LEVEL
+    left, first = left_by(model, forces), len(model.unknowns.parameters)
+    at = range(first, first + forces[0].shape[1])
+    assert np.log(curve_among_draws(left, at)) > 0.5 * np.log(by_noise(left.blocks, at, left.energy, model.samples))
+
+
+def test_a_curve_of_which_too_little_could_be_drawn_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    model, forces = a_curve(records(STRIBECK))
+    monkeypatch.setattr("robotid.diagnosis.search.drawn_sizes.drawn_residuals", lambda *_: [])
+    assert curve_p_value(model, forces) == 1.0
