@@ -161,7 +161,8 @@ def test_a_delay_that_causes_undo_was_none(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(procedure, "in_time", lambda *_: moved)
     monkeypatch.setattr(procedure, "search", searching)
     monkeypatch.setattr(procedure, "without_contradicted", lambda found, _: found)
-    clock, found = procedure._sought(seen, None, QUICK, None, lambda _: None)
+    sought = procedure._sought(seen, None, QUICK, None, lambda _: None)
+    clock, found = sought.clock, sought.found
     assert asked[0] > 0.0
     assert asked[1:] == [0.0]
     assert clock.late == 0.0

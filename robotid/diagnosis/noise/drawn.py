@@ -24,14 +24,14 @@ from robotid.simulation.simulate import simulate
 SEED = 20051
 
 
-def drawn_residuals(one: SimulatedSegment, levels: NoiseLevels, output: Quantity) -> list[Array]:
-    """Residuals (n,) that noise of these levels makes of a simulated segment, `NOISE.draws` of them; fewer where
-    the joint cannot be simulated under such errors.
+def drawn_residuals(one: SimulatedSegment, levels: NoiseLevels, output: Quantity, times: int = 1) -> list[Array]:
+    """Residuals (n,) that noise of these levels makes of a simulated segment, `NOISE.draws` of them, or so many times
+    as many; fewer where the joint cannot be simulated under such errors.
 
     levels.output is that of the angle where the record's speed was derived from it.
     """
     rng, found, derivation = np.random.default_rng(SEED), list[Array](), Derivation.of(one.record, output)
-    for _ in range(NOISE.draws):
+    for _ in range(times * NOISE.draws):
         error = _torque_error(rng, levels, len(one.record), one.record.sampling_time)
         sensed = np.sqrt(levels.output) * rng.standard_normal(len(one.record))
         try:

@@ -25,6 +25,7 @@ from robotid.estimate.noise.information import SeenDerivatives
 from robotid.estimate.noise.passage import TorquePassage
 from robotid.model.array import Array
 
+TWICE = 2  # as many draws as elsewhere: of a sine and a cosine half of those tell a covariance too badly
 CERTAINLY_NONE = 0.05  # p-value of a curve above which nobody asks for simulations
 
 
@@ -56,10 +57,10 @@ class DrawnSizes:
     def drawn(self) -> Array:
         """The same of drawn noise, where there is none, (draws, k)."""
         noise = self.left.noise
-        of_segments = [
-            [weights @ segment.whitening(one) for one in drawn_residuals(run, segment.whitening.levels, noise.output)]
-            for segment, run, weights in zip(noise.segments, noise.simulated, self._weights, strict=True)
-        ]
+        of_segments = []
+        for segment, run, weights in zip(noise.segments, noise.simulated, self._weights, strict=True):
+            residuals = drawn_residuals(run, segment.whitening.levels, noise.output, TWICE)
+            of_segments.append([weights @ segment.whitening(one) for one in residuals])
         found = [np.sum(parts, axis=0) for parts in zip(*of_segments, strict=False)]
         return np.array(found).reshape(len(found), len(self.sizes))
 
