@@ -136,13 +136,13 @@ def _sought(
     if moved.clock.late:
         log(moved.clock.remark)
     with deadline(until):
-        found = search(moved.evidence, criteria, log, moved.start)
-        if is_undone(moved.clock, found.causes):
+        found, clock, pieces = search(moved.evidence, criteria, log, moved.start), moved.clock, None
+        if is_undone(clock, found.causes):
             log("a cause moves the torque again: searching with the torque as it was recorded")
-            found = search(evidence, criteria, log)
-            return _Sought(RecordedLate(), without_contradicted(found, measured))
-        found, pieces = _in_pieces(moved.evidence, found, criteria, log)
-        return _Sought(moved.clock, without_contradicted(found, measured), pieces)
+            found, clock = search(evidence, criteria, log), RecordedLate()
+        else:
+            found, pieces = _in_pieces(moved.evidence, found, criteria, log)
+        return _Sought(clock, without_contradicted(found, measured), pieces)
 
 
 def _in_pieces(
@@ -151,11 +151,10 @@ def _in_pieces(
     """What a search in pieces finds, and their length [s], where all that the one of whole records leaves passes for
     errors of the torque that lead the simulation far from the motion: along another motion no effect shows as it is.
     What was found, and None, where that is not so, and where there is nothing in pieces either."""
-    records = [*(run.record for run in evidence.fitted), *evidence.validation]
-    length = usable_horizon(max(run.record.duration for run in evidence.fitted) / PIECES, records)
-    lost = not (found.late or found.causes or found.events) and lead_astray(found)
-    if evidence.horizon is not None or length is None or not lost:
+    if evidence.horizon is not None or found.late or found.causes or found.events or not lead_astray(found):
         return found, None
+    records = [run.record for run in evidence.fitted]
+    length = usable_horizon(max(record.duration for record in records) / PIECES, [*records, *evidence.validation])
     log("searching in pieces of the records")
     try:
         again = search(evidence.in_pieces(length), criteria, log)

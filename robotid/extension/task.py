@@ -205,8 +205,8 @@ def extension_task(
 
     fit : the diagnosed one; records : all of them, from which the events of the diagnosis are taken, their torque
     put where it acts; options : of the fit by default; horizon [s] : of its pieces, unless the diagnosis has chosen
-    some. Causes that were found beside a curve which no effect is
-    keep their parameters, for without the curve a fit would lead them astray.
+    some. Causes that were found beside a curve which no effect is keep their parameters, for without the curve a fit
+    would lead them astray.
     """
     of_causes = {p.name: p.value for cause in diagnosis.causes for p in cause.parameters}
     starts, held = (diagnosis.refitted, of_causes), of_causes if diagnosis.beside_shape else {}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Final, Literal
+from typing import Final, Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -175,6 +175,10 @@ class Record(Displayed):
         return self.pieces(max(self.duration / count, SHORTEST_PIECE * self.sampling_time))
 
 
+@overload
+def usable_horizon(horizon: float, records: Iterable[Record]) -> float: ...
+@overload
+def usable_horizon(horizon: float | None, records: Iterable[Record]) -> float | None: ...
 def usable_horizon(horizon: float | None, records: Iterable[Record]) -> float | None:
     """A length of pieces [s] that was chosen on some records, so that all of these can be cut by it, too."""
     return horizon and max(horizon, *(SHORTEST_PIECE * record.sampling_time for record in records))

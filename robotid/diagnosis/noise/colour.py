@@ -57,6 +57,13 @@ class ColouredNoise:
         pairs = zip(self.segments, self.residuals, strict=True)
         return tuple(is_explained(seen, one.whitening.levels, tolerance=NOISE.tolerance) for one, seen in pairs)
 
+    def drawn(self, times: int = 1) -> list[tuple[Array, ...]]:
+        """Residuals that such noise makes of every segment, (n,) each, as many times as all can be simulated under it.
+        times : as of `drawn_residuals`."""
+        pairs = zip(self.simulated, self.segments, strict=True)
+        made = [drawn_residuals(run, one.whitening.levels, self.output, times) for run, one in pairs]
+        return list(zip(*made, strict=False))
+
     def along_the_motion(self) -> ColouredNoise:
         """The same noises where errors of the torque pass along the simulated motion, which rests and reverses, and not
         as through a joint that slips all the time: of each segment's own, as large as its residual asks for. This one

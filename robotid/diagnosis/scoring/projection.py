@@ -68,7 +68,7 @@ def project(scans: Sequence[Scan], changes: Sequence[RecordChangeCandidate] = ()
     columns = scans[0].unknowns.parameters
     changed = [(one.record, columns.index(one.column)) for one in changes]
     samples = sum(one.signals.shape[1] for one in scans)
-    parts = [_without_states(one, samples / SCORING.blocks) for one in scans]
+    parts = [_blocks_without_states(one, samples / SCORING.blocks) for one in scans]
     blocks = together([_with_changes(part, one, changed) for part, one in zip(parts, scans, strict=True)])
     factor, k = _factor(blocks), len(columns)
     return Projected(factor[k:, k:-1], factor[k:, -1], factor[:, k:-1], factor[:k, :k], factor[:k, k:], blocks)
@@ -85,7 +85,7 @@ def without_states(one: Scan) -> Array:
     return np.asarray(columns - (columns @ basis) @ basis.T)
 
 
-def _without_states(one: Scan, length: float) -> BlockedRegression:
+def _blocks_without_states(one: Scan, length: float) -> BlockedRegression:
     """The regression of a segment's residual on all its columns, less what its first states take of either."""
     white = one.whitened
     if not one.states:

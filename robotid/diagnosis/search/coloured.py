@@ -44,7 +44,11 @@ def left_by(model: RefittedModel, forces: Sequence[Array] | None = None) -> Left
     forces : (nv, m, n) further generalised forces on each, whose columns follow those of the fitted parameters, and
     which take from the residual what they can before its noise is measured.
     """
-    seen = scans(model.fitted, model.unknowns, (), forces)
+    return left_beside(model, scans(model.fitted, model.unknowns, (), forces))
+
+
+def left_beside(model: RefittedModel, seen: Sequence[Scan]) -> Left:
+    """The same, the columns of the fitted segments at hand, and of further forces with them."""
     noise = coloured_noise(model.fitted, [one.signals[:-1] for one in seen], model.output)
     whitened = tuple(one.whitened_as(segment) for one, segment in zip(seen, noise.segments, strict=True))
     projected = project(whitened)

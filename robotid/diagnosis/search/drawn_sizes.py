@@ -2,8 +2,8 @@
 
 The noise of any colour passes in `coloured` as through a joint that slips all the time. Where it rests and reverses,
 what an error of the torque has done so far lasts or is lost, and the instants shift: of the same errors a cause may
-seem to have many times the size. By the motion linear about every sample that is told from one adjoint solve, and is
-rather too much; by simulations with drawn errors it is told as it is, though by few of them.
+seem to have many times the size. By the motion linear about every sample that follows from one adjoint solve, and is
+rather too much; by simulations with drawn errors it shows as it is, though by few of them.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from functools import cached_property
 import numpy as np
 from scipy.stats import f as fisher
 
-from robotid.diagnosis.noise.drawn import drawn_residuals
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, solved
 from robotid.diagnosis.scoring.projection import without_states
@@ -56,12 +55,10 @@ class DrawnSizes:
     @cached_property
     def drawn(self) -> Array:
         """The same of drawn noise, where there is none, (draws, k)."""
-        noise = self.left.noise
-        of_segments = []
-        for segment, run, weights in zip(noise.segments, noise.simulated, self._weights, strict=True):
-            residuals = drawn_residuals(run, segment.whitening.levels, noise.output, TWICE)
-            of_segments.append([weights @ segment.whitening(one) for one in residuals])
-        found = [np.sum(parts, axis=0) for parts in zip(*of_segments, strict=False)]
+        found = []
+        for residuals in self.left.noise.drawn(TWICE):
+            parts = zip(self._weights, self.left.scans, residuals, strict=True)
+            found.append(np.sum([weights @ one.whitening(residual) for weights, one, residual in parts], axis=0))
         return np.array(found).reshape(len(found), len(self.sizes))
 
     @property
@@ -101,9 +98,9 @@ class DrawnSizes:
     def _weights(self) -> list[Array]:
         """Of every sample of each segment's whitened residual in the amplitudes, (k, n) each."""
         at = [*self.sizes, *self.beside]
-        columns = [without_states(one)[at] for one in self.left.scans]
-        factor = solved(np.sum([one @ one.T for one in columns], axis=0), np.eye(len(at))[:, : len(self.sizes)])
-        return [factor.T @ one for one in columns]
+        information = self.left.blocks.information.sum(axis=0)[np.ix_(at, at)]
+        factor = solved(information, np.eye(len(at))[:, : len(self.sizes)])
+        return [factor.T @ without_states(one)[at] for one in self.left.scans]
 
 
 def curve_p_value(model: RefittedModel, forces: Sequence[Array]) -> float:
@@ -122,16 +119,12 @@ def curve_p_value(model: RefittedModel, forces: Sequence[Array]) -> float:
 def curve_among_draws(left: Left, at: Sequence[int]) -> float:
     """p-value of a free curve being drawn noise itself, by the energy that it explains there; one where too little
     could be drawn. at : numbers of its columns in what is left."""
-    noise, columns = judged_along_the_motion(left).noise, [without_states(one) for one in left.scans]
-    information = np.sum([one @ one.T for one in columns], axis=0)
-    moments = [
-        [own @ one.whitening(residual) for residual in drawn_residuals(run, segment.whitening.levels, noise.output)]
-        for own, one, run, segment in zip(columns, left.scans, noise.simulated, noise.segments, strict=True)
-    ]
-    drawn = [
-        BlockedRegression(information[None], np.sum(parts, axis=0)[None], np.zeros(1)).energy_of(at)
-        for parts in zip(*moments, strict=False)
-    ]
+    information, columns = left.blocks.information.sum(axis=0), [without_states(one) for one in left.scans]
+    drawn = []
+    for residuals in judged_along_the_motion(left).noise.drawn():
+        parts = zip(columns, left.scans, residuals, strict=True)
+        moment = np.sum([own @ one.whitening(residual) for own, one, residual in parts], axis=0)
+        drawn.append(BlockedRegression(information[None], moment[None], np.zeros(1)).energy_of(at))
     if len(drawn) < 2:
         return 1.0
     mean, variance = float(np.mean(drawn)), float(np.var(drawn, ddof=1))

@@ -20,7 +20,6 @@ from robotid.diagnosis.events.detection import (
 )
 from robotid.diagnosis.events.pieces import scan_pieces, simulated_pieces
 from robotid.diagnosis.events.settings import EVENTS
-from robotid.diagnosis.noise.drawn import drawn_residuals
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
 from robotid.diagnosis.results import Event, EventKind
@@ -29,7 +28,7 @@ from robotid.diagnosis.scoring.catalogue_candidates import candidates
 from robotid.diagnosis.scoring.projection import Projected, beyond, project
 from robotid.diagnosis.scoring.scan import Scan, scans
 from robotid.diagnosis.scoring.score_test import Score, score
-from robotid.diagnosis.search.coloured import blocks_with, by_noise, judged_along_the_motion, left_by
+from robotid.diagnosis.search.coloured import blocks_with, by_noise, judged_along_the_motion, left_beside, left_by
 from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.errors import NumericsError
@@ -191,8 +190,7 @@ def resized(event: Event, model: RefittedModel) -> Event:
     change, energy = _size(projected)
     if energy <= EVENTS.least_left * float(projected.length[0]) ** 2:
         return event
-    inflation = max(1.0, model.energy / model.samples)
-    return replace(event, torque=event.torque + change, std=float(np.sqrt(inflation / energy)))
+    return replace(event, torque=event.torque + change, std=_deviation(energy, model))
 
 
 def with_deviation(event: Event, model: RefittedModel) -> Event:
@@ -203,32 +201,32 @@ def with_deviation(event: Event, model: RefittedModel) -> Event:
     which there is no time."""
     if not is_fitted(event, model):
         return event
-    forces = _unit_forces(event, model, free_in_time=True)
-    seen = scans(model.fitted, model.unknowns, (), forces)
-    _, energy = _size(project(seen))
-    by_sensors = max(1.0, model.energy / model.samples) / energy if energy > 0.0 else 0.0
-    event = replace(event, std=max(event.std, float(np.sqrt(by_sensors))))
     try:
-        sizes = _sizes_in_noise(seen, forces, model)
+        seen = scans(model.fitted, model.unknowns, (), _unit_forces(event, model, free_in_time=True))
+        event = replace(event, std=max(event.std, _deviation(_size(project(seen))[1], model)))
+        sizes = _sizes_in_noise(seen, model)
     except (NumericsError, OutOfTime):
         return event
     return replace(event, std=max(event.std, float(np.sqrt(np.mean(np.square(sizes)))))) if sizes else event
 
 
-def _sizes_in_noise(seen: Sequence[Scan], forces: Sequence[Array], model: RefittedModel) -> list[float]:
+def _sizes_in_noise(seen: Sequence[Scan], model: RefittedModel) -> list[float]:
     """The sizes [Nm] that an event seems to have in drawn noise of any colour, where there is none.
 
-    forces : of the event, and of all that its size is not to be taken for, whose columns `seen` has.
+    seen : the columns of the fitted segments, those of the event and of what its size is not to be taken for last.
     """
-    noise = judged_along_the_motion(left_by(model, forces)).noise
-    drawn = [
-        drawn_residuals(one, segment.whitening.levels, model.output)
-        for one, segment in zip(model.fitted, noise.segments, strict=True)
-    ]
+    noise = judged_along_the_motion(left_beside(model, seen)).noise
     return [
         _size(project([one.with_residual(residual) for one, residual in zip(seen, residuals, strict=True)]))[0]
-        for residuals in zip(*drawn, strict=False)
+        for residuals in noise.drawn()
     ]
+
+
+def _deviation(energy: float, model: RefittedModel) -> float:
+    """Standard deviation [Nm] by the noise of the sensors of a size whose column has this energy, zero where nothing of
+    it is left."""
+    inflation = max(1.0, model.energy / model.samples)
+    return float(np.sqrt(inflation / energy)) if energy > 0.0 else 0.0
 
 
 def _size(projected: Projected) -> tuple[float, float]:

@@ -124,12 +124,12 @@ def remainder(d: Diagnosis) -> str:
     """How much of the misfit the causes leave, as the end of a sentence."""
     if all(cause.explained_of for cause in d.causes):
         return ""
-    of = f"{rms(d.misfit, 2)} {d.unit}"
-    level = f"{rms(d.remaining, 2)} {d.unit} after {of}" if d.remaining > d.misfit else f"{rms(d.remaining, 2)} of {of}"
+    grown = d.remaining > d.misfit
+    level = f"{rms(d.remaining, 2)} {f'{d.unit} after' if grown else 'of'} {rms(d.misfit, 2)} {d.unit}"
     if d.torque_errors:  # weighed by these nothing remains
         return f"; what remains, {level}, is no more than {_passing(d)} would cause"
     left = f"{portion(d.remaining_share)} of the misfit's energy remains"
-    if d.remaining > d.misfit:  # what weighs most is gone, and what is slow has grown
+    if grown:  # what weighs most is gone, and what is slow has grown
         return f"; weighed by the noise of every frequency {left}, but the simulation errs by more than before, {level}"
     return f"; {left}, {level}"
 

@@ -70,7 +70,7 @@ def test_simulations_are_asked_for_only_where_the_linear_motion_does_not_tell(mo
 
 
 def test_too_few_draws_tell_nothing(of_nothing: list[DrawnSizes], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("robotid.diagnosis.search.drawn_sizes.drawn_residuals", lambda *_: [])
+    monkeypatch.setattr("robotid.diagnosis.noise.colour.drawn_residuals", lambda *_: [])
     fresh = DrawnSizes(of_nothing[0].left, of_nothing[0].sizes, of_nothing[0].beside)
     assert fresh.p_value_among_draws == 1.0
     assert fresh.variances.tolist() == [0.0]
@@ -97,5 +97,5 @@ def test_a_curve_of_slow_errors_does_not() -> None:
 
 def test_a_curve_of_which_too_little_could_be_drawn_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     model, forces = a_curve(records(STRIBECK))
-    monkeypatch.setattr("robotid.diagnosis.search.drawn_sizes.drawn_residuals", lambda *_: [])
+    monkeypatch.setattr("robotid.diagnosis.noise.colour.drawn_residuals", lambda *_: [])
     assert curve_p_value(model, forces) == 1.0

@@ -70,30 +70,31 @@ def check_a_fit_below_ten_percent_is_no_model() -> None:
         assert hardly_explained({"a": y}, {"a": left}) is nothing
 
 
+def led_away(found: SearchResult, speed: float, share: float) -> SearchResult:
+    """A result whose record moves at this speed [rad/s], and off which the model is by this share of its variance, the
+    noise besides."""
+    (one,), (segment,) = found.last.fitted, found.data.fitted
+    moving = replace(one.record, dphi_m=speed * np.sin(one.record.t))
+    noise, whole = segment.whitening.output_variance, float(np.var(moving.dphi_m))
+    residual = np.full(len(one.residual), np.sqrt(noise + share * whole))
+    return replace(found, last=replace(found.last, fitted=(replace(one, record=moving, residual=residual),)))
+
+
 @sees(VERDICT, "swamped_share")
 def check_torque_errors_that_cause_a_tenth_of_the_motion_hide_what_is_missing() -> None:
     found = result(1000.0, friction(1.0))
-    (one,), (segment,) = found.last.fitted, found.data.fitted
-    moving = replace(one.record, dphi_m=3.0 * np.sin(one.record.t))
-    noise, whole = segment.whitening.output_variance, float(np.var(moving.dphi_m))
     for share, swamped in ((0.09, False), (0.11, True)):
-        residual = np.full(len(one.residual), np.sqrt(noise + share * whole))
-        last = replace(found.last, fitted=(replace(one, record=moving, residual=residual),))
-        assert is_swamped(replace(found, last=last)) is swamped
+        assert is_swamped(led_away(found, 3.0, share)) is swamped
 
 
 @sees(VERDICT, "astray_share")
 def check_torque_errors_of_three_percent_of_the_motion_lead_a_simulation_astray() -> None:
     found = result(1000.0, friction(1.0))
-    (one,), (segment,) = found.last.fitted, found.data.fitted
-    moving = replace(one.record, dphi_m=200.0 * np.sin(one.record.t))
-    noise, whole = segment.whitening.output_variance, float(np.var(moving.dphi_m))
+    (segment,) = found.data.fitted
     driven = replace(segment, record=replace(segment.record, tau_m=np.full(len(segment.record), 100.0)))
     coloured = replace(found.data, fitted=(driven,), noise_reached=True)
     for share, far in ((0.9e-3, False), (1.1e-3, True)):
-        residual = np.full(len(one.residual), np.sqrt(noise + share * whole))
-        last = replace(found.last, fitted=(replace(one, record=moving, residual=residual),))
-        assert lead_astray(replace(found, last=last, coloured=coloured)) is far
+        assert lead_astray(replace(led_away(found, 200.0, share), coloured=coloured)) is far
 
 
 @sees(VERDICT, "swamped_torque")
