@@ -45,11 +45,11 @@ def test_results_are_the_same_to_the_last_bit_wherever_arrays_lie() -> None:
     assert found[1:] == found[:-1]
 
 
-def test_work_is_done_elsewhere_only_where_it_is_worth_it() -> None:
+def test_work_is_done_elsewhere_only_where_it_is_worth_it(tmp_path: Path) -> None:
     with working(2):
         assert set(each(tasks.process, None, range(3), samples=1)) == {os.getpid()}
     with both_working():
-        first, second = each(tasks.process, None, range(2), samples=MUCH)
+        first, second = each(tasks.process_of_pair, str(tmp_path / "first"), range(2), samples=MUCH)
         assert first == os.getpid() != second
     with working(1):
         assert set(each(tasks.process, None, range(3), samples=MUCH)) == {os.getpid()}

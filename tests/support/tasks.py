@@ -6,6 +6,7 @@ import os
 import signal
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
@@ -39,6 +40,19 @@ def scaled_on_a_full_disk(shared: Array, factor: int) -> tuple[str, Array]:
 def process(shared: None, number: int) -> int:
     """Number of the process that does the task."""
     return os.getpid()
+
+
+def process_of_pair(shared: str, number: int) -> int:
+    """Number of the process that does the task; the second of two is not done before the first, so that whoever is at
+    it cannot take both. shared : a file that the first makes."""
+    first = Path(shared)
+    if number == 0:
+        first.touch()
+    for _ in range(6000):
+        if first.exists():
+            return os.getpid()
+        time.sleep(0.01)
+    raise TimeoutError(f"{shared}: the first task has not been done in a minute")
 
 
 def deaf(shared: None, number: int) -> bool:
