@@ -20,7 +20,9 @@ def extended_configuration(loaded: Loaded, found: Extension | Mapping[str, Exten
     """The text of extended.yaml, to be kept in a folder. found : the extension of a single joint, or of each axis of
     the robot by its name; an axis without one stays as it is, and so do clocks, which are one for all axes."""
     if isinstance(found, Extension):
-        return extended_text(loaded, found.fit.structure, _guesses(found), folder, late=found.late)
+        return extended_text(
+            loaded, found.fit.structure, _guesses(found), folder, late=found.late, horizon=found.fit.horizon
+        )
     return _robot_text(loaded, found, folder)
 
 
@@ -61,13 +63,19 @@ def _as_list(files: str | tuple[str, ...]) -> str | list[str]:
 
 
 def extended_text(
-    loaded: Loaded, structure: Structure, guesses: Mapping[str, float], folder: Path, *, late: float
+    loaded: Loaded,
+    structure: Structure,
+    guesses: Mapping[str, float],
+    folder: Path,
+    *,
+    late: float,
+    horizon: float | None = None,
 ) -> str:
     """A complete configuration for another structure, as YAML to be kept in a folder.
 
     guesses : starts of parameters, by dotted name. late [s] : by how much the torque of measured files is recorded
-    later than was known. The virtual robot, if there is one, stays what it is; measured files are named relative to the
-    folder.
+    later than was known; horizon [s] : of the pieces that it was fitted in, which a later fit takes from the start. The
+    virtual robot, if there is one, stays what it is; measured files are named relative to the folder.
     """
     config = loaded.config
     known = dict(config.robot.parameters)
@@ -81,7 +89,8 @@ def extended_text(
             "recorded_angle": structure.recorded_angle,
         }
     )
-    return resolved(config.model_copy(update={"robot": robot, "records": _moved(loaded, folder, late)}))
+    fit = config.fit if config.fit.horizon is not None else config.fit.model_copy(update={"horizon": horizon})
+    return resolved(config.model_copy(update={"robot": robot, "records": _moved(loaded, folder, late), "fit": fit}))
 
 
 def effects_of(structure: Structure) -> Effects:

@@ -102,7 +102,7 @@ class ExtensionTask:
         joint = assemble(structure, angle=self.before.keeps_angle)
         first, *others = (carried(old, structure, values).held_at(self.held) for values in starts)
         options = replace(self.options, other_starts=tuple(others))
-        return fit_model(self.before.name, joint, first, self._used, options)
+        return replace(fit_model(self.before.name, joint, first, self._used, options), horizon=self.horizon)
 
     def scores(self, fit: FitResult) -> dict[str, Score]:
         """A fit on every record on which it can be simulated, by record name."""

@@ -13,6 +13,7 @@ from robotid.model.units import on_axis, unit_of
 from robotid.report.evidence.results import Evidence
 from robotid.signals.frf import Frf
 from robotid.signals.quality import Recordings
+from robotid.signals.record import usable_horizon
 from robotid.signals.reference import Excitation
 from robotid.validation.results import Validation
 
@@ -22,8 +23,8 @@ CLEAN = 0.5  # of the noise: a misfit below it shows nowhere
 @dataclass(frozen=True, slots=True, eq=False)
 class Findings:
     """All that a report is made of, None where a stage has not run. linear : the axis slides. horizon : length [s] of
-    the pieces in which a fit simulates, None: whole records. estimate_states : whether the first states of a record are
-    found by least squares. evidence : what figures show beside all this."""
+    the pieces in which fits are asked to simulate, None: whole records, or what the data ask for. estimate_states :
+    whether the first states of a record are found by least squares. evidence : what figures show beside all this."""
 
     robot: str
     linear: bool = False
@@ -38,6 +39,15 @@ class Findings:
     extension: Extension | None = None
     estimate_states: bool = True
     evidence: Evidence = field(default_factory=Evidence)
+
+    @property
+    def pieces(self) -> float | None:
+        """Length [s] of the pieces in which a diagnosis and an extension simulate, None: whole records."""
+        if self.horizon is not None:
+            return self.horizon
+        fit = None if self.fits is None else self.fits.models[self.fits.best].horizon
+        chosen = fit if self.diagnosis is None else self.diagnosis.horizon or fit
+        return usable_horizon(chosen, () if self.recordings is None else self.recordings.records)
 
     @property
     def extension_that_adds(self) -> Extension | None:

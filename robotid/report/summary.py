@@ -124,9 +124,11 @@ def _validated(f: Findings) -> Iterator[str]:
     yield f"model {f.validation.best} of {f.robot} simulates the motor {best.output} with a fit of {parts}."
     if not apart:
         yield "No record was held out, so this does not tell how well it does on motions it has not seen."
-    if f.horizon is not None and f.diagnosis is not None:
-        pieces = f"pieces of {significant(f.horizon)} s, each from a first state of its own"
-        yield f"The fit and the diagnosis simulate {pieces}; the fits in their tables are of these."
+    if f.pieces is not None and f.diagnosis is not None:
+        alone = f.diagnosis.horizon is not None
+        who, whose = ("diagnosis simulates", "its") if alone else ("fit and the diagnosis simulate", "their")
+        pieces = f"pieces of {significant(f.pieces)} s, each from a first state of its own"
+        yield f"The {who} {pieces}; the fits in {whose} tables are of these."
     unseen = [i for i in best.identifiability if i.verdict == "unseen"]
     hidden = [i.name for i in unseen if hidden_by_errors(i)]
     if len(hidden) < len(unseen):
@@ -347,7 +349,7 @@ def _gained(f: Findings, e: Extension) -> Iterator[str]:
     parts = [_risen(e.before[name], e.after[name], name, len(names)) for name in names[:MAX_NAMED]]
     further = f", and {len(names) - MAX_NAMED} more" if len(names) > MAX_NAMED else ""
     kind = f"held-out {'record' if len(names) == 1 else 'records'} " if apart else ""
-    pieces = "" if f.horizon is None else f", simulated in pieces of {significant(f.horizon)} s,"
+    pieces = "" if f.pieces is None else f", simulated in pieces of {significant(f.pieces)} s,"
     yield f"With {listed(list(e.added))} added{pieces or ','} the fit of {kind}{listed(parts)}{further}."
     if not apart:
         yield "No record was held out, so part of this gain may be fitted noise."

@@ -181,7 +181,7 @@ def usable_horizon(horizon: float, records: Iterable[Record]) -> float: ...
 def usable_horizon(horizon: float | None, records: Iterable[Record]) -> float | None: ...
 def usable_horizon(horizon: float | None, records: Iterable[Record]) -> float | None:
     """A length of pieces [s] that was chosen on some records, so that all of these can be cut by it, too."""
-    return horizon and max(horizon, *(SHORTEST_PIECE * record.sampling_time for record in records))
+    return horizon and max((horizon, *(SHORTEST_PIECE * record.sampling_time for record in records)))
 
 
 def _checked(name: str, values: ArrayLike) -> Array:

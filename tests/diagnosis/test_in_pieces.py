@@ -48,6 +48,7 @@ def test_a_cause_is_found_in_pieces_and_extends_the_model_there() -> None:
     after = extend(task, ["motor.stribeck"])
     (size,) = (one.value for one in after.fit.parameters if one.name == "motor.stribeck.dFs")
     assert size == pytest.approx(STRIBECK["motor.stribeck.dFs"], rel=0.05)
+    assert after.fit.horizon == found.horizon
 
 
 @pytest.mark.usefixtures("astray")

@@ -150,6 +150,14 @@ def test_pieces_are_told_where_a_fit_simulates_them() -> None:
     assert "pieces" not in told()
 
 
+def test_pieces_that_a_diagnosis_alone_takes_are_told_to_be_its_own() -> None:
+    f = findings()
+    assert f.diagnosis is not None
+    text = told(diagnosis=replace(f.diagnosis, horizon=0.25))
+    assert "The diagnosis simulates pieces of 0.25 s, each from a first state of its own; the fits in its" in text
+    assert "added, simulated in pieces of 0.25 s, the fit of" in text
+
+
 def test_nothing_held_out_is_said() -> None:
     f = findings()
     best = f.validation.models["m"]

@@ -62,17 +62,15 @@ def _by_simulation(f: Findings) -> tuple[dict[str, Law], dict[str, ResidualSpect
         fit = f.fits.models.get(extension.model, fit)
     before = fitted_model(fit, estimate_states=f.estimate_states)
     after = None if extension is None else fitted_model(extension.fit, estimate_states=f.estimate_states)
-    chosen = fit.horizon if f.diagnosis is None else f.diagnosis.horizon or fit.horizon
-    horizon = f.horizon or usable_horizon(chosen, f.recordings.records)
     missing = {} if f.diagnosis is None else f.diagnosis.missing
     for record in _as_extended(f):
         check()
-        gained = None if after is None else _simulated(after, record, horizon)
+        gained = None if after is None else _simulated(after, record, f.pieces)
         if gained is not None:
             runs[record.name] = gained
             if record.name in missing:
                 _put(laws, record.name, partial(law_of, before, gained, missing[record.name].t))
-        left = _simulated(before, record, horizon)
+        left = _simulated(before, record, f.pieces)
         if left is not None:
             _put(spectra, record.name, partial(residual_spectra, left, gained, before.output))
     return laws, spectra, runs

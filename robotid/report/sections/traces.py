@@ -26,9 +26,9 @@ class Traces(Section):
 
 def _in_pieces(f: Findings) -> str:
     """What makes the residual jump where a fit simulates pieces of its records."""
-    if f.horizon is None:
+    if f.pieces is None:
         return ""
-    return f" Simulated in pieces of {significant(f.horizon)} s, each from a first state of its own."
+    return f" Simulated in pieces of {significant(f.pieces)} s, each from a first state of its own."
 
 
 def _compared(f: Findings) -> Iterator[tuple[str, TimePlot, str]]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import partial
 
 from robotid.extension.results import Extension, Score
-from robotid.numerals import fixed, listed, number, rms
+from robotid.numerals import fixed, listed, number, rms, significant
 from robotid.report.events import accounted_for
 from robotid.report.tables.diagnose import rejected_document, rejected_table
 from robotid.report.tables.estimates import estimates_document
@@ -65,7 +65,8 @@ def sentence(extension: Extension) -> str:
     apart = [name for name, score in e.after.items() if not score.used and name in e.before]
     names = apart or [name for name in e.after if name in e.before]
     gains = map(partial(_gain, e), names)
-    return f"with {', '.join(e.added)}, {e.model} simulates {'held-out ' if apart else ''}{', '.join(gains)}"
+    pieces = "" if e.fit.horizon is None else f", in pieces of {significant(e.fit.horizon)} s"
+    return f"with {', '.join(e.added)}, {e.model} simulates {'held-out ' if apart else ''}{', '.join(gains)}{pieces}"
 
 
 def _gain(e: Extension, name: str) -> str:

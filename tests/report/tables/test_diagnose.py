@@ -225,5 +225,7 @@ def test_an_extension_says_of_which_records_the_events_are_accounted_for(capsys:
     assert printed(extend.document(eventful), capsys)["events_accounted_for"] == ["set1"]
     assert printed(extend.document(EXTENSION), capsys)["events_accounted_for"] == []
     pushed = replace(eventful, events=(replace(PUSH, record="check"),))
+    in_pieces = replace(EXTENSION, fit=replace(EXTENSION.fit, horizon=0.25))
+    assert extend.sentence(in_pieces).endswith("from 95.00 to 99.20 %, in pieces of 0.25 s")
     assert extend.sentence(pushed).endswith("held-out check (event accounted for) from 95.00 to 99.20 %")
     assert "event" not in extend.sentence(eventful)
