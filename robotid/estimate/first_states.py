@@ -7,6 +7,8 @@ first speed by 57 rad/s. Between these limits least squares find it, for all sam
 
 from __future__ import annotations
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
 
 from robotid.model.array import Array
@@ -26,13 +28,24 @@ def first_state_limits(joint: Joint, record: Record) -> tuple[Array, Array]:
     """Lower and upper limits of a first state, (nx,) each, about the measured one. Those of states that are not
     measured, such as the gear's and those of memory, are without end."""
     measured, away = np.zeros(joint.nx), np.full(joint.nx, np.inf)
-    measured[joint.motor_speed] = record.dphi_m[0]
-    away[joint.motor_speed] = DEVIATIONS * speed_accuracy(record) + _leeway(record.dphi_m, record.dphi_m)
+    speed, angle = _reach(record)
+    measured[joint.motor_speed], away[joint.motor_speed] = record.dphi_m[0], speed
     if joint.keeps_angle:
-        measured[joint.motor_angle] = record.phi_m[0]
-        travel = record.phi_m - record.phi_m.mean()
-        away[joint.motor_angle] = DEVIATIONS * angle_accuracy(record) + _leeway(record.phi_m, travel)
+        measured[joint.motor_angle], away[joint.motor_angle] = record.phi_m[0], angle
     return measured - away, measured + away
+
+
+def _reach(record: Record) -> tuple[float, float]:
+    """How far the first speed and the first angle may be from what was measured."""
+    if record not in _reaches:
+        travel = record.phi_m - record.phi_m.mean()
+        speed = DEVIATIONS * speed_accuracy(record) + _leeway(record.dphi_m, record.dphi_m)
+        _reaches[record] = speed, DEVIATIONS * angle_accuracy(record) + _leeway(record.phi_m, travel)
+    return _reaches[record]
+
+
+_reaches: WeakKeyDictionary[Record, tuple[float, float]] = WeakKeyDictionary()
+"""Of records that are in use: a search asks for those of its pieces with every refit, and a quantum is slow to tell."""
 
 
 def speed_accuracy(record: Record) -> float:

@@ -37,7 +37,7 @@ OPERATORS: dict[SpeedOrigin, Callable[[Array, float], Array]] = {
 """From an angle (..., n) and the sampling time to the speed as it is derived, (..., n)."""
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True, weakref_slot=True, eq=False, repr=False)
 class Record(Displayed):
     """One experiment. All signals are on the motor side unless they end in _a, and (n,).
 
