@@ -9,7 +9,7 @@ from math import ceil
 import numpy as np
 
 from robotid.errors import NumericsError
-from robotid.model.array import Array
+from robotid.model.array import Array, blocks
 from robotid.model.joint import Joint
 from robotid.signals.record import Record
 from robotid.simulation.actuator import ActingTorque, acting_torque
@@ -71,6 +71,35 @@ def simulate_together(
         for k, (record, start) in enumerate(zip(records, starts, strict=True))
     )
     return map(followed, courses) if every is None else iter(followed_together(list(courses)))
+
+
+def simulate_under(
+    torques: Sequence[Array],
+    joint: Joint,
+    theta: Array,
+    record: Record,
+    start: Start,
+    max_failed_windows: int | None = None,
+) -> Iterator[Trajectory | None]:
+    """The open-loop response to each of several torques (n,), as many at once as `simulate_together` takes, beside all
+    else that a record holds; None where there is none. The other arguments as of `simulate`. Raises NumericsError where
+    the joint has no mass in a pose that one of them leads to."""
+
+    courses = [_simulating(joint, theta, replace(record, tau_m=one), start, max_failed_windows) for one in torques]
+    for at in blocks(len(torques), max(1, TOGETHER // len(record))):
+        yield from _ended(courses[at])
+
+
+def _ended(courses: Sequence[Course[Trajectory]]) -> list[Trajectory | None]:
+    """The ends of courses through problems of one joint with the same parameters, None of those that fail."""
+
+    def attempted(course: Course[Trajectory]) -> Course[Trajectory | None]:
+        try:
+            return (yield from course)
+        except NumericsError:
+            return None
+
+    return followed_together([attempted(one) for one in courses])
 
 
 def _simulating(

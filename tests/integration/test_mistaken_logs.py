@@ -98,7 +98,10 @@ def test_a_validation_record_that_overlaps_or_is_sampled_otherwise(
     assert [f["check"] for f in findings if f["record"] == "validate"] == found
 
 
-@pytest.mark.parametrize("name", ["torque_sign", "speed_zeros", "speed_unrelated", "torque_is_angle"])
+RIGID = ["torque_sign", pytest.param("speed_zeros", marks=pytest.mark.slow), "speed_unrelated", "torque_is_angle"]
+
+
+@pytest.mark.parametrize("name", RIGID)
 def test_a_rigid_axis(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = {signal: values[:SAMPLES] for signal, values in BY_NAME[name].make(right_log("rigid")).items()}
     write_csv(tmp_path / "log.csv", log)

@@ -56,7 +56,7 @@ def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     return line
 
 
-@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("axis", [pytest.param("a1", marks=pytest.mark.slow), "a2"])
 def test_an_axis_gives_what_it_gives_as_a_single_joint(axis: str, finished: Path, tmp_path: Path) -> None:
     assert main(["run", str(finished / f"{axis}.yaml"), "--out", str(tmp_path), "--quiet"]) == 0
     for stage in STAGES.values():

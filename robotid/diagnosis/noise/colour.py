@@ -26,6 +26,7 @@ from robotid.estimate.noise.settings import SETTINGS, LevelSettings
 from robotid.estimate.noise.whitening import InnovationsFilter, NoiseLevels, innovations_filter
 from robotid.estimate.residual import measured_output
 from robotid.model.array import Array
+from robotid.parallel import each
 from robotid.signals.derivation import Derivation
 from robotid.signals.quality import quantum
 from robotid.signals.record import Quantity
@@ -60,9 +61,10 @@ class ColouredNoise:
     def drawn(self, times: int = 1) -> list[tuple[Array, ...]]:
         """Residuals that such noise makes of every segment, (n,) each, as many times as all can be simulated under it.
         times : as of `drawn_residuals`."""
-        pairs = zip(self.simulated, self.segments, strict=True)
-        made = [drawn_residuals(run, one.whitening.levels, self.output, times) for run, one in pairs]
-        return list(zip(*made, strict=False))
+        levels = [one.whitening.levels for one in self.segments]
+        samples = times * NOISE.draws * sum(len(one.record) for one in self.segments) // len(levels)
+        parts = list(zip(self.simulated, levels, strict=True))
+        return list(zip(*each(_drawn, (self.output, times), parts, samples=samples), strict=False))
 
     def along_the_motion(self) -> ColouredNoise:
         """The same noises where errors of the torque pass along the simulated motion, which rests and reverses, and not
@@ -96,6 +98,11 @@ class ColouredNoise:
         levels = self.segments[k].whitening.levels
         drawn = partial(drawn_residuals, self.simulated[k], levels, self.output)
         return is_explained(self.residuals[k], levels, tolerance=NOISE.tolerance, drawn=drawn)
+
+
+def _drawn(shared: tuple[Quantity, int], part: tuple[SimulatedSegment, NoiseLevels]) -> list[Array]:
+    output, times = shared
+    return drawn_residuals(*part, output, times)
 
 
 def coloured_noise(segments: Sequence[SimulatedSegment], columns: Sequence[Array], output: Quantity) -> ColouredNoise:

@@ -6,7 +6,7 @@ response of a joint that slips does not know.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from scipy.signal import lfilter
@@ -19,7 +19,7 @@ from robotid.estimate.residual import observed
 from robotid.model.array import Array
 from robotid.signals.derivation import Derivation
 from robotid.signals.record import Quantity
-from robotid.simulation.simulate import simulate
+from robotid.simulation.simulate import Start, simulate_under
 
 SEED = 20051
 
@@ -30,16 +30,17 @@ def drawn_residuals(one: SimulatedSegment, levels: NoiseLevels, output: Quantity
 
     levels.output is that of the angle where the record's speed was derived from it.
     """
-    rng, found, derivation = np.random.default_rng(SEED), list[Array](), Derivation.of(one.record, output)
+    rng, samples, derivation = np.random.default_rng(SEED), len(one.record), Derivation.of(one.record, output)
+    errors, sensed = list[Array](), list[Array]()
     for _ in range(times * NOISE.draws):
-        error = _torque_error(rng, levels, len(one.record), one.record.sampling_time)
-        sensed = np.sqrt(levels.output) * rng.standard_normal(len(one.record))
-        try:
-            moved = _moved(one, error, output)
-        except NumericsError:
-            continue
-        found.append(moved + (sensed if derivation is None else derivation.speed(sensed)))
-    return found
+        errors.append(_torque_error(rng, levels, samples, one.record.sampling_time))
+        noise = np.sqrt(levels.output) * rng.standard_normal(samples)
+        sensed.append(noise if derivation is None else derivation.speed(noise))
+    try:
+        pairs = zip(_moved(one, errors, output), sensed, strict=True)
+        return [moved + noise for moved, noise in pairs if moved is not None]
+    except NumericsError:
+        return []
 
 
 def _torque_error(rng: np.random.Generator, levels: NoiseLevels, samples: int, sampling_time: float) -> Array:
@@ -52,10 +53,11 @@ def _torque_error(rng: np.random.Generator, levels: NoiseLevels, samples: int, s
     return np.asarray(white + lfilter([1.0], [1.0, -pole], drive))
 
 
-def _moved(one: SimulatedSegment, error: Array, output: Quantity) -> Array:
-    """How far errors of the torque (n,) move the output of a segment, (n,). Raises NumericsError."""
+def _moved(one: SimulatedSegment, errors: Sequence[Array], output: Quantity) -> Iterator[Array | None]:
+    """How far each of several errors of the torque (n,) moves the output of a segment, (n,); None where the joint
+    cannot be simulated under it."""
     before = one.trajectory
-    record = replace(one.record, tau_m=one.record.tau_m + error)
-    most = max(NOISE.failed_windows, 2 * before.failed_windows)
-    after = simulate(before.joint, before.theta, record, before.x[:, 0], before.x, max_failed_windows=most)
-    return observed(after, output) - observed(before, output)
+    torques, start = [one.record.tau_m + error for error in errors], Start(before.x[:, 0], before.x)
+    most, known = max(NOISE.failed_windows, 2 * before.failed_windows), observed(before, output)
+    for after in simulate_under(torques, before.joint, before.theta, one.record, start, most):
+        yield None if after is None else observed(after, output) - known

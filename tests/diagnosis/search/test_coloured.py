@@ -59,7 +59,7 @@ def test_slow_errors_of_the_torque_are_no_cause() -> None:
     assert min(honest) > 1e-3
 
 
-@pytest.mark.parametrize("seed", [3, pytest.param(5, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [pytest.param(seed, marks=pytest.mark.slow) for seed in (3, 5)])
 def test_a_machine_whose_torque_has_slow_errors_is_given_no_cause(seed: int) -> None:
     made = slow_errors(records({}), seed)
     assert diagnose(fitted(made), made, FEW).causes == ()

@@ -50,7 +50,11 @@ def weighted(changed: Mapping[str, float]) -> Diagnosis:
     "changed",
     [
         pytest.param({"motor.inertia.J": 1.3, "motor.gravity.G": 1.4}, id="inertia and weight"),
-        pytest.param({"motor.inertia.J": 1.3, "motor.gravity.G": 1.4, "motor.gravity.H": 1.4}, id="and its place"),
+        pytest.param(
+            {"motor.inertia.J": 1.3, "motor.gravity.G": 1.4, "motor.gravity.H": 1.4},
+            id="and its place",
+            marks=pytest.mark.slow,
+        ),
         pytest.param({"motor.inertia.J": 1.3}, id="inertia alone"),
     ],
 )

@@ -16,9 +16,10 @@ from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
 from robotid.signals.companion import Companion
 from robotid.signals.record import Record
+from robotid.simulation import simulate as simulating
 from robotid.simulation.in_turns import beside_all
 from robotid.simulation.newton import together
-from robotid.simulation.simulate import Start, simulate, simulate_together
+from robotid.simulation.simulate import Start, simulate, simulate_together, simulate_under
 from robotid.simulation.trajectory import linearised_together, shared_dynamics
 
 TORQUE = {"slow": (1.3, 2.0), "fast": (9.0, 3.0), "short": (4.0, 2.5)}  # [Hz], [Nm]
@@ -73,6 +74,21 @@ def test_one_record_that_cannot_be_simulated_is_an_error_of_all() -> None:
     starts = [Start(np.zeros(one.nx)), Start(np.full(one.nx, np.nan)), Start(np.zeros(one.nx))]
     with pytest.raises(NumericsError, match="not finite"):
         list(simulate_together(one, theta, records(), starts))
+
+
+def test_each_torque_of_a_record_moves_it_as_it_does_alone_and_one_that_cannot_be_is_left_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    one, theta = joint()
+    record, start = records()[1], Start(np.zeros(one.nx))
+    torques = [record.tau_m, np.full(len(record), np.nan), 0.5 * record.tau_m, 1.01 * record.tau_m]
+    monkeypatch.setattr(simulating, "TOGETHER", 3 * len(record))
+    first, never, *others = simulate_under(torques, one, theta, record, start)
+    assert never is None
+    for torque, found in zip((torques[0], *torques[2:]), (first, *others), strict=True):
+        alone = simulate(one, theta, replace(record, tau_m=torque), start.x0)
+        assert found is not None
+        assert np.abs(found.x - alone.x).max() < 1e-5 * np.abs(alone.x).max()
 
 
 def test_derivatives_together_are_those_of_each() -> None:
