@@ -4,7 +4,7 @@ inertia and a weight. Found on their first part, tested on the second, and sized
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import pairwise
 
@@ -63,19 +63,20 @@ def find_record_changes(
     found: dict[str, tuple[RecordChange, ...]] = {}
 
     @cache
-    def joined(record: str) -> Together:
-        return Together.of(model, data, {record})
+    def joined(record: str) -> _Joined:
+        return _Joined(Together.of(model, data, {record}), usual, level)
 
     for segment, seen in zip(data.validation, model.validation, strict=True):
-        changes = _of_record(model, joined, segment, seen.residual, usual, level)
-        if changes:
-            found.setdefault(segment.record.name, changes)
+        if segment.record.name not in found:  # another piece of it may have told already
+            changes = _of_record(model, joined, segment, seen.residual, usual, level)
+            if changes:
+                found[segment.record.name] = changes
     return tuple(change for changes in found.values() for change in changes)
 
 
 def _of_record(
     model: RefittedModel,
-    joined: Callable[[str], Together],
+    joined: Callable[[str], _Joined],
     segment: Segment,
     residual: Array,
     usual: float,
@@ -93,19 +94,19 @@ def _of_record(
     both = joined(segment.record.name)
     for standing in sorted(filter(None, (payload, others)), key=_simplest):
         for one in reversed(standing):
-            found = _apart(both, one.changes, usual, level)
+            found = both.sized(one.changes)
             if found is not None:
-                found = _fewer(both, found, usual, level) or found
+                found = _fewer(both, found) or found
                 return _with_gains(halves, segment, found.changes)
     return ()
 
 
-def _fewer(both: Together, found: _Sized, usual: float, level: float) -> _Sized | None:
+def _fewer(both: _Joined, found: _Sized) -> _Sized | None:
     """The changes that are certain to be there, where they explain as much without the others."""
     certain = tuple(one for one in found.changes if not abs(one.value) < ACCEPTANCE.amplitude_sigma * one.std)
     if not 0 < len(certain) < len(found.changes):
         return None
-    fewer = _apart(both, certain, usual, level)
+    fewer = both.sized(certain)
     as_good = fewer is not None and fewer.removed > (1.0 - CHANGES.same_share) * found.removed
     return fewer if as_good else None
 
@@ -196,6 +197,25 @@ class _Sized:
 
     changes: tuple[RecordChange, ...]
     removed: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Joined:
+    """The records of a fit together with one that was held out. usual, level : as of `find_record_changes`; refused :
+    names of changes that were none there: another piece of the record that asks for them is told so without a fit."""
+
+    both: Together
+    usual: float
+    level: float
+    refused: set[frozenset[str]] = field(default_factory=set)
+
+    def sized(self, changes: tuple[RecordChange, ...]) -> _Sized | None:
+        """Changes as a fit to all these records finds them, None where parameters may be the same."""
+        names = frozenset(one.effect for one in changes)
+        found = None if names in self.refused else _apart(self.both, changes, self.usual, self.level)
+        if found is None:
+            self.refused.add(names)
+        return found
 
 
 def _apart(both: Together, changes: tuple[RecordChange, ...], usual: float, level: float) -> _Sized | None:

@@ -172,10 +172,11 @@ def _bounded(power: Array, bases: Array, count: Array, of: Index, least: Array, 
     """
     n, free = len(least), bases.copy()
     levels, at_most = np.zeros((len(bases), n)), np.zeros(n, dtype=np.bool_)
+    apart = _apart(of) if n > 1 else None
     levels[:n] = np.diag(least)
     while True:
         fixed = (levels[:, of] * bases).sum(axis=0)
-        found, cost = whittle(power, free, count, fixed)
+        found, cost = whittle(power, free, count, fixed, apart)
         over = ~at_most & (found[n] > most) if len(bases) > n else np.zeros(n, dtype=np.bool_)
         if not over.any():
             break
@@ -216,11 +217,18 @@ def _lines(one: Residual, innovations: Innovations, corners: Array, settings: Le
     return _Lines(power, output, torque, red, np.diff(np.append(edges, len(innovations.power))).astype(np.float64))
 
 
-def whittle(power: Array, bases: Array, lines: Array | None = None, fixed: Array | float = 0.0) -> tuple[Array, float]:
+def whittle(
+    power: Array,
+    bases: Array,
+    lines: Array | None = None,
+    fixed: Array | float = 0.0,
+    apart: Index | None = None,
+) -> tuple[Array, float]:
     """Levels of spectra that explain a periodogram best, and minus twice the logarithm of their likelihood.
 
     power (f,), bases (k, f) -> (k,), none negative. lines : (f,) how many neighbouring frequencies each is the mean of;
-    fixed : (f,) what is there besides. Fisher scoring, each step a least-squares problem with non-negative unknowns.
+    fixed : (f,) what is there besides; apart : as of `_apart`, where the first bases are of one residual each. Fisher
+    scoring, each step a least-squares problem with non-negative unknowns.
     """
     count = np.ones(len(power)) if lines is None else lines
     size = bases.mean(axis=1, keepdims=True)
@@ -228,10 +236,33 @@ def whittle(power: Array, bases: Array, lines: Array | None = None, fixed: Array
     bases = bases / size
     model, least, before = np.full(len(power), power.mean()), 1e-12 * power.mean() + SMALLEST, np.zeros(len(bases))
     for _ in range(SCORING):
-        weighted = np.sqrt(count) * bases / model
-        levels, _ = nnls(weighted.T, np.sqrt(count) * (power - fixed) / model)
+        weighted, aim = np.sqrt(count) * bases / model, np.sqrt(count) * (power - fixed) / model
+        levels, _ = nnls(*((weighted.T, aim) if apart is None else _condensed(weighted, aim, apart)))
         model = np.maximum(levels @ bases + fixed, least)
         if np.abs(levels - before).max() <= PRECISION * levels.max():
             break
         before = levels
     return levels / size[:, 0], 2 / KINSHIP * float(count @ (np.log(model) + power / model))
+
+
+def _apart(of: Index) -> Index:
+    """The lines of each residual, (n, lines of the longest), -1 where there are no more. of : as of `_bounded`."""
+    lines = [np.flatnonzero(of == k) for k in range(of.max() + 1)]
+    found = np.full((len(lines), max(map(len, lines))), -1)
+    for row, own in zip(found, lines, strict=True):
+        row[: len(own)] = own
+    return found
+
+
+def _condensed(weighted: Array, aim: Array, apart: Index) -> tuple[Array, Array]:
+    """A least-squares problem of columns (k, f) and an aim (f,) in fewer rows: those of each residual hold its own
+    column and the common ones, and are turned into as many as these (Golub & Van Loan 2013, section 5.3)."""
+    n, k = len(apart), len(weighted)
+    every = np.vstack([weighted[:n].sum(axis=0), weighted[n:], aim])  # of a residual's lines, the first is its own
+    parts = np.moveaxis(np.pad(every, ((0, 0), (0, 1)))[:, apart], 0, -1)
+    turned = np.asarray(np.linalg.qr(parts, mode="r"))
+    rows = turned.shape[1]
+    columns = np.zeros((n, rows, k))
+    columns[np.arange(n), :, np.arange(n)] = turned[:, :, 0]
+    columns[:, :, n:] = turned[:, :, 1:-1]
+    return columns.reshape(n * rows, k), turned[:, :, -1].ravel()

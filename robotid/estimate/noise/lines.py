@@ -10,6 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.linalg.lapack import dpstrf
 from scipy.signal.windows import hann
 
 from robotid.estimate.noise.passed import PassedNoise, red_spectra
@@ -17,6 +19,8 @@ from robotid.estimate.noise.response import TorqueResponse
 from robotid.estimate.noise.settings import MEDIAN, SETTINGS, LevelSettings
 from robotid.estimate.noise.whitening import InnovationsFilter
 from robotid.model.array import Array, Index
+
+DEPENDENT = 1e-10  # of a column's energy, below which nothing of it is its own
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,12 +113,15 @@ def periodogram(signals: Array) -> Array:
 
 
 def orthonormal(columns: Array) -> Array:
-    """Rows (r, n) that span the same as columns (m, n), those that most columns share last."""
+    """Rows (r, n) that span the same as columns (m, n), those that hold most of them last: by a Cholesky factor of
+    their products, the largest pivot first."""
     length = np.linalg.norm(columns, axis=1)
     scaled = columns[length > 0] / length[length > 0, None]
-    values, vectors = np.linalg.eigh(scaled @ scaled.T)
-    kept = values > 1e-10 * values[-1] if len(values) else np.zeros(0, dtype=bool)
-    return np.asarray((vectors[:, kept] / np.sqrt(values[kept])).T @ scaled)
+    if not len(scaled):
+        return np.asarray(scaled)
+    factor, order, rank, _ = dpstrf(scaled @ scaled.T, tol=DEPENDENT, lower=1)
+    rows = solve_triangular(factor[:rank, :rank], scaled[order[:rank] - 1], lower=True, check_finite=False)
+    return np.asarray(rows[::-1])
 
 
 def band_edges(lines: int, settings: LevelSettings) -> Index:
