@@ -1,7 +1,7 @@
 """Causes that the search has accepted, judged once more by a fit as the pipeline makes it.
 
 The search weighs a residual by its noise, and sees what is far below the rest of it. A cause that gains nothing in a
-fit is not worth a name. Nor is one that a record which was held out shows the other way round: it imitates something
+fit is not worth a name. Nor is one whose size such a fit knows no better than to that size itself, nor one that a record which was held out shows the other way round: it imitates something
 that is not in the catalogue, and what differs beside it only makes up for that.
 """
 
@@ -19,6 +19,7 @@ from robotid.diagnosis.verdict import is_partial, without_cause
 from robotid.model.structure import changed, is_change, rests_on
 
 NOT_CONFIRMED = "a fit does not confirm it: the held-out records gain nothing by it"
+UNCERTAIN = "a fit does not confirm it: {} = {:.2g}, known to {:.2g}"
 ANOTHER_SIZE = "is not the same in all records: {} of {} differs by {:.0f} % of its size"
 RESTS = "only makes up for {}, which is no cause"
 BESIDE = "carries over only beside {}, which is no cause"
@@ -27,6 +28,17 @@ BESIDE = "carries over only beside {}, which is no cause"
 def is_idle(cause: Cause) -> bool:
     """Whether a fit with a cause gains nothing on records that it was not fitted to, where there are any."""
     return cause.heldout_gain < VERDICT.least_gain
+
+
+def uncertain(cause: Cause) -> str | None:
+    """Why a cause is none of which every amplitude is smaller than its own standard deviation in a fit, in words; None
+    where one is larger."""
+    nulls = {name: p for name, p in declarations(cause.effect) if p.null is not None}
+    sizes = [(nulls[e.name], e) for e in cause.parameters if e.name in nulls]
+    if not sizes or any(not abs(e.value - (p.null or 0.0)) < e.std_robust for p, e in sizes):
+        return None
+    declared, first = sizes[0]
+    return UNCERTAIN.format(declared.symbol, first.value, first.std_robust)
 
 
 def another_size(cause: Cause, diagnosis: Diagnosis) -> str | None:
@@ -45,14 +57,15 @@ def another_size(cause: Cause, diagnosis: Diagnosis) -> str | None:
 
 def unconfirmed(diagnosis: Diagnosis) -> dict[str, str]:
     """The causes that are none after all, by name, and why: those of quite another size on records that were held out,
-    all that differs beside these, and what gains nothing."""
+    all that differs beside these, what gains nothing, and what a fit tells no size of."""
     causes = [cause for cause in diagnosis.causes if not is_change(cause.effect)]
     found = {one.effect: why for one in causes if (why := another_size(one, diagnosis)) is not None}
     if found:
         beside = RESTS.format(", ".join(found))
         found |= {one.effect: beside for one in diagnosis.causes if one.explained_of}
     idle = [one for one in diagnosis.causes if is_idle(one) and not one.explained_of]
-    return {one.effect: NOT_CONFIRMED for one in idle} | found
+    unknown = {one.effect: why for one in causes if not one.explained_of and (why := uncertain(one)) is not None}
+    return unknown | {one.effect: NOT_CONFIRMED for one in idle} | found
 
 
 def without_causes(diagnosis: Diagnosis, why: Mapping[str, str]) -> Diagnosis:

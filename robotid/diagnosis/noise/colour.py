@@ -21,6 +21,7 @@ from robotid.estimate.noise.information import is_explained, loudest_octave
 from robotid.estimate.noise.levels import corners_of, fit_levels, fit_levels_by_record
 from robotid.estimate.noise.lines import Innovations, Residual
 from robotid.estimate.noise.passage import TorquePassage, passed_noise
+from robotid.estimate.noise.passed import PassedNoise
 from robotid.estimate.noise.response import torque_response
 from robotid.estimate.noise.settings import SETTINGS, LevelSettings
 from robotid.estimate.noise.whitening import InnovationsFilter, NoiseLevels, innovations_filter
@@ -58,10 +59,24 @@ class ColouredNoise:
         pairs = zip(self.segments, self.residuals, strict=True)
         return tuple(is_explained(seen, one.whitening.levels, tolerance=NOISE.tolerance) for one, seen in pairs)
 
-    def drawn(self, times: int = 1) -> list[tuple[Array, ...]]:
+    @cached_property
+    def levels_in_motion(self) -> tuple[NoiseLevels, ...]:
+        """Levels at which errors of the torque show what the residuals show where all that they have done is lost once
+        the motor rests: those that a joint which slips all the time asks for make too little of them. What shows more
+        than there, in bursts, is left out of it: linear about every sample it is too much, and no level would be left.
+        """
+        passed = [self._passed(k) for k in range(len(self.residuals))]
+        bounded = [None if one is None else replace(one, most=1.0) for one in passed]
+        seen = [replace(one, passed=by) for one, by in zip(self.residuals, bounded, strict=True)]
+        found = _levels(seen, [one.record.name for one in self.simulated])
+        slipping = [one.whitening.levels for one in self.segments]
+        pairs = zip(slipping, found, strict=True)
+        return tuple(max(pair, key=lambda one: one.torque + one.red) for pair in pairs)
+
+    def drawn(self, times: int = 1, levels: Sequence[NoiseLevels] | None = None) -> list[tuple[Array, ...]]:
         """Residuals that such noise makes of every segment, (n,) each, as many times as all can be simulated under it.
-        times : as of `drawn_residuals`."""
-        levels = [one.whitening.levels for one in self.segments]
+        times : as of `drawn_residuals`; levels : of the segments, by default those of their filters."""
+        levels = [one.whitening.levels for one in self.segments] if levels is None else levels
         samples = times * NOISE.draws * sum(len(one.record) for one in self.segments) // len(levels)
         parts = list(zip(self.simulated, levels, strict=True))
         return list(zip(*each(_drawn, (self.output, times), parts, samples=samples), strict=False))
@@ -83,16 +98,22 @@ class ColouredNoise:
         corner those of the residual's energy, for a likelihood heeds most what bursts do at the highest frequencies,
         and of these a motion that is linear about every sample knows least. None where there are none that are no
         larger than the record asks for of its own through a joint that slips: larger ones would pass for anything."""
-        simulated, slipping, whiten = self.simulated[k], self.residuals[k], self.segments[k].whitening
-        passage = TorquePassage.of(simulated.trajectory, self.output, derived=slipping.response.derivation is not None)
-        seen = replace(slipping, passed=passed_noise(slipping, whiten, passage))
+        slipping = self.residuals[k]
+        seen = replace(slipping, passed=self._passed(k))
         if seen.passed is None:
             return None
-        known, (own,) = whiten.levels, fit_levels([slipping], _clipped())
+        known, (own,) = self.segments[k].whitening.levels, fit_levels([slipping], _clipped())
         most = max(one.torque + one.red for one in (known, own))
         levels = [one for one in _of_its_energy(seen, known.output) if 0.0 < one.red <= most]
         explaining = [level for level in levels if is_explained(seen, level, tolerance=NOISE.tolerance)]
         return (seen, min(explaining, key=lambda level: loudest_octave(seen, level))) if explaining else None
+
+    def _passed(self, k: int) -> PassedNoise | None:
+        """What of the torque's noise shows along the motion of a segment."""
+        seen = self.residuals[k]
+        derived = seen.response.derivation is not None
+        passage = TorquePassage.of(self.simulated[k].trajectory, self.output, derived=derived)
+        return passed_noise(seen, self.segments[k].whitening, passage)
 
     def _explains(self, k: int) -> bool:
         levels = self.segments[k].whitening.levels

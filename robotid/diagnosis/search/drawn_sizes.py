@@ -55,8 +55,8 @@ class DrawnSizes:
     @cached_property
     def drawn(self) -> Array:
         """The same of drawn noise, where there is none, (draws, k)."""
-        found = []
-        for residuals in self.left.noise.drawn(TWICE):
+        noise, found = self.left.noise, []
+        for residuals in noise.drawn(TWICE, noise.levels_in_motion):
             parts = zip(self._weights, self.left.scans, residuals, strict=True)
             found.append(np.sum([weights @ one.whitening(residual) for weights, one, residual in parts], axis=0))
         return np.array(found).reshape(len(found), len(self.sizes))
@@ -75,12 +75,13 @@ class DrawnSizes:
     def p_value_along_the_motion(self) -> float:
         """Of the amplitudes being nothing, where errors of the torque pass along the motion, linear about every one."""
         noise, covariance = self.left.noise, np.zeros((len(self.sizes),) * 2)
-        parts = zip(noise.segments, noise.simulated, noise.residuals, self._weights, strict=True)
-        for segment, run, seen, weights in parts:
+        each_segment = zip(noise.segments, noise.levels_in_motion, strict=True)
+        parts = zip(each_segment, noise.simulated, noise.residuals, self._weights, strict=True)
+        for (segment, levels), run, seen, weights in parts:
             derived = seen.response.derivation is not None
             passage = TorquePassage.of(run.trajectory, noise.output, derived=derived)
             rows = segment.whitening.transposed(weights)
-            covariance += SeenDerivatives.of(rows, seen.response, passage).information(segment.whitening.levels)
+            covariance += SeenDerivatives.of(rows, seen.response, passage).information(levels)
         wald = _wald(self.found, covariance) / max(1.0, self.left.energy)
         samples = sum(weights.shape[1] for weights in self._weights)
         return float(fisher.sf(wald / len(self.sizes), len(self.sizes), samples))

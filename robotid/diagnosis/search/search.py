@@ -129,7 +129,7 @@ def _beside_events(
             with deadline(None):
                 start = start if start.rounds else _scored(start, criteria, log)
                 log("looking for events")
-        seen = largest_event(records, criteria, start.round.scores) if more else None
+        seen = _leading_event(evidence, start, records, criteria, log) if more else None
         result = None
         if seen is None or not seen.leading:
             known = None if events else plain
@@ -156,6 +156,23 @@ def _beside_events(
             found = _late(as_result(start)) if result is None else replace(result, late=True)
             unexamined = (EVENT.format(seen.event.record, plain_number(seen.event.start)), *found.unexamined)
             return replace(found, unexamined=unexamined, events=tuple(events)), plain
+
+
+def _leading_event(
+    evidence: Evidence, start: SearchState, records: ModelInPieces, criteria: Criteria, log: Log
+) -> SeenEvent | None:
+    """The largest event, by the noise of the sensors; where that is out of reach and shows none that leads, beside
+    white errors of the torque: what these move along may hide it. start : the first state of the evidence, scored;
+    records : in pieces, by its model."""
+    seen = largest_event(records, criteria, start.round.scores)
+    if (seen is not None and seen.leading) or start.data.noise_reached:
+        return seen
+    try:
+        beside = _beside_torque_errors("white", evidence, criteria, log).scored(criteria)
+    except (NumericsError, OutOfTime):
+        return seen
+    found = largest_event(ModelInPieces(evidence, beside.first, beside.data), criteria, beside.round.scores)
+    return found if found is not None and found.leading else seen
 
 
 def _beside_lesser_events(

@@ -16,7 +16,7 @@ class PassedNoise:
     upper (b,) : edges of the bands in which the output is seen. shown (b, k) : mean power in them by noise that has the
     density one in a band of the torque's own spectrum and none elsewhere; omega (k,) : in the middle of these bands.
     lines (f,), slipping (f,) : frequencies, and what white noise of unit variance would show there if the joint slipped
-    all the time.
+    all the time. most : factor beyond which none counts.
     """
 
     sampling_time: float
@@ -25,6 +25,7 @@ class PassedNoise:
     omega: Array
     lines: Array
     slipping: Array
+    most: float = np.inf
 
     def factors(self, corners: Array, omega: Array) -> Array:
         """By how much more, or less, shows at frequencies (f,) of white noise, and of red noises of these corners
@@ -36,7 +37,7 @@ class PassedNoise:
         count = np.maximum(np.bincount(bands, minlength=len(self.upper)), 1)
         still = np.stack([np.bincount(bands, one, len(self.upper)) / count for one in spectra * self.slipping])
         found = np.divide(inputs @ self.shown.T, still, out=np.ones(still.shape), where=still > 0.0)
-        return np.asarray(found[:, self._bands(omega)])
+        return np.asarray(np.minimum(found, self.most)[:, self._bands(omega)])
 
     def _bands(self, omega: Array) -> Index:
         return np.minimum(np.searchsorted(self.upper, omega), len(self.upper) - 1)
