@@ -120,8 +120,8 @@ class Step:
     def p_value_in_motion(self, level: float) -> float:
         """The same where errors of the torque pass along the motion, which rests and reverses: linear about every
         sample, or, where that is not below this level of significance, by simulations, which take longer."""
-        found, times = [DrawnSizes.of(self.after, one, self.left) for one in self.added], self.tried.effects
-        return min(1.0, times * max((one.p_value(level / times) for one in found if one is not None), default=0.0))
+        found = [DrawnSizes.of(self.after, one, self.left) for one in self.added]
+        return max((one.p_value(level) for one in found if one is not None), default=0.0)
 
 
 def _refitted(shared: tuple[Structure, EvaluationData, Trajectories], start: Parameters) -> RefittedModel | None:
