@@ -1,8 +1,9 @@
 """Causes that the search has accepted, judged once more by a fit as the pipeline makes it.
 
 The search weighs a residual by its noise, and sees what is far below the rest of it. A cause that gains nothing in a
-fit is not worth a name. Nor is one whose size such a fit knows no better than to that size itself, nor one that a record which was held out shows the other way round: it imitates something
-that is not in the catalogue, and what differs beside it only makes up for that.
+fit is not worth a name, and neither is one whose size such a fit knows no better than to that size itself. Nor is one
+that a record which was held out shows the other way round: it imitates something that is not in the catalogue, and what
+differs beside it only makes up for that.
 """
 
 from __future__ import annotations

@@ -50,8 +50,11 @@ class Solution:
 def solve(names: Sequence[str], blocks: Sequence[Block]) -> Solution:
     """Least squares, each block weighted by its own residual in the end, so that a poor one does not spoil the others.
 
-    Raises NumericsError, with the parameters' names, where the columns do not determine them.
+    Raises NumericsError, with the parameters' names, where the columns do not determine them, and where a block is
+    empty.
     """
+    if not all(len(b.tau) for b in blocks):
+        raise NumericsError("nothing is left of a record", hint="record a longer motion")
     _require_excitation(names, np.hstack([b.columns for b in blocks]))
     weights = np.ones(len(blocks))
     theta = _minimise(blocks, weights)

@@ -76,7 +76,8 @@ def _regression(
     motor moves, or on the whole of them where that is too little. Raises NumericsError where that is, too."""
     whole = fit_rigid(joint, parameters, records)
     parallel = ParallelFilter(min(whole.cutoff.values()))
-    moving_only = [FilteredRecord(record, parallel, at_rest(record)) for record in records]
+    resting = [(record, at_rest(record)) for record in records]
+    moving_only = [FilteredRecord(record, parallel, rest) for record, rest in resting if not rest.all()]
     with suppress(NumericsError):
         return moving_only, fit_rigid_on(moving_only, joint, parameters)
     filtered = [FilteredRecord(record, parallel) for record in records]

@@ -25,7 +25,7 @@ from robotid.diagnosis.refit.refit import AS_IT_IS, refit
 from robotid.diagnosis.search.acceptance import accept_asked_for
 from robotid.diagnosis.search.data import first_state
 from robotid.diagnosis.search.refits import RefitRound
-from robotid.diagnosis.search.regression import asked_for
+from robotid.diagnosis.search.regression import _regression, asked_for
 from robotid.diagnosis.search.search import add_cause
 from robotid.diagnosis.search.state import SearchState
 from robotid.estimate.fitted_model import simulate_record
@@ -57,6 +57,16 @@ def test_a_model_that_goes_astray_still_gets_what_the_torque_asks_for(monkeypatc
     (cause,) = add_cause(state, QUICK, lambda _: None).causes
     assert cause.effect == "motor.gravity"
     assert {one.effect for one in alike} <= set(cause.twins)  # a cogging of one period a turn is the same law
+
+
+def test_a_record_that_rests_all_the_time_takes_no_part() -> None:
+    made = records({})[:2]
+    still = replace(made[0], name="still", phi_m=0.0 * made[0].phi_m, dphi_m=0.0 * made[0].dphi_m)
+    parameters = assemble(AXIS).parameters().with_values(TRUTH)
+    with_it, without = (_regression(assemble(AXIS), parameters, some)[1] for some in ([*made, still], made))
+    assert [one.name for one in with_it.parameters] == [one.name for one in without.parameters]
+    for one, other in zip(with_it.parameters, without.parameters, strict=True):
+        assert one.value == pytest.approx(other.value, rel=1e-6)
 
 
 def test_a_fit_in_pieces_has_the_torque_of_whole_records_regressed() -> None:
