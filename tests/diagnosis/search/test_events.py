@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from scipy.signal import lfilter
 from support.eventful import PUSH, with_event
 from support.small_bench import fitted, records
@@ -12,7 +13,16 @@ from support.small_bench import fitted, records
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.search.data import Evidence, first_state
-from robotid.diagnosis.search.events import placed_again, resized, with_deviation, without_event
+from robotid.diagnosis.search.events import (
+    ModelInPieces,
+    SeenEvent,
+    largest_event,
+    placed_again,
+    resized,
+    with_deviation,
+    without_event,
+)
+from robotid.diagnosis.search.search import _leading_event
 from robotid.estimate.fitted_model import fitted_model, simulate_record
 
 AR = 0.99  # a memory of 0.2 s
@@ -64,3 +74,25 @@ def test_beside_the_noise_of_the_sensors_alone_it_scatters_as_an_event_whose_tim
     assert np.sqrt(np.mean((off / at_known_times) ** 2)) > 2.0
     assert np.sqrt(np.mean((off / known) ** 2)) < 2.0
     assert (known < 2.0 * at_known_times).all()
+
+
+@pytest.mark.parametrize("reached", [False, True])
+def test_an_event_that_the_sensors_noise_does_not_show_is_sought_beside_white_errors(
+    reached: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    evidence = pushed(1, 0.0)
+    start = first_state(evidence, Criteria()).scored(Criteria())
+    start = replace(start, data=replace(start.data, noise_reached=reached))
+    records, by = ModelInPieces(evidence, start.first, start.data), []
+
+    def seen(records: ModelInPieces, *_: object) -> SeenEvent | None:
+        by.append(records.data.torque_errors)
+        return None if len(by) == 1 else largest_event(records, Criteria())
+
+    monkeypatch.setattr("robotid.diagnosis.search.search.largest_event", seen)
+    found = _leading_event(evidence, start, records, Criteria(), lambda _: None)
+    assert by == ([None] if reached else [None, "white"])
+    assert (found is None) == reached
+    if found is not None:
+        assert (found.event.record, found.event.kind, found.leading) == (PUSH.record, PUSH.kind, True)
+        assert (found.event.start, found.event.end) == pytest.approx((PUSH.start, PUSH.end), abs=0.03)
