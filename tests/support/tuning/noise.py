@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 import scipy
@@ -21,6 +23,7 @@ from robotid.diagnosis.noise.spectrum import KINSHIP, Spectrum, steady_spectrum,
 from robotid.estimate.noise.whitening import NoiseLevels
 from robotid.model.array import Array
 from robotid.signals.record import Record
+from robotid.simulation.trajectory import Trajectory
 from support.plain_models import SAMPLES, plain_segment
 from support.tuning import sees
 
@@ -207,9 +210,9 @@ def check_an_octave_may_hold_two_and_a_half_times_the_noise() -> None:
 
 @sees(NOISE, "draws")
 def check_noise_is_drawn_eight_times() -> None:
-    asked = list[int]()
+    asked = list[Array]()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(drawn_noise, "_moved", lambda *_: asked.append(1) or np.zeros(SAMPLES))
+        patch.setattr(drawn_noise, "simulate_under", lambda torques, *_: asked.extend(torques) or [None] * len(torques))
         drawn_noise.drawn_residuals(plain_segment(1.0), NoiseLevels(1.0), "speed")
     assert 6 <= len(asked) <= 12
 
@@ -217,13 +220,15 @@ def check_noise_is_drawn_eight_times() -> None:
 @sees(NOISE, "failed_windows")
 def check_a_drawn_simulation_may_fail_in_ten_windows() -> None:
     asked, segment = list[int](), plain_segment(1.0)
+
+    def simulated(torques: Sequence[Array], *given: int) -> list[Trajectory]:
+        asked.append(given[-1])
+        return [segment.trajectory for _ in torques]
+
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            drawn_noise,
-            "simulate",
-            lambda *_, max_failed_windows: asked.append(max_failed_windows) or segment.trajectory,
-        )
+        patch.setattr(drawn_noise, "simulate_under", simulated)
         drawn_noise.drawn_residuals(segment, NoiseLevels(1.0), "speed")
+    assert asked
     assert all(5 <= one <= 20 for one in asked)
 
 
