@@ -17,6 +17,7 @@ from robotid.diagnosis.results import Cause, Diagnosis, Rejected, Verdict
 from robotid.diagnosis.search.physical_sense import declarations
 from robotid.diagnosis.settings import VERDICT
 from robotid.diagnosis.verdict import is_partial, without_cause
+from robotid.estimate.result import Estimate
 from robotid.model.structure import changed, is_change, rests_on
 
 NOT_CONFIRMED = "a fit does not confirm it: the held-out records gain nothing by it"
@@ -31,27 +32,32 @@ def is_idle(cause: Cause) -> bool:
     return cause.heldout_gain < VERDICT.least_gain
 
 
+def _sizes(cause: Cause) -> list[tuple[Estimate, float]]:
+    """The amplitudes of a cause, and how far each is from where it vanishes."""
+    nulls = {name: p.null for name, p in declarations(cause.effect) if p.null is not None}
+    return [(one, one.value - nulls[one.name]) for one in cause.parameters if one.name in nulls]
+
+
 def uncertain(cause: Cause) -> str | None:
     """Why a cause is none of which every amplitude is smaller than its own standard deviation in a fit, in words; None
     where one is larger."""
-    nulls = {name: p for name, p in declarations(cause.effect) if p.null is not None}
-    sizes = [(nulls[e.name], e) for e in cause.parameters if e.name in nulls]
-    if not sizes or any(not abs(e.value - (p.null or 0.0)) < e.std_robust for p, e in sizes):
+    sizes = _sizes(cause)
+    if not sizes or not all(abs(size) < one.std_robust for one, size in sizes):
         return None
-    declared, first = sizes[0]
-    return UNCERTAIN.format(declared.symbol, first.value, first.std_robust)
+    first = sizes[0][0]
+    return UNCERTAIN.format(first.name.rpartition(".")[2], first.value, first.std_robust)
 
 
 def another_size(cause: Cause, diagnosis: Diagnosis) -> str | None:
     """Why a cause is none that a record which was held out shows the other way round, or more than twice as large, in
     words; None where no record does."""
-    nulls = {name: p.null for name, p in declarations(cause.effect) if p.null is not None}
-    size = float(np.linalg.norm([p.value - nulls[p.name] for p in cause.parameters if p.name in nulls]))
+    sizes = _sizes(cause)
+    names, size = {one.name for one, _ in sizes}, float(np.linalg.norm([value for _, value in sizes]))
     for other in diagnosis.causes:
         if is_change(other.effect) and other.explained_of:
             record, parameter = changed(other.effect)
             apart = abs(other.parameters[0].value)
-            if parameter in nulls and apart > size:
+            if parameter in names and apart > size:
                 return ANOTHER_SIZE.format(parameter.rpartition(".")[2], record, 100.0 * apart / max(size, 1e-300))
     return None
 

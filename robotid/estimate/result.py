@@ -52,8 +52,8 @@ class FitResult(Displayed):
     covariance, covariance_robust : (p, p) over all parameters in order, zero where fixed. initial_states : record
     name to (nx,) in the joint's state order. noise_std : per record, in the unit of the output. cost : (iterations +
     1,). fit_percent : per record of the fit, eq. (15). remarks : what makes the fit doubtful. start : values from which
-    it started, by parameter. horizon : of the pieces that the data made a fit take, and of any that an
-    extension took. keeps_angle : the motor's angle is a state of its joint.
+    it started, by parameter. horizon : of the pieces that the data made a fit take, and of any that
+    an extension took. keeps_angle : the motor's angle is a state of its joint.
     """
 
     name: str

@@ -56,8 +56,6 @@ def fit_rigid(
     parameters : those that are free are estimated, the others keep their value. parallel : without a cut-off,
     `choose_cutoff` finds one for each record. Raises NumericsError where the records do not determine the parameters.
     """
-    if not records:
-        raise NumericsError("no record serves the rigid initialisation", where="init_rigid", hint="give one use: rigid")
     filters = [_chosen(joint, parameters, record, parallel) for record in records]
     regressions = [regress(joint, parameters, *pair) for pair in zip(records, filters, strict=True)]
     return _fitted(joint, parameters, [record.name for record in records], filters, regressions)
@@ -78,6 +76,8 @@ def _fitted(
     regressions: list[Regression],
 ) -> RigidResult:
     """Least squares of the regressions of records of these names through these filters."""
+    if not names:
+        raise NumericsError("no record serves the rigid initialisation", where="init_rigid", hint="give one use: rigid")
     unknowns = merge(regressions)
     if not unknowns:
         return _nothing_to_estimate()

@@ -85,21 +85,14 @@ def simulate_under(
     else that a record holds; None where there is none. The other arguments as of `simulate`. Raises NumericsError where
     the joint has no mass in a pose that one of them leads to."""
 
-    courses = [_simulating(joint, theta, replace(record, tau_m=one), start, max_failed_windows) for one in torques]
-    for at in blocks(len(torques), max(1, TOGETHER // len(record))):
-        yield from _ended(courses[at])
-
-
-def _ended(courses: Sequence[Course[Trajectory]]) -> list[Trajectory | None]:
-    """The ends of courses through problems of one joint with the same parameters, None of those that fail."""
-
-    def attempted(course: Course[Trajectory]) -> Course[Trajectory | None]:
+    def course(torque: Array) -> Course[Trajectory | None]:
         try:
-            return (yield from course)
+            return (yield from _simulating(joint, theta, replace(record, tau_m=torque), start, max_failed_windows))
         except NumericsError:
             return None
 
-    return followed_together([attempted(one) for one in courses])
+    for at in blocks(len(torques), max(1, TOGETHER // len(record))):
+        yield from followed_together([course(torque) for torque in torques[at]])
 
 
 def _simulating(

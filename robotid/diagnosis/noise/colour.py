@@ -65,8 +65,7 @@ class ColouredNoise:
         the motor rests: those that a joint which slips all the time asks for make too little of them. What shows more
         than there, in bursts, is left out of it: linear about every sample it is too much, and no level would be left.
         """
-        passed = [self._passed(k) for k in range(len(self.residuals))]
-        bounded = [None if one is None else replace(one, most=1.0) for one in passed]
+        bounded = [None if one is None else replace(one, most=1.0) for one in self._passed]
         seen = [replace(one, passed=by) for one, by in zip(self.residuals, bounded, strict=True)]
         found = _levels(seen, [one.record.name for one in self.simulated])
         slipping = [one.whitening.levels for one in self.segments]
@@ -99,7 +98,7 @@ class ColouredNoise:
         and of these a motion that is linear about every sample knows least. None where there are none that are no
         larger than the record asks for of its own through a joint that slips: larger ones would pass for anything."""
         slipping = self.residuals[k]
-        seen = replace(slipping, passed=self._passed(k))
+        seen = replace(slipping, passed=self._passed[k])
         if seen.passed is None:
             return None
         known, (own,) = self.segments[k].whitening.levels, fit_levels([slipping], _clipped())
@@ -108,12 +107,16 @@ class ColouredNoise:
         explaining = [level for level in levels if is_explained(seen, level, tolerance=NOISE.tolerance)]
         return (seen, min(explaining, key=lambda level: loudest_octave(seen, level))) if explaining else None
 
-    def _passed(self, k: int) -> PassedNoise | None:
-        """What of the torque's noise shows along the motion of a segment."""
-        seen = self.residuals[k]
-        derived = seen.response.derivation is not None
-        passage = TorquePassage.of(self.simulated[k].trajectory, self.output, derived=derived)
-        return passed_noise(seen, self.segments[k].whitening, passage)
+    def passage(self, k: int) -> TorquePassage:
+        """From the torque of a segment to what its sensor shows, along its motion."""
+        derived = self.residuals[k].response.derivation is not None
+        return TorquePassage.of(self.simulated[k].trajectory, self.output, derived=derived)
+
+    @cached_property
+    def _passed(self) -> tuple[PassedNoise | None, ...]:
+        """What of the torque's noise shows along the motion of every segment."""
+        pairs = enumerate(zip(self.residuals, self.segments, strict=True))
+        return tuple(passed_noise(seen, one.whitening, self.passage(k)) for k, (seen, one) in pairs)
 
     def _explains(self, k: int) -> bool:
         levels = self.segments[k].whitening.levels

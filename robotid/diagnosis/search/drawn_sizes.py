@@ -21,7 +21,6 @@ from robotid.diagnosis.scoring.projection import without_states
 from robotid.diagnosis.search.coloured import Left, blocks_with, by_noise, judged_along_the_motion, left_by
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.estimate.noise.information import SeenDerivatives
-from robotid.estimate.noise.passage import TorquePassage
 from robotid.model.array import Array
 
 TWICE = 2  # as many draws as elsewhere: of a sine and a cosine half of those tell a covariance too badly
@@ -75,13 +74,10 @@ class DrawnSizes:
     def p_value_along_the_motion(self) -> float:
         """Of the amplitudes being nothing, where errors of the torque pass along the motion, linear about every one."""
         noise, covariance = self.left.noise, np.zeros((len(self.sizes),) * 2)
-        each_segment = zip(noise.segments, noise.levels_in_motion, strict=True)
-        parts = zip(each_segment, noise.simulated, noise.residuals, self._weights, strict=True)
-        for (segment, levels), run, seen, weights in parts:
-            derived = seen.response.derivation is not None
-            passage = TorquePassage.of(run.trajectory, noise.output, derived=derived)
-            rows = segment.whitening.transposed(weights)
-            covariance += SeenDerivatives.of(rows, seen.response, passage).information(levels)
+        for k, (levels, weights) in enumerate(zip(noise.levels_in_motion, self._weights, strict=True)):
+            rows = noise.segments[k].whitening.transposed(weights)
+            seen = SeenDerivatives.of(rows, noise.residuals[k].response, noise.passage(k))
+            covariance += seen.information(levels)
         wald = _wald(self.found, covariance) / max(1.0, self.left.energy)
         samples = sum(weights.shape[1] for weights in self._weights)
         return float(fisher.sf(wald / len(self.sizes), len(self.sizes), samples))

@@ -67,7 +67,7 @@ def find_record_changes(
         return _Joined(Together.of(model, data, {record}), usual, level)
 
     for segment, seen in zip(data.validation, model.validation, strict=True):
-        if segment.record.name not in found:  # another piece of it may have told already
+        if segment.record.name not in found:  # else another piece of it has shown them
             changes = _of_record(model, joined, segment, seen.residual, usual, level)
             if changes:
                 found[segment.record.name] = changes
@@ -202,7 +202,7 @@ class _Sized:
 @dataclass(frozen=True, slots=True, eq=False)
 class _Joined:
     """The records of a fit together with one that was held out. usual, level : as of `find_record_changes`; refused :
-    names of changes that were none there: another piece of the record that asks for them is told so without a fit."""
+    names of changes that were none there, which are not fitted again for another piece of the record."""
 
     both: Together
     usual: float

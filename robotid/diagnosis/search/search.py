@@ -129,11 +129,11 @@ def _beside_events(
             with deadline(None):
                 start = start if start.rounds else _scored(start, criteria, log)
                 log("looking for events")
-        seen = _leading_event(evidence, start, records, criteria, log) if more else None
+        seen, white = _leading_event(evidence, start, records, criteria, log) if more else (None, None)
         result = None
         if seen is None or not seen.leading:
             known = None if events else plain
-            result = known or _by_each_noise(evidence, start, criteria, log)
+            result = known or _by_each_noise(evidence, start, criteria, log, white)
             plain = plain if events else result
             late = more and bool(result.causes) and not result.late
             least = ACCEPTANCE.unknown_share * misfit_energy(result.first, start.data) if late else 0.0
@@ -160,19 +160,19 @@ def _beside_events(
 
 def _leading_event(
     evidence: Evidence, start: SearchState, records: ModelInPieces, criteria: Criteria, log: Log
-) -> SeenEvent | None:
+) -> tuple[SeenEvent | None, SearchState | None]:
     """The largest event, by the noise of the sensors; where that is out of reach and shows none that leads, beside
-    white errors of the torque: what these move along may hide it. start : the first state of the evidence, scored;
-    records : in pieces, by its model."""
+    white errors of the torque, for what these move along may hide it. With the first state beside these, scored, where
+    it was asked for. start : the first state of the evidence, scored; records : in pieces, by its model."""
     seen = largest_event(records, criteria, start.round.scores)
     if (seen is not None and seen.leading) or start.data.noise_reached:
-        return seen
+        return seen, None
     try:
-        beside = _beside_torque_errors("white", evidence, criteria, log).scored(criteria)
+        white = _scored(_beside_torque_errors("white", evidence, criteria, log), criteria, log)
     except (NumericsError, OutOfTime):
-        return seen
-    found = largest_event(ModelInPieces(evidence, beside.first, beside.data), criteria, beside.round.scores)
-    return found if found is not None and found.leading else seen
+        return seen, None
+    found = largest_event(ModelInPieces(evidence, white.first, white.data), criteria, white.round.scores)
+    return (found if found is not None and found.leading else seen), white
 
 
 def _beside_lesser_events(
@@ -262,18 +262,24 @@ def _settled(evidence: Evidence, event: Event, criteria: Criteria) -> Event:
     return event
 
 
-def _by_each_noise(evidence: Evidence, start: SearchState, criteria: Criteria, log: Log) -> SearchResult:
+def _by_each_noise(
+    evidence: Evidence, start: SearchState, criteria: Criteria, log: Log, white: SearchState | None = None
+) -> SearchResult:
     """By the noise of the sensors where all that is known leaves no more than that, else by that of torque errors,
     which are white at first: red ones as large as a misfit leave little of it to be seen. By another noise where one
     names nothing, and leaves more than noise of any colour, or mostly errors of the torque, beside which slow ones have
     been given too much weight; unless a free curve explains all of it. What a later search names stands only where it
-    does not imitate a curve that an earlier one has found."""
+    does not imitate a curve that an earlier one has found.
+
+    white : the first state beside white errors, scored, where it is known.
+    """
     found: list[SearchResult] = []
     reached: tuple[TorqueErrors, ...] = (None, "coloured")  # no white error shows beside the sensors' noise there
     beyond: tuple[TorqueErrors, ...] = ("white", "coloured", None)
     for errors in reached if start.data.noise_reached else beyond:
         try:
-            begun = start if errors is None else _beside_torque_errors(errors, evidence, criteria, log)
+            known = {None: start, "white": white}.get(errors)
+            begun = known or _beside_torque_errors(errors, evidence, criteria, log)
             found.append(find_causes(begun, criteria, log))
         except OutOfTime:
             return _late(found[-1] if found else as_result(start))

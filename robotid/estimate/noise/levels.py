@@ -172,7 +172,7 @@ def _bounded(power: Array, bases: Array, count: Array, of: Index, least: Array, 
     """
     n, free = len(least), bases.copy()
     levels, at_most = np.zeros((len(bases), n)), np.zeros(n, dtype=np.bool_)
-    apart = _apart(of) if n > 1 else None
+    apart = _apart(of, n) if n > 1 else None
     levels[:n] = np.diag(least)
     while True:
         fixed = (levels[:, of] * bases).sum(axis=0)
@@ -245,9 +245,10 @@ def whittle(
     return levels / size[:, 0], 2 / KINSHIP * float(count @ (np.log(model) + power / model))
 
 
-def _apart(of: Index) -> Index:
-    """The lines of each residual, (n, lines of the longest), -1 where there are no more. of : as of `_bounded`."""
-    lines = [np.flatnonzero(of == k) for k in range(of.max() + 1)]
+def _apart(of: Index, n: int) -> Index:
+    """The lines of each of n residuals, (n, lines of the longest), -1 where there are no more. of : as of
+    `_bounded`."""
+    lines = [np.flatnonzero(of == k) for k in range(n)]
     found = np.full((len(lines), max(map(len, lines))), -1)
     for row, own in zip(found, lines, strict=True):
         row[: len(own)] = own

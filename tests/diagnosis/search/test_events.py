@@ -90,9 +90,9 @@ def test_an_event_that_the_sensors_noise_does_not_show_is_sought_beside_white_er
         return None if len(by) == 1 else largest_event(records, Criteria())
 
     monkeypatch.setattr("robotid.diagnosis.search.search.largest_event", seen)
-    found = _leading_event(evidence, start, records, Criteria(), lambda _: None)
+    found, white = _leading_event(evidence, start, records, Criteria(), lambda _: None)
     assert by == ([None] if reached else [None, "white"])
-    assert (found is None) == reached
+    assert (found is None) == (white is None) == reached
     if found is not None:
         assert (found.event.record, found.event.kind, found.leading) == (PUSH.record, PUSH.kind, True)
         assert (found.event.start, found.event.end) == pytest.approx((PUSH.start, PUSH.end), abs=0.03)
