@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from robotid.diagnosis.remarks import without_name
 from robotid.diagnosis.results import Cause, Diagnosis, Rejected, Verdict
 from robotid.diagnosis.search.physical_sense import declarations
 from robotid.diagnosis.settings import VERDICT
@@ -94,9 +95,13 @@ def without_causes(diagnosis: Diagnosis, why: Mapping[str, str]) -> Diagnosis:
         name: replace(one, explained_after=one.explained_after * (1.0 - share) / whole)
         for name, one in diagnosis.records.items()
     }
+    verdict = _verdict(diagnosis, kept, share, remaining)
+    lost = verdict == "unknown" and diagnosis.verdict != "unknown"  # what the causes left was noise, not what was there
     return replace(
         diagnosis,
-        verdict=_verdict(diagnosis, kept, share, remaining),
+        verdict=verdict,
+        torque_errors=0.0 if lost else diagnosis.torque_errors,
+        remarks=without_name(diagnosis.remarks) if lost else diagnosis.remarks,
         causes=kept,
         rejected=(*left, *diagnosis.rejected),
         remaining=remaining,
@@ -106,12 +111,13 @@ def without_causes(diagnosis: Diagnosis, why: Mapping[str, str]) -> Diagnosis:
 
 
 def _verdict(diagnosis: Diagnosis, kept: tuple[Cause, ...], share: float, remaining: float) -> Verdict:
-    """In one word, with fewer causes."""
+    """In one word, with fewer causes. What is more than the errors of the torque for which the
+    rest passed beside them is something, though no cause."""
     if diagnosis.verdict == "not explained":
         return "not explained"
     if kept:
         partial = is_partial(share, diagnosis.misfit, remaining, diagnosis.noise_floor)
         return "partly named" if partial else diagnosis.verdict
-    return without_cause(
-        diagnosis.misfit, diagnosis.noise_floor, shape=diagnosis.shape is not None, events=bool(diagnosis.events)
-    )
+    beyond_errors = diagnosis.torque_errors > 0.0 and diagnosis.misfit > diagnosis.noise_floor
+    something = diagnosis.shape is not None or beyond_errors
+    return without_cause(diagnosis.misfit, diagnosis.noise_floor, shape=something, events=bool(diagnosis.events))

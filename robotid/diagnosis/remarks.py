@@ -57,6 +57,12 @@ def remarks(word: Verdict, found: SearchResult, *, swamped: bool) -> tuple[str, 
     return tuple(sentences)
 
 
+def without_name(sentences: tuple[str, ...]) -> tuple[str, ...]:
+    """The remarks of a diagnosis whose causes are none after all: what they left passed for errors of the torque."""
+    passes = PASSES.partition("{")[0]
+    return (*(one for one in sentences if not one.startswith(passes)), SHAPELESS)
+
+
 def _sized(remark: str, found: SearchResult) -> str:
     """A remark with how large the errors of the torque are."""
     size, share = torque_errors(found)

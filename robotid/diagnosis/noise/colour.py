@@ -6,7 +6,7 @@ as these three can explain it: a test by this noise is blunter than one by the s
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -31,6 +31,7 @@ from robotid.parallel import each
 from robotid.signals.derivation import Derivation
 from robotid.signals.quality import quantum
 from robotid.signals.record import Quantity
+from robotid.simulation.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +58,12 @@ class ColouredNoise:
     @cached_property
     def _linearly(self) -> tuple[bool, ...]:
         pairs = zip(self.segments, self.residuals, strict=True)
-        return tuple(is_explained(seen, one.whitening.levels, tolerance=NOISE.tolerance) for one, seen in pairs)
+        return tuple(self._is_noise(seen, one.whitening.levels) for one, seen in pairs)
+
+    def _is_noise(self, seen: Residual, levels: NoiseLevels, drawn: Callable[[], Sequence[Array]] = tuple) -> bool:
+        """Whether noise of these levels is all that one of the residuals shows, where by chance no octave of any of them
+        may stand out. drawn : as of `is_explained`."""
+        return is_explained(seen, levels, tolerance=NOISE.tolerance, among=len(self.residuals), drawn=drawn)
 
     @cached_property
     def levels_in_motion(self) -> tuple[NoiseLevels, ...]:
@@ -65,10 +71,14 @@ class ColouredNoise:
         the motor rests: those that a joint which slips all the time asks for make too little of them. What shows more
         than there, in bursts, is left out of it: linear about every sample it is too much, and no level would be left.
         """
-        bounded = [None if one is None else replace(one, most=1.0) for one in self._passed]
+        shares = [slipping_share(one.trajectory) for one in self.simulated]
+        bounded = [
+            None if one is None else replace(one, most=1.0 / share)
+            for one, share in zip(self._passed, shares, strict=True)
+        ]
         seen = [replace(one, passed=by) for one, by in zip(self.residuals, bounded, strict=True)]
-        found = _levels(seen, [one.record.name for one in self.simulated])
         slipping = [one.whitening.levels for one in self.segments]
+        found = _levels(seen, [one.record.name for one in self.simulated], slipping)
         pairs = zip(slipping, found, strict=True)
         return tuple(max(pair, key=lambda one: one.torque + one.red) for pair in pairs)
 
@@ -102,9 +112,10 @@ class ColouredNoise:
         if seen.passed is None:
             return None
         known, (own,) = self.segments[k].whitening.levels, fit_levels([slipping], _clipped())
-        most = max(one.torque + one.red for one in (known, own))
-        levels = [one for one in _of_its_energy(seen, known.output) if 0.0 < one.red <= most]
-        explaining = [level for level in levels if is_explained(seen, level, tolerance=NOISE.tolerance)]
+        share = slipping_share(self.simulated[k].trajectory)
+        most = share * max(one.torque + one.red for one in (known, own))
+        levels = [one for one in _of_its_energy(seen, known.output) if one.red <= most]
+        explaining = [level for level in levels if self._is_noise(seen, level)]
         return (seen, min(explaining, key=lambda level: loudest_octave(seen, level))) if explaining else None
 
     def passage(self, k: int) -> TorquePassage:
@@ -115,13 +126,19 @@ class ColouredNoise:
     @cached_property
     def _passed(self) -> tuple[PassedNoise | None, ...]:
         """What of the torque's noise shows along the motion of every segment."""
-        pairs = enumerate(zip(self.residuals, self.segments, strict=True))
-        return tuple(passed_noise(seen, one.whitening, self.passage(k)) for k, (seen, one) in pairs)
+        parts = zip(self.residuals, self.segments, map(self.passage, range(len(self.segments))), strict=True)
+        samples = sum(len(one.record) for one in self.segments) // len(self.segments)
+        return tuple(each(_passed, None, list(parts), samples=samples))
 
     def _explains(self, k: int) -> bool:
         levels = self.segments[k].whitening.levels
         drawn = partial(drawn_residuals, self.simulated[k], levels, self.output)
-        return is_explained(self.residuals[k], levels, tolerance=NOISE.tolerance, drawn=drawn)
+        return self._is_noise(self.residuals[k], levels, drawn)
+
+
+def _passed(_: None, part: tuple[Residual, Segment, TorquePassage]) -> PassedNoise | None:
+    seen, one, passage = part
+    return passed_noise(seen, one.whitening, passage)
 
 
 def _drawn(shared: tuple[Quantity, int], part: tuple[SimulatedSegment, NoiseLevels]) -> list[Array]:
@@ -146,9 +163,11 @@ def _clipped() -> LevelSettings:
     return LevelSettings(clip=NOISE.clip)
 
 
-def _levels(residuals: Sequence[Residual], records: Sequence[str]) -> list[NoiseLevels]:
-    """The levels of every residual. records : of which one each is, by name."""
-    levels = list(fit_levels_by_record(residuals, records, _clipped()))
+def _levels(
+    residuals: Sequence[Residual], records: Sequence[str], near: Sequence[NoiseLevels] | None = None
+) -> list[NoiseLevels]:
+    """The levels of every residual. records : of which one each is, by name; near : levels to start from."""
+    levels = list(fit_levels_by_record(residuals, records, _clipped(), near))
     for derived in (False, True):  # an angle's noise and a speed's do not compare
         alike = [k for k, seen in enumerate(residuals) if (seen.response.derivation is not None) == derived]
         for k, level in zip(alike, without_rest([levels[k] for k in alike]) if alike else (), strict=True):
@@ -163,7 +182,10 @@ def _of_its_energy(seen: Residual, output: float) -> Iterator[NoiseLevels]:
     _, shown = plain.of_the_torque(seen, corners)
     left = float(plain.power.sum()) - output * float(plain.gain.sum())
     for corner, unit in zip(corners.tolist(), shown.sum(axis=1).tolist(), strict=True):
-        yield NoiseLevels(output, 0.0, max(0.0, left / unit), corner)
+        if unit > 0.0:
+            yield NoiseLevels(output, 0.0, max(0.0, left / unit), corner)
+        else:  # the motor rests all the time, and no error of the torque moves it
+            yield NoiseLevels(output)
 
 
 def _filter_along(seen: Residual, levels: NoiseLevels) -> InnovationsFilter:
@@ -177,7 +199,15 @@ def _residual(one: SimulatedSegment, taken: Array, output: Quantity) -> Residual
     response = torque_response(t.joint, t.theta, t.sampling_time, output, Derivation.of(record))
     shown = record.phi_m if response.derivation else measured_output(record, output)
     rounding = quantum(shown) ** 2 / 12
+    response = response.some_of_the_time(slipping_share(t))
     return Residual(one.residual, response, taken, least=rounding, most_torque=torque_floor(record.tau_m))
+
+
+def slipping_share(trajectory: Trajectory) -> float:
+    """Share of the time in which dry friction does not hold the motor, a sample's at least: no error of the torque
+    shows in the rest of it, and of records that rest for different times each shows another share of them."""
+    slips = trajectory.x[trajectory.joint.motor_speed] != 0.0
+    return float(max(np.mean(slips), 1.0 / len(slips)))
 
 
 def without_rest(levels: Sequence[NoiseLevels]) -> list[NoiseLevels]:

@@ -15,7 +15,7 @@ from robotid.diagnosis.noise.spectrum import likeliest_levels, segment_spectrum
 from robotid.diagnosis.noise.whitening import Segment, sensed_variance, whitening
 from robotid.estimate.covariance import ABSORBED
 from robotid.estimate.fitted_model import SimulatedSegment
-from robotid.estimate.noise.whitening import NoiseLevels
+from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 from robotid.model.array import Array
 from robotid.signals.record import Quantity
 
@@ -133,10 +133,10 @@ def _coloured_as_left(
 ) -> tuple[Segment, ...]:
     """Noises as large as what is left shows them, none smaller than the sensors' own."""
     noise, found = coloured_noise(segments, known.columns, output), []
-    for one, seen, variance in zip(segments, noise.segments, sensors.output, strict=True):
-        t, levels, least = one.trajectory, seen.whitening.levels, sensed_variance(one.record, output, variance)
+    for one, residual, variance in zip(noise.segments, noise.residuals, sensors.output, strict=True):
+        levels, least = one.whitening.levels, sensed_variance(one.record, output, variance)
         levels = replace(levels, output=max(levels.output, least), torque=max(levels.torque, sensors.torque))
-        found.append(Segment(one.record, whitening(t.joint, t.theta, output, one.record, levels)))
+        found.append(Segment(one.record, innovations_filter(residual.response, levels)))
     return tuple(found)
 
 

@@ -14,7 +14,9 @@ from itertools import pairwise
 
 import numpy as np
 import scipy
+from scipy.stats import chi2
 
+from robotid.estimate.noise.levels import KINSHIP
 from robotid.estimate.noise.lines import Innovations, Residual, whitened_lines
 from robotid.estimate.noise.passage import TorquePassage
 from robotid.estimate.noise.response import TorqueResponse
@@ -22,7 +24,7 @@ from robotid.estimate.noise.settings import SETTINGS, LevelSettings
 from robotid.estimate.noise.whitening import InnovationsFilter, NoiseLevels, innovations_filter
 from robotid.model.array import Array
 
-SURPRISE = 4.0  # standard deviations of the mean of an octave of the whitened spectrum that pass for chance
+BY_CHANCE = 0.005  # probability that noise lets any octave of the residuals that are judged together stand out
 RANK = 1e-13  # smallest eigenvalue that counts, of the largest
 BURSTS, QUIET = 1.5, 0.5  # times the linear noise, that are bursts; of the quietest draw, below which there are none
 OCTAVE = 8  # lines of the narrowest one
@@ -83,25 +85,30 @@ def is_explained(
     settings: LevelSettings = SETTINGS,
     *,
     tolerance: float = 0.0,
+    among: int = 1,
     drawn: Callable[[], Sequence[Array]] = tuple,
     innovations: Innovations | None = None,
 ) -> bool:
     """Whether noise of these levels is all that a residual shows: no octave of its whitened spectrum stands out.
 
-    tolerance : by how much of the noise an octave may differ though it is no chance; drawn : gives residuals (n,) that
+    tolerance : by how much of the noise an octave may differ though it is no chance; among : of how many residuals none
+    may show more by chance, as the pieces of a record; drawn : gives residuals (n,) that
     such noise makes of a joint that is not linear, if need be. An octave may then be as loud as these are on average;
     and where each of them is louder than the linear joint, the bursts that shifted reversals leave must be there.
     innovations : the residual whitened by these levels, where they are at hand.
     """
     whiten = innovations_filter(one.response, levels)
     seen, lines = _octaves(one, whiten, settings, innovations)
-    chance = np.maximum(tolerance, SURPRISE / np.sqrt(lines / 2.0))
-    if np.all(np.abs(seen - 1.0) <= chance):
+    free = 2.0 * lines / KINSHIP  # of the energy of an octave, which has a chi-squared distribution
+    chance = BY_CHANCE / (among * len(lines))
+    least = np.minimum(1.0 - tolerance, chi2.ppf(chance, free) / free)
+    most = np.maximum(1.0 + tolerance, chi2.isf(chance, free) / free)
+    if np.all((least <= seen) & (seen <= most)):
         return True
     made = np.array([_octaves(replace(one, signal=signal), whiten, settings)[0] for signal in drawn()])
     if not made.size:
         return False
-    loud = bool(np.any(seen / np.maximum(1.0, made.mean(axis=0)) - 1.0 > chance))
+    loud = bool(np.any(seen / np.maximum(1.0, made.mean(axis=0)) > most))
     quietest = made.min(axis=0)
     return not loud and not np.any((quietest > BURSTS) & (seen < QUIET * quietest))
 

@@ -9,7 +9,7 @@ alike, and this is repeated until the levels stay.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import nnls
@@ -18,19 +18,32 @@ from robotid.estimate.noise.lines import Innovations, Residual, band_edges, band
 from robotid.estimate.noise.settings import SETTINGS, SMALLEST, LevelSettings
 from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 from robotid.model.array import Array, Index
+from robotid.parallel import each
 
 KINSHIP = 35 / 18  # neighbouring frequencies per independent one under a Hann taper
 OF_THE_TORQUE = 3  # parameters of its noise: white, red, and the memory of the red one
 SCORING, PRECISION, TIE = 30, 1e-8, 1e-12  # steps of Fisher scoring, relative change at its end, of equal spectra
 
 
-def fit_levels(residuals: Sequence[Residual], settings: LevelSettings = SETTINGS) -> tuple[NoiseLevels, ...]:
+def fit_levels(
+    residuals: Sequence[Residual], settings: LevelSettings = SETTINGS, near: Sequence[NoiseLevels] | None = None
+) -> tuple[NoiseLevels, ...]:
     """Noise levels of every residual: an output noise of its own, and the torque's in common.
 
     The red noise, and the white one on the torque, count only where the Bayesian information criterion asks for them.
+    near : levels to whiten by first, where some are known. A residual that is zero throughout, as of a motor that rests
+    where its simulation does, tells of no noise, and has the torque's of the others.
     """
-    levels = _start(residuals, settings)
-    if not any(one.signal.any() for one in residuals):
+    telling = [k for k, one in enumerate(residuals) if one.signal.any()]
+    if 0 < len(telling) < len(residuals):
+        seen = fit_levels(
+            [residuals[k] for k in telling], settings, None if near is None else [near[k] for k in telling]
+        )
+        found = dict(zip(telling, seen, strict=True))
+        silent = (replace(seen[0], output=max(one.least, SMALLEST)) for one in residuals)
+        return tuple(found.get(k, one) for k, one in enumerate(silent))
+    levels = _start(residuals, settings) if near is None else tuple(near)
+    if not telling:
         return levels
     for _ in range(settings.sweeps):
         after = _refine(residuals, levels, settings)
@@ -42,22 +55,35 @@ def fit_levels(residuals: Sequence[Residual], settings: LevelSettings = SETTINGS
 
 
 def fit_levels_by_record(
-    residuals: Sequence[Residual], records: Sequence[str], settings: LevelSettings = SETTINGS
+    residuals: Sequence[Residual],
+    records: Sequence[str],
+    settings: LevelSettings = SETTINGS,
+    near: Sequence[NoiseLevels] | None = None,
 ) -> tuple[NoiseLevels, ...]:
     """The same with errors of the torque of each record's own, where the Bayesian information criterion asks for them:
     what a measured current is wrong by often grows with it. records : of which one each residual is, by name."""
-    common = fit_levels(residuals, settings)
-    names = dict.fromkeys(records)
-    if len(names) < 2:
+    every = tuple(range(len(residuals)))
+    of_each = [tuple(k for k in every if records[k] == name) for name in dict.fromkeys(records)]
+    parts = [every, *of_each] if len(of_each) > 1 else [every]
+    longest = sum(len(one.signal) for one in residuals)
+    common, *apart = each(_fitted, (residuals, settings, near), parts, samples=longest)
+    if not apart:
         return common
     own = list(common)
-    for name in names:
-        at = [k for k, record in enumerate(records) if record == name]
-        for k, levels in zip(at, fit_levels([residuals[k] for k in at], settings), strict=True):
+    for at, found in zip(of_each, apart, strict=True):
+        for k, levels in zip(at, found, strict=True):
             own[k] = levels
     costs = [sum(map(_unlikelihood, residuals, levels)) for levels in (common, own)]
-    further = OF_THE_TORQUE * (len(names) - 1) * float(np.log(sum(len(one.signal) for one in residuals)))
+    further = OF_THE_TORQUE * (len(of_each) - 1) * float(np.log(longest))
     return tuple(own) if costs[1] + further < costs[0] else common
+
+
+def _fitted(
+    shared: tuple[Sequence[Residual], LevelSettings, Sequence[NoiseLevels] | None], at: Sequence[int]
+) -> tuple[NoiseLevels, ...]:
+    """The levels of those of the residuals that have these numbers."""
+    residuals, settings, near = shared
+    return fit_levels([residuals[k] for k in at], settings, None if near is None else [near[k] for k in at])
 
 
 def _start(residuals: Sequence[Residual], settings: LevelSettings) -> tuple[NoiseLevels, ...]:

@@ -6,7 +6,7 @@ then that of the angle, and the derivation stands beside it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,6 +35,10 @@ class TorqueResponse:
     row: int
     sampling_time: float
     derivation: Derivation | None = None
+
+    def some_of_the_time(self, share: float) -> TorqueResponse:
+        """That of a joint which slips during a share of the time: noise shows as much less power."""
+        return replace(self, b=np.sqrt(share) * self.b)
 
     def impulse(self, n: int) -> Array:
         """What a torque of one in the first of n samples leaves in y, (n,)."""
