@@ -61,8 +61,8 @@ class ColouredNoise:
         return tuple(self._is_noise(seen, one.whitening.levels) for one, seen in pairs)
 
     def _is_noise(self, seen: Residual, levels: NoiseLevels, drawn: Callable[[], Sequence[Array]] = tuple) -> bool:
-        """Whether noise of these levels is all that one of the residuals shows, where by chance no octave of any of them
-        may stand out. drawn : as of `is_explained`."""
+        """Whether noise of these levels is all that one of the residuals shows, where by chance no octave of any may
+        stand out. drawn : as of `is_explained`."""
         return is_explained(seen, levels, tolerance=NOISE.tolerance, among=len(self.residuals), drawn=drawn)
 
     @cached_property
