@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import lstsq
 from scipy.optimize import nnls
 
 from robotid.estimate.noise.lines import Innovations, Residual, band_edges, band_means
@@ -222,7 +223,8 @@ def _root_information(parts: Array, slope: Array, count: Array) -> float:
     model = np.maximum(parts.sum(axis=0), SMALLEST)
     roots = np.sqrt(count / KINSHIP) / model
     weighted, along = parts[parts.any(axis=1)] * roots, slope * roots
-    left = along - np.linalg.lstsq(weighted.T, along, rcond=None)[0] @ weighted
+    taken, *_ = lstsq(weighted.T, along, lapack_driver="gelsy")  # of gelsd singular values may fail to converge
+    left = along - taken @ weighted
     return float(np.linalg.norm(left))
 
 
