@@ -59,6 +59,7 @@ def without_contradicted(result: SearchResult, known: MeasuredTorque | None = No
     if not result.causes:
         return result
     records = [one.record for one in result.last.fitted]
+    records = records if known is None else known.whole(records)
     first, last = result.first, result.last
     unchanged = known is not None and known.is_of(records)
     found = known if unchanged else MeasuredTorque.of(first.joint, first.parameters, records)
@@ -104,6 +105,19 @@ class MeasuredTorque:
     def is_of(self, records: Sequence[Record]) -> bool:
         """Whether it is of these records, or of copies of them as other processes hand them back."""
         return len(records) == len(self.given) and all(map(_is_same, records, self.given))
+
+    def whole(self, records: Sequence[Record]) -> list[Record]:
+        """The given records with the torque of pieces of theirs, which are too short for the filter of a slow motion;
+        the records themselves where they are not all of these."""
+        found = []
+        for given in self.given:
+            end = given.begin + given.duration - given.sampling_time / 2
+            own = [one for one in records if one.name == given.name and given.begin <= one.begin < end]
+            if sum(map(len, own)) != len(given):
+                return list(records)
+            torque = np.concatenate([one.tau_m for one in own])
+            found.append(own[0] if len(own) == 1 else replace(given, tau_m=torque))
+        return found
 
     def error(self, joint: Joint, parameters: Parameters) -> float:
         """Of inverse dynamics, relative to the recorded torque: root mean square over the records."""

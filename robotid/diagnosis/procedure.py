@@ -6,6 +6,8 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from robotid.diagnosis.clock import RecordedLate, in_time, is_undone
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.applied import without_events
@@ -150,8 +152,9 @@ def _in_pieces(
 ) -> tuple[SearchResult, float | None]:
     """What a search in pieces finds, and their length [s], where all that the one of whole records leaves passes for
     errors of the torque that lead the simulation far from the motion: along another motion no effect shows as it is.
-    What was found, and None, where that is not so, and where there is nothing in pieces either."""
-    if evidence.horizon is not None or found.late or found.causes or found.events or not lead_astray(found):
+    What was found, and None, where that is not so, and where there is nothing in pieces either, or nothing that comes
+    nearer to the motion, piece by piece, than what was found."""
+    if evidence.horizon is not None or found.late or found.events or not lead_astray(found):
         return found, None
     records = [run.record for run in evidence.fitted]
     length = usable_horizon(max(record.duration for record in records) / PIECES, [*records, *evidence.validation])
@@ -160,11 +163,26 @@ def _in_pieces(
         again = search(evidence.in_pieces(length), criteria, log)
     except NumericsError:
         return found, None
-    if again.causes or again.events:
-        return again, length
+    if again.causes or (again.events and not found.causes):
+        left = [_left_in_pieces(evidence, one, length) for one in (again, found)] if found.causes else [0.0, 1.0]
+        return (again, length) if left[0] < left[1] else (found, None)
     if again.late:
         return replace(found, late=True, unexamined=(*found.unexamined, BY_PIECES)), None
+    if found.causes:
+        return found, None
     return (found, None) if leaves_only_noise(again) or is_swamped(again) else (again, length)
+
+
+def _left_in_pieces(evidence: Evidence, found: SearchResult, length: float) -> float:
+    """Squared error of what was found in pieces of this length [s] of the records held out, or of all where none are;
+    infinite where these cannot be simulated."""
+    last, records = found.last, list(evidence.validation) or [run.record for run in evidence.fitted]
+    model = replace(evidence.model, joint=last.joint, parameters=last.parameters, first_states={})
+    try:
+        runs = [simulate_record(model, record, length) for record in records]
+    except NumericsError:
+        return float("inf")
+    return float(sum(np.sum((run.measured(model.output) - run.signal(model.output)) ** 2) for run in runs))
 
 
 def _all_simulated(model: FittedModel, parts: Sequence[Record], horizon: float | None) -> list[Simulated | None]:

@@ -216,10 +216,14 @@ def _becomes(one: CandidateRefit, *, everywhere: bool = False) -> Iterator[tuple
 
 def simpler_first(refits: Sequence[CandidateRefit], state: SearchState) -> list[CandidateRefit]:
     """The same refits; what an effect is as good as, at the bound of a parameter, goes before it where the records do
-    not tell the two apart: nothing shows that parameter."""
+    not tell the two apart: nothing shows that parameter. So does what it would be there, where it carries over as well:
+    the parameter fits what is no part of the machine."""
     ordered = list(refits)
     for one in refits:
-        names = {name for name, _ in _becomes(one)}
+        at_bound = {name for name, _ in _becomes(one)}
+        anywhere = {name for name, _ in _becomes(one, everywhere=True)}
+        further = {s.effect for s in refits if one.model.validation and _carries_further(s, one)}
+        names = at_bound | (anywhere & further)
         slack = indistinguishable_energy(state.model.energy - one.model.energy, state.round.inflation)
         simpler = [s for s in ordered if s.effect in names and s.model.energy - one.model.energy <= slack]
         rest = [s for s in ordered if s not in simpler]
