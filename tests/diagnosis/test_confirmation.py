@@ -97,3 +97,20 @@ def test_a_cause_whose_size_no_fit_tells_is_none(deviation: float, none: bool) -
     assert first.value == 0.2
     assert set(unconfirmed(replace(NAMED, causes=(one, PAYLOAD)))) == ({one.effect} if none else set())
     assert not none or "dFs = 0.2, known to 0.3" in unconfirmed(replace(NAMED, causes=(one,)))[one.effect]
+
+
+def test_errors_beside_a_rejected_cause_explain_nothing_of_what_it_did() -> None:
+    one = cause(0.0)
+    little = replace(NAMED, causes=(one,), misfit=0.019, events=(), shape=None, torque_errors=0.1)
+    found = without_causes(little, idle(one))
+    assert (found.verdict, found.torque_errors) == ("unknown", 0.0)
+    quiet = without_causes(replace(little, misfit=0.5 * NAMED.noise_floor), idle(one))
+    assert (quiet.verdict, quiet.torque_errors) == ("clean", 0.1)
+
+
+def test_a_deviation_beyond_the_bounds_is_none() -> None:
+    (size,) = [one for one in STRIBECK.parameters if one.name.endswith("dFs")]
+    for std, rejected in [(2.0 * abs(size.value), True), (1e120, False)]:
+        unknown = replace(size, std_robust=std, lower=0.0, upper=1e6)
+        one = replace(STRIBECK, parameters=(unknown,))
+        assert bool(unconfirmed(replace(NAMED, causes=(one,)))) == rejected

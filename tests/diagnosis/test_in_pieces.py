@@ -94,3 +94,26 @@ def test_nothing_is_sought_in_pieces_where_the_simulation_stays_with_the_motion(
 ) -> None:
     monkeypatch.setattr(Evidence, "in_pieces", lambda *_: pytest.fail("there is no need"))
     assert diagnosed({}).verdict == "clean"
+
+
+@pytest.mark.parametrize("nearer", [False, True])
+def test_a_cause_of_whole_records_gives_way_to_one_that_comes_nearer_in_pieces(
+    monkeypatch: pytest.MonkeyPatch, *, nearer: bool
+) -> None:
+    """The errors that the first cause leaves lead the simulation astray."""
+    search, left = procedure.search, procedure._left_in_pieces
+
+    def seen(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState | None = None) -> SearchResult:
+        found = search(evidence, criteria, log, begun)
+        return found if evidence.horizon is not None else replace(found, curve=None)
+
+    def misled(evidence: Evidence, found: SearchResult, length: float) -> float:
+        whole = len(found.last.fitted) == len(evidence.fitted)
+        return left(evidence, found, length) * (2.0 if whole else 1.0)
+
+    monkeypatch.setattr(procedure, "search", seen)
+    monkeypatch.setattr(procedure, "lead_astray", lambda _: True)
+    monkeypatch.setattr(procedure, "_left_in_pieces", misled if nearer else lambda *_: 1.0)
+    found = diagnosed(STRIBECK)
+    assert [cause.effect for cause in found.causes] == ["motor.stribeck"]
+    assert (found.horizon is not None) == nearer

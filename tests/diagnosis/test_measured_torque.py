@@ -99,3 +99,16 @@ def test_a_diagnosis_of_a_torque_of_the_other_sign_ends_before_the_search(monkey
     monkeypatch.setattr("robotid.diagnosis.procedure.explains_nothing", lambda *_: False)
     found = diagnose(model(HEAVY, made), opposite(made), QUICK)
     assert (found.verdict, found.causes, found.remarks) == ("not explained", (), (CONTRADICTED,))
+
+
+def test_pieces_are_of_the_whole_records_with_their_torque() -> None:
+    made = records({})[:2]
+    known = MeasuredTorque.of(assemble(AXIS), fitted_model(fitted(made)).parameters, made)
+    assert known is not None
+    pieces = [piece for record in made for piece in record.pieces(0.5)]
+    assert known.is_of(known.whole(pieces))
+    without = [replace(piece, tau_m=piece.tau_m - 1.0) for piece in pieces]
+    assert all(
+        np.allclose(one.tau_m, record.tau_m - 1.0) for one, record in zip(known.whole(without), made, strict=True)
+    )
+    assert known.whole(pieces[:-1]) == pieces[:-1]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from diagnosis.noise.test_drawn import SAMPLES, SIZE, SPEED_NOISE, resting
 
-from robotid.diagnosis.noise.colour import ColouredNoise, coloured_noise
+from robotid.diagnosis.noise.colour import ColouredNoise, coloured_noise, slipping_share
 from robotid.diagnosis.noise.whitening import Segment, with_typical_noise
 from robotid.diagnosis.search import coloured
 from robotid.diagnosis.search.coloured import Left, judged_along_the_motion
@@ -83,3 +83,17 @@ def test_what_a_slipping_joint_explains_is_left_as_it_is(monkeypatch: pytest.Mon
     monkeypatch.setattr(coloured.ColouredNoise, "along_the_motion", lambda _: pytest.fail("there is no need"))
     left = Left(None, plain, 1.0)  # type: ignore[arg-type]
     assert judged_along_the_motion(left) is left
+
+
+def test_a_motor_that_rests_all_the_time_shows_no_error_of_its_torque() -> None:
+    """Beside a record that moves, by levels that both have in common."""
+    moving = resting(1)
+    t = moving.trajectory
+    still = replace(t, x=0.0 * t.x, dphi_m=0.0 * t.dphi_m, u=0.0 * t.u)
+    rng = np.random.default_rng(2)
+    at_rest = replace(moving, trajectory=still, residual=SPEED_NOISE * rng.standard_normal(SAMPLES))
+    found = slipping(moving, at_rest)
+    assert errors(found) > 0.3 * SIZE
+    assert found.along_the_motion().linearly_explained
+    assert 0.8 < slipping_share(t) < 0.95
+    assert slipping_share(still) == 1 / SAMPLES

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -213,3 +214,22 @@ def test_what_the_best_would_become_at_a_bound_is_tried_where_it_leaves_more_tha
     monkeypatch.setattr(refits, "leaves_something", lambda *_: leaves)
     simpler = [one.effect for one in refits._at_extremes(found, state, lambda _: None)]
     assert simpler == leaves * ["motor.constant_torque", "motor.asymmetric_coulomb"]
+
+
+@pytest.mark.parametrize(("left", "first"), [(900.0, "gear.backlash"), (1100.0, "gear.soft_spring")])
+def test_a_simpler_law_that_carries_over_as_well_stands_before_the_one_that_becomes_it(
+    left: float, first: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """left : on the records held out, where the soft spring leaves 1000."""
+    state = begun(records({"motor.constant_torque.tau0": 0.05}), QUICK).scored(QUICK)
+    held_out = state.model.validation
+
+    def made(effect: str, energy: float, validation_energy: float) -> CandidateRefit:
+        candidate = SimpleNamespace(name=effect)
+        model = SimpleNamespace(energy=energy, validation_energy=validation_energy, validation=held_out)
+        return CandidateRefit(SimpleNamespace(candidate=candidate), model)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(refits, "_is_at_bound", lambda *_: False)
+    found = [made("gear.soft_spring", 0.1 * state.model.energy, 1000.0)]
+    found.append(made("gear.backlash", 0.11 * state.model.energy, left))
+    assert next(iter(refits.simpler_first(found, state))).effect == first

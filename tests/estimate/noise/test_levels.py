@@ -291,3 +291,28 @@ def test_the_response_of_modes_that_coincide() -> None:
     omega = np.array([1e-3, 0.1, 1.0])
     exact = (H**2 / 2 / J * np.abs(np.exp(1j * omega) + 1.0) / np.abs(np.exp(1j * omega) - 1.0) ** 2) ** 2
     assert response.squared(omega) == pytest.approx(exact, rel=1e-6)
+
+
+def test_a_residual_that_is_zero_throughout_tells_of_no_noise() -> None:
+    """A piece in which the motor rests where its simulation does: beside it the others have the levels of their own."""
+    shown = residuals("speed", 0.03)
+    silent = replace(shown[0], signal=np.zeros(SAMPLES))
+    found = fit_levels([silent, *shown, silent])
+    assert found[1:-1] == fit_levels(shown)
+    assert (found[0].torque, found[0].red) == (found[1].torque, found[1].red)
+    near = fit_levels([silent, *shown], near=found[:-1])
+    assert near[1].torque == pytest.approx(found[1].torque, rel=0.05)
+
+
+def test_an_octave_of_one_of_many_residuals_may_stand_out_by_chance() -> None:
+    """Its energy has a chi-squared distribution, of which the lowest octave has few degrees of freedom."""
+    one = residuals("speed", 0.0)[0]
+    (level,) = fit_levels([one])
+    loud = np.sqrt(level.output) * np.sin(2 * np.pi * 3.5 * np.arange(SAMPLES) / SAMPLES)
+
+    def passes(size: float, among: int) -> bool:
+        return is_explained(replace(one, signal=one.signal + size * loud), level, among=among)
+
+    sizes = np.geomspace(0.1, 30.0, 120).tolist()
+    alone, among_many = (max(size for size in sizes if passes(size, among)) for among in (1, 100))
+    assert alone < among_many < 2.0 * alone
