@@ -237,7 +237,9 @@ def check_innovations_beyond_three_deviations_count_as_three() -> None:
     asked = list[float]()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
-            colour, "fit_levels_by_record", lambda _, __, settings: asked.append(settings.clip) or [NoiseLevels(1.0)]
+            colour,
+            "fit_levels_by_record",
+            lambda _, __, settings, ___: asked.append(settings.clip) or [NoiseLevels(1.0)],
         )
         colour.coloured_noise([plain_segment(1.0)], [np.zeros((0, SAMPLES))], "speed")
     assert asked == [pytest.approx(3.0)]
