@@ -6,9 +6,9 @@ as these three can explain it: a test by this noise is blunter than one by the s
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from robotid.estimate.noise.lines import Innovations, Residual
 from robotid.estimate.noise.passage import TorquePassage, passed_noise
 from robotid.estimate.noise.passed import PassedNoise
 from robotid.estimate.noise.response import torque_response
-from robotid.estimate.noise.settings import SETTINGS, SMALLEST, LevelSettings
+from robotid.estimate.noise.settings import SETTINGS, LevelSettings
 from robotid.estimate.noise.whitening import InnovationsFilter, NoiseLevels, innovations_filter
 from robotid.estimate.residual import measured_output
 from robotid.model.array import Array
@@ -32,8 +32,6 @@ from robotid.signals.derivation import Derivation
 from robotid.signals.quality import quantum
 from robotid.signals.record import Quantity
 from robotid.simulation.trajectory import Trajectory
-
-SIZINGS = 3  # of errors of the torque by simulations under them, at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,10 +60,10 @@ class ColouredNoise:
         pairs = zip(self.segments, self.residuals, strict=True)
         return tuple(self._is_noise(seen, one.whitening.levels) for one, seen in pairs)
 
-    def _is_noise(self, seen: Residual, levels: NoiseLevels, drawn: Sequence[Array] = ()) -> bool:
+    def _is_noise(self, seen: Residual, levels: NoiseLevels, drawn: Callable[[], Sequence[Array]] = tuple) -> bool:
         """Whether noise of these levels is all that one of the residuals shows, where by chance no octave of any may
-        stand out. drawn : residuals that they make, where these are to be asked."""
-        return is_explained(seen, levels, tolerance=NOISE.tolerance, among=len(self.residuals), drawn=lambda: drawn)
+        stand out. drawn : as of `is_explained`."""
+        return is_explained(seen, levels, tolerance=NOISE.tolerance, among=len(self.residuals), drawn=drawn)
 
     @cached_property
     def levels_in_motion(self) -> tuple[NoiseLevels, ...]:
@@ -133,27 +131,9 @@ class ColouredNoise:
         return tuple(each(_passed, None, list(parts), samples=samples))
 
     def _explains(self, k: int) -> bool:
-        """Whether simulations under drawn noise show what a residual shows, by errors of the torque that are as large
-        as this says where that is less: of a motor that rests and reverses the linear response tells their size badly.
-        """
-        seen, levels = self.residuals[k], self.segments[k].whitening.levels
-        for _ in range(SIZINGS):
-            drawn = drawn_residuals(self.simulated[k], levels, self.output)
-            if self._is_noise(seen, levels, drawn):
-                return True
-            shown = _shown_of(seen, drawn, levels) if drawn else 1.0
-            if shown >= 1.0:
-                return False
-            levels = replace(levels, torque=shown * levels.torque, red=shown * levels.red)
-        return False
-
-
-def _shown_of(seen: Residual, drawn: Sequence[Array], levels: NoiseLevels) -> float:
-    """Energy of a residual, whitened by these levels, over that of drawn ones (n,) on average."""
-    whiten = innovations_filter(seen.response, levels)
-    every = [Innovations.of(replace(seen, signal=one), whiten, SETTINGS) for one in (seen.signal, *drawn)]
-    own, *made = [float(one.power.sum()) for one in every]
-    return own / max(float(np.mean(made)), SMALLEST)
+        levels = self.segments[k].whitening.levels
+        drawn = partial(drawn_residuals, self.simulated[k], levels, self.output)
+        return self._is_noise(self.residuals[k], levels, drawn)
 
 
 def _passed(_: None, part: tuple[Residual, Segment, TorquePassage]) -> PassedNoise | None:

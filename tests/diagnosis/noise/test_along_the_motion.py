@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis.noise.test_drawn import POLE, SAMPLES, SIZE, SPEED_NOISE, STEP, resting
+from diagnosis.noise.test_drawn import SAMPLES, SIZE, SPEED_NOISE, resting
 
 from robotid.diagnosis.noise.colour import ColouredNoise, coloured_noise, slipping_share
 from robotid.diagnosis.noise.whitening import Segment, with_typical_noise
@@ -97,14 +97,3 @@ def test_a_motor_that_rests_all_the_time_shows_no_error_of_its_torque() -> None:
     assert found.along_the_motion().linearly_explained
     assert 0.8 < slipping_share(t) < 0.95
     assert slipping_share(still) == 1 / SAMPLES
-
-
-@pytest.mark.parametrize(("missing", "explained"), [(0.0, True), (5 * SIZE, False)])
-def test_errors_of_which_simulations_show_more_than_there_is_may_be_smaller(missing: float, *, explained: bool) -> None:
-    """The linear response puts them several times too large where a motor rests and reverses."""
-    rough = slipping(resting(1, missing))
-    (seen,) = rough.residuals
-    levels = rough.segments[0].whitening.levels
-    loud = replace(levels, torque=0.0, red=5.0 * SIZE**2, corner=-np.log(POLE) / STEP)
-    segment = Segment(rough.segments[0].record, innovations_filter(seen.response, loud))
-    assert replace(rough, segments=(segment,)).explained == explained
