@@ -96,7 +96,7 @@ def without_causes(diagnosis: Diagnosis, why: Mapping[str, str]) -> Diagnosis:
         for name, one in diagnosis.records.items()
     }
     verdict = _verdict(diagnosis, kept, share, remaining)
-    lost = verdict == "unknown" and diagnosis.verdict != "unknown"  # what the causes left was noise, not what was there
+    lost = verdict == "unknown" and diagnosis.torque_errors > 0.0  # what the causes left passed for them, no more
     return replace(
         diagnosis,
         verdict=verdict,
@@ -111,8 +111,8 @@ def without_causes(diagnosis: Diagnosis, why: Mapping[str, str]) -> Diagnosis:
 
 
 def _verdict(diagnosis: Diagnosis, kept: tuple[Cause, ...], share: float, remaining: float) -> Verdict:
-    """In one word, with fewer causes. What is more than the errors of the torque for which the
-    rest passed beside them is something, though no cause."""
+    """In one word, with fewer causes. What is more than the errors of the torque for which the rest passed beside them
+    is something, though no cause."""
     if diagnosis.verdict == "not explained":
         return "not explained"
     if kept:

@@ -164,8 +164,8 @@ def _in_pieces(
     except NumericsError:
         return found, None
     if again.causes or (again.events and not found.causes):
-        left = [_left_in_pieces(evidence, one, length) for one in (again, found)] if found.causes else [0.0, 1.0]
-        return (again, length) if left[0] < left[1] else (found, None)
+        nearer = not found.causes or _left_in_pieces(evidence, again, length) < _left_in_pieces(evidence, found, length)
+        return (again, length) if nearer else (found, None)
     if again.late:
         return replace(found, late=True, unexamined=(*found.unexamined, BY_PIECES)), None
     if found.causes:
@@ -176,8 +176,7 @@ def _in_pieces(
 def _left_in_pieces(evidence: Evidence, found: SearchResult, length: float) -> float:
     """Squared error of what was found in pieces of this length [s] of the records held out, or of all where none are;
     infinite where these cannot be simulated."""
-    last, records = found.last, list(evidence.validation) or [run.record for run in evidence.fitted]
-    model = replace(evidence.model, joint=last.joint, parameters=last.parameters, first_states={})
+    model, records = found.last.put_into(evidence.model), evidence.validation or [run.record for run in evidence.fitted]
     try:
         runs = [simulate_record(model, record, length) for record in records]
     except NumericsError:

@@ -114,3 +114,11 @@ def test_a_deviation_beyond_the_bounds_is_none() -> None:
         unknown = replace(size, std_robust=std, lower=0.0, upper=1e6)
         one = replace(STRIBECK, parameters=(unknown,))
         assert bool(unconfirmed(replace(NAMED, causes=(one,)))) == rejected
+
+
+def test_a_curve_beside_a_rejected_cause_stays_what_the_remarks_say() -> None:
+    """Where nothing passed for errors of the torque, nothing is taken back of it."""
+    one = cause(0.0)
+    shaped = replace(NAMED, causes=(one,), shape=NAMED.curves[0], torque_errors=0.0)
+    found = without_causes(shaped, idle(one))
+    assert (found.verdict, found.remarks) == ("unknown", shaped.remarks)

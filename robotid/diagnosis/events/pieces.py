@@ -7,7 +7,6 @@ and what its columns say there no longer holds.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.noise.whitening import Segment
@@ -29,7 +28,7 @@ def simulated_pieces(
 ) -> list[SegmentFit]:
     """All segments cut into so many pieces each, absent: as many as events are sought in. model : the diagnosed one;
     refitted : its parameters as they are to be. Raises NumericsError where a piece cannot be simulated."""
-    current = replace(model, joint=refitted.joint, parameters=refitted.parameters, first_states={})
+    current = refitted.put_into(model)
     pieces = [
         Segment(piece, segment.whitening)
         for segment in segments

@@ -71,12 +71,10 @@ class ColouredNoise:
         the motor rests: those that a joint which slips all the time asks for make too little of them. What shows more
         than there, in bursts, is left out of it: linear about every sample it is too much, and no level would be left.
         """
-        shares = [slipping_share(one.trajectory) for one in self.simulated]
-        bounded = [
-            None if one is None else replace(one, most=1.0 / share)
-            for one, share in zip(self._passed, shares, strict=True)
+        seen = [
+            replace(one, passed=None if by is None else replace(by, most=1.0 / one.response.share))
+            for one, by in zip(self.residuals, self._passed, strict=True)
         ]
-        seen = [replace(one, passed=by) for one, by in zip(self.residuals, bounded, strict=True)]
         slipping = [one.whitening.levels for one in self.segments]
         found = _levels(seen, [one.record.name for one in self.simulated], slipping)
         pairs = zip(slipping, found, strict=True)
@@ -112,8 +110,7 @@ class ColouredNoise:
         if seen.passed is None:
             return None
         known, (own,) = self.segments[k].whitening.levels, fit_levels([slipping], _clipped())
-        share = slipping_share(self.simulated[k].trajectory)
-        most = share * max(one.torque + one.red for one in (known, own))
+        most = slipping.response.share * max(one.torque + one.red for one in (known, own))
         levels = [one for one in _of_its_energy(seen, known.output) if one.red <= most]
         explaining = [level for level in levels if self._is_noise(seen, level)]
         return (seen, min(explaining, key=lambda level: loudest_octave(seen, level))) if explaining else None
@@ -128,7 +125,7 @@ class ColouredNoise:
         """What of the torque's noise shows along the motion of every segment."""
         parts = zip(self.residuals, self.segments, map(self.passage, range(len(self.segments))), strict=True)
         samples = sum(len(one.record) for one in self.segments) // len(self.segments)
-        return tuple(each(_passed, None, list(parts), samples=samples))
+        return tuple(each(_passed_of, None, list(parts), samples=samples))
 
     def _explains(self, k: int) -> bool:
         levels = self.segments[k].whitening.levels
@@ -136,7 +133,7 @@ class ColouredNoise:
         return self._is_noise(self.residuals[k], levels, drawn)
 
 
-def _passed(_: None, part: tuple[Residual, Segment, TorquePassage]) -> PassedNoise | None:
+def _passed_of(_: None, part: tuple[Residual, Segment, TorquePassage]) -> PassedNoise | None:
     seen, one, passage = part
     return passed_noise(seen, one.whitening, passage)
 

@@ -14,7 +14,6 @@ import numpy as np
 
 from robotid.diagnosis.noise.settings import NOISE
 from robotid.diagnosis.noise.spectrum import (
-    KINSHIP,
     Spectrum,
     segment_spectrum,
     steady_spectrum,
@@ -22,6 +21,7 @@ from robotid.diagnosis.noise.spectrum import (
 )
 from robotid.estimate.covariance import ABSORBED
 from robotid.estimate.fitted_model import SimulatedSegment
+from robotid.estimate.noise.levels import KINSHIP
 from robotid.model.array import Array
 from robotid.signals.record import Quantity
 

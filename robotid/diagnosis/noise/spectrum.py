@@ -19,13 +19,13 @@ from robotid.diagnosis.noise.quantisation import quantisation_spectrum
 from robotid.diagnosis.noise.settings import NOISE
 from robotid.estimate.covariance import ABSORBED, impulse_response, zero_order_hold_response
 from robotid.estimate.fitted_model import SimulatedSegment
+from robotid.estimate.noise.levels import KINSHIP
 from robotid.estimate.noise.response import torque_response
 from robotid.model.array import Array
 from robotid.signals.derivation import Derivation
 from robotid.signals.record import Quantity
 from robotid.simulation.trajectory import Trajectory
 
-KINSHIP = 35 / 18  # neighbouring frequencies per independent one under a Hann taper: exact, no tuning
 ALIKE = 1e-12  # of the sum of their information: by so much do two spectra that are the same differ at least
 LINES = 4096  # frequencies whose matrices are in memory at once: any number gives the same spectrum
 LEAST = 1e-30  # of the mean power: a model that leaves a line without any, as one of no noise does

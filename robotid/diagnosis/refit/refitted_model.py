@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robotid.catalogue import assemble, with_effect
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.settings import REFIT
-from robotid.estimate.fitted_model import SimulatedSegment
+from robotid.estimate.fitted_model import FittedModel, SimulatedSegment
 from robotid.estimate.noise.whitening import InnovationsFilter
 from robotid.estimate.residual import measured_output, observed
 from robotid.model.array import Array
@@ -144,6 +144,10 @@ class RefittedModel:
         scale = np.maximum(np.linalg.norm(self.factor, axis=0), LEAST_LENGTH)
         inverse = np.linalg.pinv(self.factor / scale, rcond=REFIT.unidentifiable) / scale[:, None]
         return np.asarray(inverse @ inverse.T * max(1.0, self.energy / self.samples))
+
+    def put_into(self, model: FittedModel) -> FittedModel:
+        """A diagnosed model with these effects and parameters; its first states were those of others."""
+        return replace(model, joint=self.joint, parameters=self.parameters, first_states={})
 
     def own_columns(self, effect: str) -> list[int]:
         """The fitted parameters of an effect, by their number among all fitted ones."""

@@ -30,7 +30,7 @@ def with_curve(evidence: Evidence, found: SearchResult) -> Evidence | None:
     if beside is None:
         return None
     courses = joined_courses([*beside.fitted, *beside.validation])
-    model = replace(evidence.model, joint=beside.joint, parameters=beside.parameters, first_states={})
+    model = beside.put_into(evidence.model)
     return replace(evidence, model=model).on(lambda record: with_course(record, courses[record.name]))
 
 

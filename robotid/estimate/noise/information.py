@@ -93,10 +93,10 @@ def is_explained(
     """Whether noise of these levels is all that a residual shows: no octave of its whitened spectrum stands out.
 
     tolerance : by how much of the noise an octave may differ though it is no chance; among : of how many residuals none
-    may show more by chance, as the pieces of a record; drawn : gives residuals (n,) that
-    such noise makes of a joint that is not linear, if need be. An octave may then be as loud as these are on average;
-    and where each of them is louder than the linear joint, the bursts that shifted reversals leave must be there.
-    innovations : the residual whitened by these levels, where they are at hand.
+    may show more by chance, as the pieces of a record; drawn : gives residuals (n,) that such noise makes of a joint
+    that is not linear, if need be. An octave may then be as loud as these are on average; and where each of them is
+    louder than the linear joint, the bursts that shifted reversals leave must be there. innovations : the residual
+    whitened by these levels, where they are at hand.
     """
     whiten = innovations_filter(one.response, levels)
     seen, lines = _octaves(one, whiten, settings, innovations)

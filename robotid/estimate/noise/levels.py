@@ -21,7 +21,7 @@ from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 from robotid.model.array import Array, Index
 from robotid.parallel import each
 
-KINSHIP = 35 / 18  # neighbouring frequencies per independent one under a Hann taper
+KINSHIP = 35 / 18  # neighbouring frequencies per independent one under a Hann taper: exact, no tuning
 OF_THE_TORQUE = 3  # parameters of its noise: white, red, and the memory of the red one
 SCORING, PRECISION, TIE = 30, 1e-8, 1e-12  # steps of Fisher scoring, relative change at its end, of equal spectra
 
@@ -37,9 +37,7 @@ def fit_levels(
     """
     telling = [k for k, one in enumerate(residuals) if one.signal.any()]
     if 0 < len(telling) < len(residuals):
-        seen = fit_levels(
-            [residuals[k] for k in telling], settings, None if near is None else [near[k] for k in telling]
-        )
+        seen = _fitted((residuals, settings, near), telling)
         found = dict(zip(telling, seen, strict=True))
         silent = (replace(seen[0], output=max(one.least, SMALLEST)) for one in residuals)
         return tuple(found.get(k, one) for k, one in enumerate(silent))
@@ -66,8 +64,8 @@ def fit_levels_by_record(
     every = tuple(range(len(residuals)))
     of_each = [tuple(k for k in every if records[k] == name) for name in dict.fromkeys(records)]
     parts = [every, *of_each] if len(of_each) > 1 else [every]
-    longest = sum(len(one.signal) for one in residuals)
-    common, *apart = each(_fitted, (residuals, settings, near), parts, samples=longest)
+    samples = sum(len(one.signal) for one in residuals)
+    common, *apart = each(_fitted, (residuals, settings, near), parts, samples=samples)
     if not apart:
         return common
     own = list(common)
@@ -75,7 +73,7 @@ def fit_levels_by_record(
         for k, levels in zip(at, found, strict=True):
             own[k] = levels
     costs = [sum(map(_unlikelihood, residuals, levels)) for levels in (common, own)]
-    further = OF_THE_TORQUE * (len(of_each) - 1) * float(np.log(longest))
+    further = OF_THE_TORQUE * (len(of_each) - 1) * float(np.log(samples))
     return tuple(own) if costs[1] + further < costs[0] else common
 
 

@@ -27,7 +27,7 @@ class TorqueResponse:
     """x[n + 1] = A x[n] + b u[n], y[n] = x[row, n]: the joint about to slip, its springs at rest, a torque u held.
 
     A (d, d), b (d,); sampling_time [s]; derivation : by which a speed comes from y, which is the angle; None where the
-    output is y itself.
+    output is y itself; share : of the time in which the joint slips, by which noise shows less power.
     """
 
     A: Array
@@ -35,10 +35,11 @@ class TorqueResponse:
     row: int
     sampling_time: float
     derivation: Derivation | None = None
+    share: float = 1.0
 
     def some_of_the_time(self, share: float) -> TorqueResponse:
-        """That of a joint which slips during a share of the time: noise shows as much less power."""
-        return replace(self, b=np.sqrt(share) * self.b)
+        """That of a joint which slips during a share of the time only."""
+        return replace(self, b=np.sqrt(share) * self.b, share=share * self.share)
 
     def impulse(self, n: int) -> Array:
         """What a torque of one in the first of n samples leaves in y, (n,)."""

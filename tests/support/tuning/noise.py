@@ -19,7 +19,8 @@ from robotid.diagnosis.noise.noise_floor import (
     spectrum_levels,
 )
 from robotid.diagnosis.noise.settings import NOISE
-from robotid.diagnosis.noise.spectrum import KINSHIP, Spectrum, steady_spectrum, whittle
+from robotid.diagnosis.noise.spectrum import Spectrum, steady_spectrum, whittle
+from robotid.estimate.noise.levels import KINSHIP
 from robotid.estimate.noise.whitening import NoiseLevels
 from robotid.model.array import Array
 from robotid.signals.record import Record
