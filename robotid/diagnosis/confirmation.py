@@ -41,9 +41,9 @@ def _sizes(cause: Cause) -> list[tuple[Estimate, float]]:
 
 def uncertain(cause: Cause) -> str | None:
     """Why a cause is none of which every amplitude is smaller than its own standard deviation in a fit, in words; None
-    where one is larger, and where a deviation is wider than the bounds: the motion is so unstable that it is none."""
+    where one is larger."""
     sizes = _sizes(cause)
-    if not sizes or not all(abs(size) < one.std_robust < one.upper - one.lower for one, size in sizes):
+    if not sizes or not all(abs(size) < one.std_robust for one, size in sizes):
         return None
     first = sizes[0][0]
     return UNCERTAIN.format(first.name.rpartition(".")[2], first.value, first.std_robust)

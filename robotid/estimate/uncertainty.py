@@ -50,16 +50,26 @@ def covariances(problem: OutputError, solution: Solution, sigma: Array) -> tuple
         block = np.ix_(one.unknowns, one.unknowns)
         information[block] += one.squared
         middle[block] += own / sd**4
-    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
-    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
-    seen = values > UNIDENTIFIABLE**2 * values[-1]
-    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T / np.outer(scale, scale)
-    weak = _unidentifiable(vectors[:, ~seen], [problem.joint.names[c] for c in problem.columns])
+    inverse, unseen = _inverse(information)
+    weak = _unidentifiable(unseen, [problem.joint.names[c] for c in problem.columns])
     columns = np.ix_(list(problem.columns), list(problem.columns))
     classical, robust = np.zeros((2, len(problem.joint.names), len(problem.joint.names)))
     classical[columns] = inverse[:count, :count]
     robust[columns] = sandwich(inverse[:count], middle)
     return classical, robust, {problem.columns[k]: text for k, text in weak.items()}
+
+
+def _inverse(information: Array) -> tuple[Array, Array]:
+    """The inverse of an information (m, m) in the directions that it tells of, and the other directions (m, k), scaled.
+
+    The scale of an unknown of which nothing shows, as of a first state where the motor rests, is infinite: divided by
+    next to nothing, what rounding makes of it would be all there is.
+    """
+    own = np.diag(information)
+    scale = np.sqrt(np.where(own > 0.0, own, np.inf))
+    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
+    seen = values > UNIDENTIFIABLE**2 * values[-1]
+    return (vectors[:, seen] / values[seen]) @ vectors[:, seen].T / np.outer(scale, scale), vectors[:, ~seen]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -108,14 +108,6 @@ def test_errors_beside_a_rejected_cause_explain_nothing_of_what_it_did() -> None
     assert (quiet.verdict, quiet.torque_errors) == ("clean", 0.1)
 
 
-def test_a_deviation_beyond_the_bounds_is_none() -> None:
-    (size,) = [one for one in STRIBECK.parameters if one.name.endswith("dFs")]
-    for std, rejected in [(2.0 * abs(size.value), True), (1e120, False)]:
-        unknown = replace(size, std_robust=std, lower=0.0, upper=1e6)
-        one = replace(STRIBECK, parameters=(unknown,))
-        assert bool(unconfirmed(replace(NAMED, causes=(one,)))) == rejected
-
-
 def test_a_curve_beside_a_rejected_cause_stays_what_the_remarks_say() -> None:
     """Where nothing passed for errors of the torque, nothing is taken back of it."""
     one = cause(0.0)

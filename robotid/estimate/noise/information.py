@@ -18,7 +18,7 @@ from scipy.stats import chi2
 
 from robotid.estimate.noise.levels import KINSHIP
 from robotid.estimate.noise.lines import Innovations, Residual, whitened_lines
-from robotid.estimate.noise.passage import UNSTABLE, TorquePassage
+from robotid.estimate.noise.passage import TorquePassage
 from robotid.estimate.noise.response import TorqueResponse
 from robotid.estimate.noise.settings import SETTINGS, LevelSettings
 from robotid.estimate.noise.whitening import InnovationsFilter, NoiseLevels, innovations_filter
@@ -41,19 +41,18 @@ class SeenDerivatives:
 
     @classmethod
     def of(cls, jacobian: Array, response: TorqueResponse, passage: TorquePassage | None = None) -> SeenDerivatives:
-        """jacobian : (m, n). passage : along the motion of the record; without it, or where an error of the torque
-        grows along it beyond what the motion itself is, the joint slips all the time."""
+        """jacobian : (m, n). passage : along the motion of the record; without it, or where it grows beyond all
+        numbers, the joint slips all the time."""
         if response.derivation is not None:
             jacobian = response.derivation.speed_adjoint(jacobian)
+        if passage is not None:
+            with np.errstate(over="ignore", invalid="ignore"):
+                through = passage.adjoint(jacobian)
+            if np.isfinite(through).all():
+                return cls(jacobian, through, response.sampling_time)
         n = jacobian.shape[1]
         spectra = np.fft.rfft(jacobian, 2 * n, axis=1) * np.fft.rfft(response.impulse(n), 2 * n).conj()
-        slipping = np.fft.irfft(spectra, 2 * n, axis=1)[:, :n]
-        if passage is None:
-            return cls(jacobian, slipping, response.sampling_time)
-        with np.errstate(over="ignore", invalid="ignore"):
-            through = passage.adjoint(jacobian)
-        stays = np.abs(through).max() <= UNSTABLE * np.abs(slipping).max()  # False of what is no number
-        return cls(jacobian, through if stays else slipping, response.sampling_time)
+        return cls(jacobian, np.fft.irfft(spectra, 2 * n, axis=1)[:, :n], response.sampling_time)
 
     def information(self, levels: NoiseLevels) -> Array:
         """J R J' for the noise of the record, (m, m)."""

@@ -26,7 +26,6 @@ from robotid.simulation.trajectory import Trajectory
 PER_OCTAVE = 4  # bands in which the spectra of torque and output are averaged
 NARROW = 4  # lines of a band at least, or it is one
 AT_ONCE = 4_000_000  # samples of probes in memory
-UNSTABLE = 1e3  # times what shows in a joint that slips: an error of a thousandth would grow to the motion itself
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,7 +73,7 @@ class TorquePassage:
 def passed_noise(
     one: Residual, whiten: InnovationsFilter, passage: TorquePassage, settings: LevelSettings = SETTINGS
 ) -> PassedNoise | None:
-    """What of the torque's noise shows along the motion of a residual, None where it grows beyond what the motion is.
+    """What of the torque's noise shows along the motion of a residual, None where it grows beyond all numbers.
 
     The mean power of a band is the sum over all samples of the squared response of its lines, by one adjoint solve for
     all of them: from line to line their phases advance by all angles of a circle (Schroeder 1970), so that what two
@@ -101,10 +100,10 @@ def passed_noise(
             power = np.abs(scipy.fft.rfft(passage.adjoint(weights), 2 * n)) ** 2 / n
         power[:, [0, -1]] /= 2.0
         shown[first : chosen.stop] = np.add.reduceat(power, inner[:-1], axis=1).reshape(len(chosen), 2, -1).mean(axis=1)
+    if not np.isfinite(shown).all():
+        return None
     middle = np.pi / n * np.maximum(0.5, (inner[:-1] + inner[1:] - 1) / 2)
     slipping = innovations.gain * one.response.squared(innovations.omega)
-    if not np.all(shown <= UNSTABLE**2 * slipping.max(initial=0.0)):
-        return None
     return PassedNoise(
         one.response.sampling_time, 2 * np.pi * (upper - 0.5) / n, shown, middle, innovations.omega, slipping
     )
