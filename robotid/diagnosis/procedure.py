@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +18,7 @@ from robotid.diagnosis.results import Diagnosis
 from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.search import search
 from robotid.diagnosis.search.state import SearchResult
-from robotid.diagnosis.search.torque_errors import is_swamped, lead_astray, leaves_only_noise
+from robotid.diagnosis.search.torque_errors import is_swamped, lead_astray, leaves_only_noise, strays
 from robotid.diagnosis.verdict import all_explained, explains_all, explains_nothing, not_explained, verdict
 from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, Simulated, fitted_model, simulate_record, simulate_records
@@ -30,10 +31,10 @@ from robotid.signals.record import Record, usable_horizon
 from robotid.signals.stretches import stretches
 
 Log = Callable[[str], None]
-IN_PIECES = "errors of the torque lead the simulation of whole records far astray: diagnosed in pieces of {} s"
+IN_PIECES = "the simulation of whole records is led far astray: diagnosed in pieces of {} s"
 BY_PIECES = "causes that show in pieces of the records"
 OUT_OF_REACH = "{} cannot be simulated on {}, held out of its fit: no cause is tested there"
-PIECES = 16  # of a record, in which causes are sought that errors of the torque hide in the whole
+PIECES = (16, 32, 64)  # of a record, in which causes are sought that the simulation of the whole hides
 REFITS = 4  # that a diagnosis makes at least, to tell whether processes are worth their start
 
 
@@ -150,15 +151,14 @@ def _sought(
 def _in_pieces(
     evidence: Evidence, found: SearchResult, criteria: Criteria, log: Log
 ) -> tuple[SearchResult, float | None]:
-    """What a search in pieces finds, and their length [s], where all that the one of whole records leaves passes for
-    errors of the torque that lead the simulation far from the motion: along another motion no effect shows as it is.
-    What was found, and None, where that is not so, and where there is nothing in pieces either, or nothing that comes
-    nearer to the motion, piece by piece, than what was found."""
+    """What a search in pieces finds, and their length [s], where what the one of whole records leaves leads the
+    simulation far from the motion: along another motion no effect shows as it is. What was found, and None, where that
+    is not so, and where there is nothing in pieces either, or nothing that comes nearer to the motion, piece by piece,
+    than what was found."""
     if evidence.horizon is not None or found.late or found.events or not lead_astray(found):
         return found, None
-    records = [run.record for run in evidence.fitted]
-    length = usable_horizon(max(record.duration for record in records) / PIECES, [*records, *evidence.validation])
     log("searching in pieces of the records")
+    length = _length_of_pieces(evidence, found)
     try:
         again = search(evidence.in_pieces(length), criteria, log)
     except NumericsError:
@@ -168,9 +168,22 @@ def _in_pieces(
         return (again, length) if nearer else (found, None)
     if again.late:
         return replace(found, late=True, unexamined=(*found.unexamined, BY_PIECES)), None
-    if found.causes:
+    if found.causes or not leaves_only_noise(found):
         return found, None
     return (found, None) if leaves_only_noise(again) or is_swamped(again) else (again, length)
+
+
+def _length_of_pieces(evidence: Evidence, found: SearchResult) -> float:
+    """The longest of some lengths [s] over which the model that was found stays with the motion, else the shortest."""
+    records = [run.record for run in evidence.fitted]
+    longest, model = max(record.duration for record in records), found.last.put_into(evidence.model)
+    lengths = [usable_horizon(longest / count, [*records, *evidence.validation]) for count in PIECES]
+    for length in lengths[:-1]:
+        with suppress(NumericsError):
+            runs = [simulate_record(model, record, length) for record in records]
+            if not strays(found, [run.measured(model.output) - run.signal(model.output) for run in runs]):
+                return length
+    return lengths[-1]
 
 
 def _left_in_pieces(evidence: Evidence, found: SearchResult, length: float) -> float:

@@ -1,6 +1,6 @@
 """Bounded Gauss-Newton with Levenberg-Marquardt damping (Nocedal & Wright 2006, section 10.3; bounds by active set).
 
-Steps are taken in columns scaled to unit norm. Of the Jacobian only the triangular factor is kept.
+Steps are taken in columns scaled to unit norm. Of the Jacobian only a square factor is kept.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from robotid.estimate.damping import (
     damped_step,
     lowest_along,
 )
-from robotid.estimate.residual import Evaluation, Linearisation, OutputError
+from robotid.estimate.residual import Evaluation, Linearisation, OutputError, joined_factor
 from robotid.estimate.result import End
 from robotid.interrupt import Interrupted, check
-from robotid.model.array import Array, Mask
+from robotid.model.array import Array, Index, Mask
 from robotid.progress import Iteration
 from robotid.simulation.friction.step import Steps
 
@@ -66,7 +66,7 @@ class SolveOptions:
 class Solution:
     """Where the iteration ended.
 
-    factor : (m, m) upper triangular with factor^T factor = J^T J at the end; cost : at the start and after each step;
+    factor : (m, m) with factor^T factor = J^T J at the end; cost : at the start and after each step;
     direct : whether every iterate from the given start on was simulated.
     """
 
@@ -205,29 +205,26 @@ def solving(
 
 
 def linearise(problem: OutputError, at: Evaluation, steps: Sequence[Steps | None] | None = None) -> Linearisation:
-    """Triangular factor of the Jacobian at an evaluation, and the gradient J^T r. steps : as of `OutputError.steps`,
-    where they are known. Raises NumericsError where they are not finite."""
-    m = len(at.unknowns)
-    factor, gradient = np.zeros((0, m)), np.zeros(m)
+    """A factor of the Jacobian at an evaluation, and the gradient J^T r. steps : as of `OutputError.steps`, where they
+    are known. Raises NumericsError where they are not finite."""
+    gradient, triangles, unknowns = np.zeros(len(at.unknowns)), list[Array](), list[Index]()
     states: list[Array | None] = []
     with np.errstate(all="ignore"):  # derivatives that are not finite are reported
         steps = problem.steps(at) if steps is None else steps
     for k, residual in enumerate(at.residuals):
         if not problem.predicts(k):
-            unknowns = problem.unknowns_of(k)
-            block = np.zeros((len(unknowns), m))
-            block[:, unknowns], own = _of_long_record(problem, at, k)
-            factor = np.asarray(np.linalg.qr(np.vstack([factor, block]), mode="r"))
-            gradient[unknowns] += own
+            triangle, own = _of_long_record(problem, at, k)
+            triangles.append(triangle)
+            unknowns.append(problem.unknowns_of(k))
+            gradient[unknowns[-1]] += own
             states.append(None)
             continue
         jacobian = problem.jacobian(at, k, steps[k])
-        block = np.zeros((len(jacobian.unknowns), m))
-        block[:, jacobian.unknowns] = np.linalg.qr(jacobian.values.T, mode="r")
-        factor = np.asarray(np.linalg.qr(np.vstack([factor, block]), mode="r"))
+        triangles.append(np.asarray(np.linalg.qr(jacobian.values.T, mode="r")))
+        unknowns.append(jacobian.unknowns)
         gradient[jacobian.unknowns] += jacobian.values @ residual
         states.append(jacobian.states)
-    return Linearisation(at, factor, gradient, tuple(states))
+    return Linearisation(at, joined_factor(triangles, unknowns), gradient, tuple(states))
 
 
 @np.errstate(all="ignore")  # derivatives that are not finite are reported

@@ -62,7 +62,7 @@ class Jacobian:
 class Linearisation:
     """An evaluation with what its derivatives say.
 
-    factor : (m, m) upper triangular with factor^T factor = J^T J; gradient : (m,) of the cost; states : of each record,
+    factor : (m, m) with factor^T factor = J^T J; gradient : (m,) of the cost; states : of each record,
     as of `Jacobian`.
     """
 
@@ -276,6 +276,24 @@ class OutputError:
         with np.errstate(over="ignore"):  # what is too far for its square to be a number is too far
             far = np.sum(change**2, axis=1) > FARTHEST_PREDICTION**2 * np.sum(x**2, axis=1)
         return x if np.any(far & x.any(axis=1)) else np.asarray(x + change)
+
+
+def joined_factor(triangles: Sequence[Array], unknowns: Sequence[Index]) -> Array:
+    """A factor (m, m) of the Jacobian from those of each record, (m_k, m_k), to its unknowns, (m_k,) numbers: those
+    that concern other records, too, then its own.
+
+    Its own unknowns are eliminated first: of many short pieces the factor costs no more than theirs one by one.
+    """
+    records = np.bincount(np.concatenate(unknowns))
+    m, shared = len(records), int(np.sum(records > 1))
+    factor, left = np.zeros((m, m)), list[Array]()
+    for triangle, numbers in zip(triangles, unknowns, strict=True):
+        own = len(numbers) - shared
+        eliminated = np.asarray(np.linalg.qr(np.roll(triangle, own, axis=1), mode="r"))
+        factor[np.ix_(numbers[shared:], np.roll(numbers, own))] = eliminated[:own]
+        left.append(eliminated[own:, own:])
+    factor[:shared, :shared] = np.linalg.qr(np.concatenate(left), mode="r")
+    return factor
 
 
 def measured_output(record: Record, output: Quantity) -> Array:

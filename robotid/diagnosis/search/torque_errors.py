@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from robotid.diagnosis.search.state import SearchResult
 from robotid.diagnosis.settings import VERDICT
 from robotid.estimate.residual import measured_output
+from robotid.model.array import Array
 
 
 def leaves_only_noise(found: SearchResult) -> bool:
@@ -24,14 +27,21 @@ def is_swamped(found: SearchResult) -> bool:
 
 
 def lead_astray(found: SearchResult) -> bool:
-    """Whether noise is all that the last model leaves, most of it from errors of the torque, which lead its simulation
-    far from the motion."""
-    return leaves_only_noise(found) and prevail(found) and _share_of_motion(found) > VERDICT.astray_share
+    """Whether the simulation of the last model is led far from the motion, by errors of the torque, which are most of
+    what it leaves, or by what nothing known explains."""
+    unknown = not found.causes and found.curve is None
+    return (unknown or (leaves_only_noise(found) and prevail(found))) and strays(found)
 
 
-def _share_of_motion(found: SearchResult) -> float:
+def strays(found: SearchResult, residuals: Sequence[Array] | None = None) -> bool:
+    """Whether a simulation follows another motion than the measured one. residuals : that it leaves on the records of
+    the fit, absent: those of the last model."""
+    return _share_of_motion(found, residuals) > VERDICT.astray_share
+
+
+def _share_of_motion(found: SearchResult, residuals: Sequence[Array] | None = None) -> float:
     """What errors of the torque cause of the squared error on the records of the fit, of the variance of the output."""
-    caused, _ = _squared_errors(found)
+    caused, _ = _squared_errors(found, residuals)
     measured = [measured_output(one.record, found.last.output) for one in found.last.fitted]
     moved = sum(float(np.var(y)) * len(y) for y in measured)
     return caused / moved if moved > 0.0 else 0.0
@@ -49,13 +59,14 @@ def passing(found: SearchResult) -> float:
     return torque_errors(found)[0] if leaves_only_noise(found) and prevail(found) else 0.0
 
 
-def _squared_errors(found: SearchResult) -> tuple[float, float]:
-    """What errors of the torque cause of the squared error of the last model on the records of its fit, and the noise
-    of their output."""
+def _squared_errors(found: SearchResult, residuals: Sequence[Array] | None = None) -> tuple[float, float]:
+    """What errors of the torque cause of the squared error on the records of the fit, and the noise of their output.
+    residuals : as of `strays`."""
+    left = [one.residual for one in found.last.fitted] if residuals is None else residuals
     caused = output = 0.0
-    for segment, one in zip((found.coloured or found.data).fitted, found.last.fitted, strict=True):
-        noise = segment.whitening.output_variance * len(one.residual)
-        caused += max(0.0, float(one.residual @ one.residual) - noise)
+    for segment, residual in zip((found.coloured or found.data).fitted, left, strict=True):
+        noise = segment.whitening.output_variance * len(residual)
+        caused += max(0.0, float(residual @ residual) - noise)
         output += noise
     return caused, output
 

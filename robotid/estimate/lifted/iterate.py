@@ -18,7 +18,7 @@ import numpy as np
 
 from robotid.errors import NumericsError
 from robotid.estimate.lifted.linearisation import Linearisation, largest_change, linearise_records, moved_nodes
-from robotid.estimate.residual import Evaluation, OutputError
+from robotid.estimate.residual import Evaluation, OutputError, joined_factor
 from robotid.estimate.residual import Linearisation as LeastSquares
 from robotid.model.array import Array
 
@@ -29,8 +29,8 @@ WELL_CONDITIONED = 1e-4  # smallest pivot of scaled normal equations whose trian
 @dataclass(frozen=True, slots=True, eq=False)
 class Iterate:
     """unknowns (m,); nodes (nx, n) and linearisations, one a record; cost, half the square sum of the residuals to
-    be expected; defect, that of the output's corrections; factor (m, m) upper triangular, factor^T factor = J^T J;
-    gradient (m,) of the cost; largest : change of a node, relative."""
+    be expected; defect, that of the output's corrections; factor (m, m), factor^T factor = J^T J; gradient (m,) of
+    the cost; largest : change of a node, relative."""
 
     unknowns: Array
     nodes: tuple[Array, ...]
@@ -68,7 +68,7 @@ def iterate(problem: OutputError, unknowns: Array, nodes: Sequence[Array]) -> It
 
 
 def _factor(normal: Array, parts: Sequence[Linearisation]) -> Array:
-    """Triangular factor of the Jacobian: by Cholesky where that loses little, by orthogonal triangles where it does."""
+    """A factor of the Jacobian: by Cholesky where that loses little, by orthogonal triangles where it does."""
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     try:
         factor = np.linalg.cholesky(normal / np.outer(scale, scale)).T
@@ -76,12 +76,8 @@ def _factor(normal: Array, parts: Sequence[Linearisation]) -> Array:
             return np.asarray(factor * scale)
     except np.linalg.LinAlgError:
         pass
-    factor = np.zeros((0, len(normal)))
-    for part in parts:
-        block = np.zeros((len(part.where), len(normal)))
-        block[:, part.where] = np.linalg.qr(part.derivatives.T, mode="r")
-        factor = np.asarray(np.linalg.qr(np.vstack([factor, block]), mode="r"))
-    return factor
+    triangles = [np.asarray(np.linalg.qr(part.derivatives.T, mode="r")) for part in parts]
+    return joined_factor(triangles, [part.where for part in parts])
 
 
 def advanced_nodes(problem: OutputError, at: Iterate, step: Array) -> list[Array]:
