@@ -12,7 +12,9 @@ from robotid.diagnosis import Criteria, Diagnosis, DiagnosisOptions, diagnose, p
 from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.state import Log, SearchResult, SearchState
 from robotid.errors import NumericsError
+from robotid.estimate.fitted_model import FittedModel, Simulated
 from robotid.extension import extend, extension_task
+from robotid.signals.record import Record
 
 CRITERIA = Criteria(max_causes=1, max_refits=1, skip=("power_friction", "record_change"))
 
@@ -117,3 +119,25 @@ def test_a_cause_of_whole_records_gives_way_to_one_that_comes_nearer_in_pieces(
     found = diagnosed(STRIBECK)
     assert [cause.effect for cause in found.causes] == ["motor.stribeck"]
     assert (found.horizon is not None) == nearer
+
+
+@pytest.mark.parametrize(("followed", "pieces"), [(1.0, 16), (0.2, 32), (0.1, 64), (0.01, 64)])
+@pytest.mark.usefixtures("astray")
+def test_pieces_are_as_long_as_the_simulation_stays_with_the_motion(
+    monkeypatch: pytest.MonkeyPatch, followed: float, pieces: int
+) -> None:
+    """followed [s] : over which it does."""
+    simulated, asked = procedure.simulate_record, list[float]()
+
+    def short(model: FittedModel, record: Record, horizon: float | None = None) -> Simulated:
+        monkeypatch.setattr(procedure, "strays", lambda *_: horizon is not None and horizon > followed)
+        return simulated(model, record, horizon)
+
+    def cut(_: Evidence, horizon: float) -> Evidence:
+        asked.append(horizon)
+        raise NumericsError("they are not looked at", hint="none")
+
+    monkeypatch.setattr(procedure, "simulate_record", short)
+    monkeypatch.setattr(Evidence, "in_pieces", cut)
+    diagnosed({})
+    assert asked == [pytest.approx(DURATION / pieces, rel=0.01)]

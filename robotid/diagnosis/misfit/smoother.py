@@ -98,7 +98,9 @@ class Chain:
             + (w[0] / self.size) ** 2
             + self.torque**2 * np.sum(np.einsum("in,in->n", self.b, force) ** 2)
         )
-        determinant = float(np.sum(np.log(np.abs(lu[2 * k])))) + 2 * (n - 1) * float(np.log(step / self.size))
+        with np.errstate(divide="ignore"):  # of a singular matrix the evidence is not finite, and is none
+            determinant = float(np.sum(np.log(np.abs(lu[2 * k]))))
+        determinant += 2 * (n - 1) * float(np.log(step / self.size))
         return Smoothed(x, w, -0.5 * (cost + determinant))
 
     def _matrix(self, step: float) -> Array:

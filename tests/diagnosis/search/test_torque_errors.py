@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from support.plain_models import SAMPLES, plain_data, plain_model
 
 from robotid.diagnosis.search.state import RejectedCause, SearchResult
-from robotid.diagnosis.search.torque_errors import leaves_only_noise, prevail
+from robotid.diagnosis.search.torque_errors import lead_astray, leaves_only_noise, prevail, strays
 
 
 def found(energy: float, *, reached: bool = True) -> SearchResult:
@@ -39,3 +40,33 @@ def test_what_acts_like_an_effect_that_makes_no_sense_is_not_only_noise(monkeypa
     rejected = RejectedCause("motor.thermal_friction", 1.0, 10.0, "makes no sense")
     assert leaves_only_noise(replace(seen, rejected=(rejected,)))
     assert not leaves_only_noise(replace(seen, rejected=(replace(rejected, imitates=True),)))
+
+
+def moving(share: float) -> SearchResult:
+    """Off the motion by this share of its variance, beyond the noise."""
+    seen = found(1.0)
+    (one,) = seen.last.fitted
+    record = replace(one.record, dphi_m=200.0 * np.sin(one.record.t))
+    off = np.full(len(one.residual), np.sqrt(share) * float(np.std(record.dphi_m)))
+    return replace(seen, last=replace(seen.last, fitted=(replace(one, record=record, residual=off),)))
+
+
+def test_what_nothing_known_explains_leads_a_simulation_astray_as_errors_of_the_torque_do(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    far, curve = replace(moving(0.02), coloured=None), object()
+    assert not leaves_only_noise(far)
+    assert lead_astray(far)
+    assert not lead_astray(replace(far, curve=curve))  # type: ignore[arg-type]
+    assert not lead_astray(replace(far, causes=(object(),)))  # type: ignore[arg-type]
+    assert not lead_astray(replace(moving(5e-4), coloured=None))
+    monkeypatch.setattr("robotid.diagnosis.search.torque_errors.leaves_only_noise", lambda _: True)
+    assert lead_astray(replace(far, causes=(object(),)))  # type: ignore[arg-type]
+
+
+def test_a_simulation_strays_by_what_it_leaves_itself() -> None:
+    far = moving(0.02)
+    (one,) = far.last.fitted
+    assert strays(far)
+    assert not strays(far, [0.1 * one.residual])
+    assert strays(moving(0.0), [one.residual])
