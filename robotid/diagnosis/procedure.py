@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +23,7 @@ from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, Simulated, fitted_model, simulate_record, simulate_records
 from robotid.estimate.result import FitResult
 from robotid.interrupt import deadline
+from robotid.model.array import Array
 from robotid.numerals import listed, plain
 from robotid.parallel import each, expect
 from robotid.signals.plausibility.checks.recording import repeats
@@ -168,33 +168,40 @@ def _in_pieces(
         return (again, length) if nearer else (found, None)
     if again.late:
         return replace(found, late=True, unexamined=(*found.unexamined, BY_PIECES)), None
-    if found.causes or not leaves_only_noise(found):
-        return found, None
-    return (found, None) if leaves_only_noise(again) or is_swamped(again) else (again, length)
+    nothing_more = leaves_only_noise(again) or is_swamped(again)
+    return (found, None) if found.causes or not leaves_only_noise(found) or nothing_more else (again, length)
 
 
 def _length_of_pieces(evidence: Evidence, found: SearchResult) -> float:
     """The longest of some lengths [s] over which the model that was found stays with the motion, else the shortest."""
     records = [run.record for run in evidence.fitted]
-    longest, model = max(record.duration for record in records), found.last.put_into(evidence.model)
-    lengths = [usable_horizon(longest / count, [*records, *evidence.validation]) for count in PIECES]
-    for length in lengths[:-1]:
-        with suppress(NumericsError):
-            runs = [simulate_record(model, record, length) for record in records]
-            if not strays(found, [run.measured(model.output) - run.signal(model.output) for run in runs]):
-                return length
-    return lengths[-1]
+    longest = max(record.duration for record in records)
+    *longer, shortest = (usable_horizon(longest / count, [*records, *evidence.validation]) for count in PIECES)
+    for length in longer:
+        left = _residuals_in_pieces(evidence, found, records, length)
+        if left is not None and not strays(found, left):
+            return length
+    return shortest
 
 
 def _left_in_pieces(evidence: Evidence, found: SearchResult, length: float) -> float:
     """Squared error of what was found in pieces of this length [s] of the records held out, or of all where none are;
     infinite where these cannot be simulated."""
-    model, records = found.last.put_into(evidence.model), evidence.validation or [run.record for run in evidence.fitted]
+    records = evidence.validation or [run.record for run in evidence.fitted]
+    left = _residuals_in_pieces(evidence, found, records, length)
+    return float("inf") if left is None else float(sum(np.sum(one**2) for one in left))
+
+
+def _residuals_in_pieces(
+    evidence: Evidence, found: SearchResult, records: Sequence[Record], length: float
+) -> list[Array] | None:
+    """What the model that was found leaves of each record in pieces of this length [s], (n,); None where these cannot
+    be simulated."""
+    model = found.last.put_into(evidence.model)
     try:
-        runs = [simulate_record(model, record, length) for record in records]
+        return [simulate_record(model, record, length).residual(model.output) for record in records]
     except NumericsError:
-        return float("inf")
-    return float(sum(np.sum((run.measured(model.output) - run.signal(model.output)) ** 2) for run in runs))
+        return None
 
 
 def _all_simulated(model: FittedModel, parts: Sequence[Record], horizon: float | None) -> list[Simulated | None]:

@@ -142,8 +142,7 @@ class Diagnosis(Displayed):
     beside_shape : the causes were found beside it, and their parameters hold there. refitted : all parameters of
     the model with its causes, by name, to start from. torque_errors [Nm] : standard deviation of the errors of the
     torque for which all that is left passes, zero where it is mostly noise of the output. horizon : of the pieces in
-    which causes were sought where the simulation of whole records is led astray, None for those of the
-    fit.
+    which causes were sought where the simulation of whole records is led astray, None for those of the fit.
     """
 
     verdict: Verdict

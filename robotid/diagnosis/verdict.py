@@ -216,7 +216,7 @@ def _unsearched(
     """How much is wrong, by record, and the residuals. floor : of the noise, in every record."""
     names = dict.fromkeys(run.record.name for run in simulated)
     runs = {name: joined([run for run in simulated if run.record.name == name]) for name in names}
-    left = {name: run.measured(model.output) - run.signal(model.output) for name, run in runs.items()}
+    left = {name: run.residual(model.output) for name, run in runs.items()}
     floors = dict.fromkeys(names, floor)
     misfits = {name: _misfit(model, run.record, left[name], floors, 0.0) for name, run in runs.items()}
     return misfits, {name: trace(run, model) for name, run in runs.items()}

@@ -108,6 +108,10 @@ class Simulated:
         """Simulated position or speed as its sensor would show it, (n,)."""
         return _in_a_row([observed(t, quantity) for t in self.trajectories])
 
+    def residual(self, quantity: Quantity) -> Array:
+        """What the simulation leaves of the measured position or speed, (n,)."""
+        return self.measured(quantity) - self.signal(quantity)
+
     def segments(self, quantity: Quantity) -> list[SimulatedSegment]:
         """Its pieces one by one, with the residuals of a quantity."""
         return [simulated_segment(*pair, quantity) for pair in zip(self.pieces, self.trajectories, strict=True)]

@@ -66,8 +66,8 @@ class SolveOptions:
 class Solution:
     """Where the iteration ended.
 
-    factor : (m, m) with factor^T factor = J^T J at the end; cost : at the start and after each step;
-    direct : whether every iterate from the given start on was simulated.
+    factor : (m, m) with factor^T factor = J^T J at the end; cost : at the start and after each step; direct : whether
+    every iterate from the given start on was simulated.
     """
 
     evaluation: Evaluation

@@ -62,8 +62,8 @@ class Jacobian:
 class Linearisation:
     """An evaluation with what its derivatives say.
 
-    factor : (m, m) with factor^T factor = J^T J; gradient : (m,) of the cost; states : of each record,
-    as of `Jacobian`.
+    factor : (m, m) with factor^T factor = J^T J; gradient : (m,) of the cost; states : of each record, as of
+    `Jacobian`.
     """
 
     evaluation: Evaluation

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import pytest
-from support.small_bench import DURATION, STRIBECK, fitted, records
+from support.small_bench import DURATION, STRIBECK, fitted, records, references
 
 from robotid.diagnosis import Criteria, Diagnosis, DiagnosisOptions, diagnose, procedure
 from robotid.diagnosis.search.data import Evidence
@@ -58,6 +58,25 @@ def test_where_pieces_show_nothing_either_whole_records_count() -> None:
     found = diagnosed({})
     assert (found.verdict, found.horizon) == ("clean", None)
     assert not any("pieces" in remark for remark in found.remarks)
+
+
+@pytest.mark.usefixtures("astray")
+@pytest.mark.parametrize("passes", [False, True])
+def test_what_is_unknown_in_pieces_too_stays_as_whole_records_had_it(
+    monkeypatch: pytest.MonkeyPatch, *, passes: bool
+) -> None:
+    """passes : whether all that the whole records leave passes for errors of the torque."""
+    search = procedure.search
+
+    def nameless(evidence: Evidence, criteria: Criteria, log: Log, *begun: SearchState) -> SearchResult:
+        return replace(search(evidence, criteria, log, *begun), causes=())
+
+    def only_noise(found: SearchResult) -> bool:
+        return passes and len(found.last.fitted) == len(references()) - 1
+
+    monkeypatch.setattr(procedure, "search", nameless)
+    monkeypatch.setattr(procedure, "leaves_only_noise", only_noise)
+    assert (diagnosed(STRIBECK).horizon is not None) == passes
 
 
 @pytest.mark.usefixtures("astray")

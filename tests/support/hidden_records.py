@@ -34,7 +34,7 @@ class Hidden:
     moving: Mask
 
     def residual(self, output: Quantity = "speed") -> Array:
-        return self.simulated.measured(output) - self.simulated.signal(output)
+        return self.simulated.residual(output)
 
 
 def hidden(

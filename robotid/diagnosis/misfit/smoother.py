@@ -23,7 +23,8 @@ OVERLAP = 1_000  # samples solved twice at the border of two windows, lest there
 @dataclass(frozen=True, slots=True, eq=False)
 class Smoothed:
     """States x (nx, n) and input w (n,) of largest probability; evidence : logarithm of the marginal likelihood, up to
-    a constant that depends on the data only."""
+    a constant that depends on the data only, minus infinity where these determine no states and no input, which are not
+    numbers then."""
 
     x: Array
     w: Array
@@ -87,7 +88,9 @@ class Chain:
         rhs[:, self.row] = scale[self.row] * self.y / self.output**2
         rhs[0, :nx] += self.first / scale
         rhs[:-1, nx + 1 :] = (self.g / scale[:, None]).T
-        lu, pivots, _ = dgbtrf(self._matrix(step), k, k, overwrite_ab=True)
+        lu, pivots, singular = dgbtrf(self._matrix(step), k, k, overwrite_ab=True)
+        if singular:  # as where the motor rests throughout: no input moves what was measured
+            return Smoothed(np.full((nx, n), np.nan), np.full(n, np.nan), -np.inf)
         solved, _ = dgbtrs(lu, k, k, rhs.reshape(-1, 1), pivots, overwrite_b=True)
         z = solved.reshape(n, k)
         x, w, force = z[:, :nx].T * scale[:, None], z[:, nx] * self.size, z[:-1, nx + 1 :].T / scale[:, None]
@@ -98,9 +101,7 @@ class Chain:
             + (w[0] / self.size) ** 2
             + self.torque**2 * np.sum(np.einsum("in,in->n", self.b, force) ** 2)
         )
-        with np.errstate(divide="ignore"):  # of a singular matrix the evidence is not finite, and is none
-            determinant = float(np.sum(np.log(np.abs(lu[2 * k]))))
-        determinant += 2 * (n - 1) * float(np.log(step / self.size))
+        determinant = float(np.sum(np.log(np.abs(lu[2 * k])))) + 2 * (n - 1) * float(np.log(step / self.size))
         return Smoothed(x, w, -0.5 * (cost + determinant))
 
     def _matrix(self, step: float) -> Array:

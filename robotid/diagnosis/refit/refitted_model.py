@@ -76,8 +76,8 @@ class RefittedModel:
 
     unknowns : the fitted parameters, and the states whose first values were fitted on every segment. factor : (m, m),
     factor^T factor being the information of the unknowns: the fitted parameters, then the first states segment by
-    segment. fitted, validation : the segments as the model simulates them; on those that validate,
-    only first states were fitted.
+    segment. fitted, validation : the segments as the model simulates them; on those that validate, only first states
+    were fitted.
     """
 
     joint: Joint

@@ -45,13 +45,9 @@ def residual_spectra(before: Simulated, after: Simulated | None, output: Quantit
     return ResidualSpectra(centre, np.sqrt(first), None if after is None else np.sqrt(last), np.sqrt(floor))
 
 
-def _residual(run: Simulated, output: Quantity) -> Array:
-    return run.measured(output) - run.signal(output)
-
-
 def _density(run: Simulated, output: Quantity) -> tuple[Array, Array]:
     """Frequencies [Hz] and power density of the residual there, without that of its mean."""
-    residual = _residual(run, output)
+    residual = run.residual(output)
     n, h = len(residual), run.record.sampling_time
     taper = np.hanning(n + 2)[1:-1]
     power = np.abs(np.fft.rfft(taper * (residual - residual.mean()))) ** 2 / np.sum(taper**2)
@@ -60,7 +56,7 @@ def _density(run: Simulated, output: Quantity) -> tuple[Array, Array]:
 
 def _noise(run: Simulated, output: Quantity) -> Array:
     """Power density of the noise at the same frequencies."""
-    first, residual = run.segments(output)[0], _residual(run, output)
+    first, residual = run.segments(output)[0], run.residual(output)
     levels = noise_levels(run.segments(output), output)
     seen = segment_spectrum(SimulatedSegment(run.record, first.trajectory, residual), output)
     own, torque = (np.mean([getattr(one, name) ** 2 for one in levels]) for name in ("output", "torque"))

@@ -78,3 +78,10 @@ def test_windows_join_without_a_seam(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(smoother, "MISFIT", replace(MISFIT, excerpt=150))
     assert c.smooth(0.05).w == pytest.approx(whole, abs=1e-3 * float(np.std(whole)))
     assert len(c.excerpt().y) == 150
+
+
+def test_where_no_input_moves_the_system_a_step_that_is_lost_in_rounding_is_no_evidence() -> None:
+    n, still = 31, np.zeros((1, 30))
+    resting = Chain(still[None], still, still, 0.01 * np.sin(np.arange(n)), 0, 0.01, 0.01, np.zeros(1), np.ones(1), 1.0)
+    assert np.isfinite(resting.smooth(1e-2).evidence)
+    assert resting.smooth(1e-8).evidence == -np.inf
