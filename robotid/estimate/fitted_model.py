@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from robotid.catalogue import assemble
-from robotid.estimate.least_squares import SolveOptions
 from robotid.estimate.residual import OutputError, measured_output, observed
 from robotid.estimate.result import FitResult
-from robotid.estimate.separately import solve_separately
+from robotid.estimate.separately import FIRST_STATES, solve_in_a_row
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
@@ -24,7 +23,6 @@ from robotid.signals.torque_steps import in_a_row
 from robotid.simulation.simulate import simulate
 from robotid.simulation.trajectory import Trajectory
 
-FIRST_STATES = SolveOptions(max_iterations=8, tolerance=1e-4)  # the first states of a record need no more
 LONG = 500_000  # samples, from which first states are found on the beginning of a piece
 BEGINNING = 100_000  # samples of it: no first state shows for longer
 
@@ -171,7 +169,7 @@ def _start(model: FittedModel, piece: Record) -> Array | None:
 def _solved(model: FittedModel, pieces: Sequence[Record], starts: Sequence[Array | None]) -> list[Trajectory]:
     """Pieces from the first states that suit them best. starts : (nx,) each, None where they are as measured."""
     problems = [_problem(model, piece) for piece in pieces]
-    found = solve_separately(
+    found = solve_in_a_row(
         problems,
         [one.start() if x0 is None else x0[list(one.free_states)] for one, x0 in zip(problems, starts, strict=True)],
         FIRST_STATES,

@@ -14,6 +14,7 @@ from robotid.estimate import lifted
 from robotid.estimate.least_squares import Solution, SolveOptions, solve
 from robotid.estimate.residual import Evaluation, OutputError, measured_output, observed
 from robotid.estimate.result import End, Estimate, FitResult
+from robotid.estimate.separately import in_a_row, solve_by_pieces
 from robotid.estimate.uncertainty import covariances
 from robotid.interrupt import Interrupted, winding_up
 from robotid.model.array import Array
@@ -145,6 +146,21 @@ def _solve(
     options: FitOptions,
     log: Callable[[Iteration], None] | None,
     initial: Evaluation | None = None,
+) -> Solution:
+    """The solution from a start, where that fits in memory with the first states that suit each piece best."""
+    if not (lifted.fits_in_memory(problem) and in_a_row(problem)):
+        return _solve_from(problem, start, options, log, initial)
+    if initial is None:
+        initial = problem.evaluate(np.clip(start, *problem.bounds()))
+    return solve_by_pieces(problem, initial, lambda one, at: _solve_from(one, at.unknowns, options, log, at))
+
+
+def _solve_from(
+    problem: OutputError,
+    start: Array,
+    options: FitOptions,
+    log: Callable[[Iteration], None] | None,
+    initial: Evaluation | None,
 ) -> Solution:
     rules = SolveOptions(options.max_iterations, options.tolerance, interruptible=options.interruptible)
     if problem.output != "speed" or problem.whiten or not lifted.fits_in_memory(problem):

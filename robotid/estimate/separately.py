@@ -7,12 +7,14 @@ number of pieces.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from robotid.errors import NumericsError
 from robotid.estimate.least_squares import (
+    Course,
     Point,
     Question,
     Solution,
@@ -22,21 +24,27 @@ from robotid.estimate.least_squares import (
     solving,
 )
 from robotid.estimate.residual import Evaluation, Linearisation, OutputError
+from robotid.estimate.result import End
+from robotid.model.array import Array
+from robotid.signals.record import Record
 from robotid.simulation.courses import driven
 from robotid.simulation.simulate import simulate_together
 
+FIRST_STATES = SolveOptions(max_iterations=8, tolerance=1e-4)  # the first states of a record need no more
+
 Answer = Evaluation | Linearisation | NumericsError
 
+Start = Array | Evaluation
+"""Unknowns (m,) from which a problem is solved, or its evaluation there."""
 
-def solve_separately(
-    problems: Sequence[OutputError], starts: Sequence[np.ndarray], options: SolveOptions
-) -> list[Solution]:
-    """The solution of each problem, of one record each, from its start (m,).
+
+def solve_separately(problems: Sequence[OutputError], starts: Sequence[Start], options: SolveOptions) -> list[Solution]:
+    """The solution of each problem, of one record each, from its start.
 
     problems : of one joint with the same parameters, all of them fixed. Raises NumericsError where one of them cannot
     be simulated.
     """
-    courses = [solving(one, start, options) for one, start in zip(problems, starts, strict=True)]
+    courses = [_course(one, start, options) for one, start in zip(problems, starts, strict=True)]
 
     def answers(asked: Mapping[int, Question]) -> dict[int, Answer]:
         points = {k: question for k, question in asked.items() if isinstance(question, Point)}
@@ -44,6 +52,101 @@ def solve_separately(
         return {**_evaluated(problems, points), **_linearised(problems, ends)}
 
     return driven(courses, answers)
+
+
+def _course(problem: OutputError, start: Start, options: SolveOptions) -> Course[Solution]:
+    if isinstance(start, Evaluation):
+        return solving(problem, start.unknowns, options, initial=start)
+    return solving(problem, start, options)
+
+
+def solve_in_a_row(problems: Sequence[OutputError], starts: Sequence[Start], options: SolveOptions) -> list[Solution]:
+    """The same, where a piece that follows another of its record is solved from where that one ends, too: behind a gear
+    with play the first samples do not show on which side it is, and no step leads across. The better solution counts.
+    """
+    return _continued(problems, solve_separately(problems, starts, options), options)
+
+
+Solver = Callable[[OutputError, Evaluation], Solution]
+"""What finds the solution of a problem from an evaluation at its start."""
+
+
+def solve_by_pieces(problem: OutputError, start: Evaluation, solver: Solver) -> Solution:
+    """The solution of a problem from an evaluation of all its records. That of pieces in a row begins at the first
+    states that suit each best, and is sought again as long as there are better ones."""
+    if not in_a_row(problem):
+        return solver(problem, start)
+    found = solver(problem, _with_better_first_states(problem, start))
+    while found.end is not End.INTERRUPTED:
+        better = _with_better_first_states(problem, found.evaluation)
+        if better.cost >= (1.0 - FIRST_STATES.tolerance) * found.evaluation.cost:
+            break
+        further = solver(problem, better)
+        found = replace(further, cost=(*found.cost, *further.cost))
+    return found
+
+
+def in_a_row(problem: OutputError) -> bool:
+    """Whether some records of a problem are pieces of one in a row, with first states that are to be found."""
+    return bool(problem.free_states) and any(map(_follows, problem.records[1:], problem.records))
+
+
+def _with_better_first_states(problem: OutputError, at: Evaluation) -> Evaluation:
+    """An evaluation with the first states that suit each piece best, where the one before it ends among those from
+    which they are sought; the parameters as they are."""
+    parameters = problem.parameters.with_values(problem.theta(at.unknowns)).all_fixed
+    alone = [_of_one(replace(problem, parameters=parameters), k) for k in range(len(problem.records))]
+    own = at.unknowns[len(problem.columns) :].reshape(len(alone), -1)
+    parts = zip(own, at.residuals, at.trajectories, strict=True)
+    known = [Solution(Evaluation(x0, (r,), (t,)), np.empty((0, 0)), (), End.CONVERGED) for x0, r, t in parts]
+    found = [one.evaluation for one in _continued(alone, known, FIRST_STATES)]
+    unknowns = np.concatenate([at.unknowns[: len(problem.columns)], *(one.unknowns for one in found)])
+    return Evaluation(unknowns, tuple(e.residuals[0] for e in found), tuple(e.trajectories[0] for e in found))
+
+
+def _of_one(problem: OutputError, k: int) -> OutputError:
+    """A problem on its record k alone."""
+    part = slice(k, k + 1)
+    return replace(problem, records=problem.records[part], weights=problem.weights[part], whiten=problem.whiten[part])
+
+
+def _continued(problems: Sequence[OutputError], solutions: Sequence[Solution], options: SolveOptions) -> list[Solution]:
+    """Solutions, that of a piece which follows another one replaced by what is found from there where that is better,
+    until none is."""
+    found, records = list(solutions), [one.records[0] for one in problems]
+    after = [k for k in range(1, len(records)) if _follows(records[k], records[k - 1])]
+    while after:
+        starts = [_end_as_start(found[k - 1].evaluation, problems[k]) for k in after]
+        try:
+            others = solve_separately([problems[k] for k in after], starts, options)
+        except NumericsError:
+            break
+        gains = {k: 1.0 - _cost(one) / _cost(found[k]) for k, one in zip(after, others, strict=True) if _cost(found[k])}
+        for k, one in zip(after, others, strict=True):
+            if gains.get(k, 0.0) > 0.0:
+                found[k] = one
+        after = [k + 1 for k, gain in gains.items() if gain > options.tolerance and _next_follows(records, k)]
+    return found
+
+
+def _next_follows(records: Sequence[Record], k: int) -> bool:
+    return k + 1 < len(records) and _follows(records[k + 1], records[k])
+
+
+def _follows(piece: Record, other: Record) -> bool:
+    """Whether a piece begins where another one of the same record ends."""
+    between = piece.begin - other.begin - other.duration
+    return piece.name == other.name and abs(between) < 0.5 * piece.sampling_time
+
+
+def _end_as_start(before: Evaluation, problem: OutputError) -> Array:
+    """Unknowns (m,) of a piece that begins where the one before it ends."""
+    lower, upper = problem.bounds()
+    return np.clip(before.trajectories[0].x[list(problem.free_states), -1], lower, upper)
+
+
+def _cost(solution: Solution) -> float:
+    return solution.evaluation.cost
 
 
 def _evaluated(problems: Sequence[OutputError], points: Mapping[int, Point]) -> dict[int, Answer]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from robotid.estimate.least_squares import SolveOptions, solve
 from robotid.estimate.lifted.coarse import coarse_factor, coarse_nodes, coarsened, refined
 from robotid.estimate.residual import Evaluation, OutputError
 from robotid.estimate.sensing import joint_for
+from robotid.estimate.separately import solve_by_pieces, solve_in_a_row
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
@@ -78,7 +80,7 @@ def refit(
     rough = None if options.careful else _by_fewer_samples(joint, starts, data, near.fitted, options)
     problem, at = rough or _best_start(joint, starts, data, near.fitted, options)
     effort = solve_effort(data.samples, 2.0 * at.cost, options)
-    solution = solve(problem, at.unknowns, effort, initial=at)
+    solution = solve_by_pieces(problem, at, lambda one, begun: solve(one, begun.unknowns, effort, initial=begun))
     end = solution.evaluation
     if 2.0 * end.cost >= options.reject_above:
         raise NoBetter("the fit is no better than without")
@@ -228,16 +230,15 @@ def _validate(
 ) -> list[Trajectory]:
     """The validation segments with the parameters fixed, each from the first states that suit it best."""
     alone = replace(problem, parameters=parameters.all_fixed, records=(), weights=np.ones(1), whiten=())
-    known = [near[k : k + 1] for k in range(len(data.validation))]
-    items = list(zip(data.validation, known, strict=True))
+    begun = [(segment, near[k : k + 1]) for k, segment in enumerate(data.validation)]
+    items = [list(own) for _, own in groupby(begun, lambda one: one[0].record.name)]
     samples = data.validation_samples // max(1, len(items))
-    return each(_validated, alone, items, samples=samples)
+    return [one for found in each(_validated, alone, items, samples=samples) for one in found]
 
 
-def _validated(alone: OutputError, item: tuple[Segment, Sequence[Trajectory]]) -> Trajectory:
-    """One validation segment. alone : the problem without records."""
-    segment, near = item
-    one = replace(alone, records=(segment.record,), whiten=(segment.whitening,))
+def _validated(alone: OutputError, items: Sequence[tuple[Segment, Sequence[Trajectory]]]) -> list[Trajectory]:
+    """The validation segments of one record. alone : the problem without records."""
+    problems = [replace(alone, records=(segment.record,), whiten=(segment.whitening,)) for segment, _ in items]
     effort = SolveOptions(REFIT.max_validation_iterations, REFIT.validation_tolerance, max_small_steps=1)
-    at = _begin(one, near)
-    return solve(one, at.unknowns, effort, initial=at).evaluation.trajectories[0]
+    begun = [_begin(one, near) for one, (_, near) in zip(problems, items, strict=True)]
+    return [one.evaluation.trajectories[0] for one in solve_in_a_row(problems, begun, effort)]
