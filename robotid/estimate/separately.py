@@ -31,6 +31,7 @@ from robotid.simulation.courses import driven
 from robotid.simulation.simulate import simulate_together
 
 FIRST_STATES = SolveOptions(max_iterations=8, tolerance=1e-4)  # the first states of a record need no more
+WORTH_IT = 0.01  # of the cost, which better first states of pieces must save for the parameters to be sought again
 
 Answer = Evaluation | Linearisation | NumericsError
 
@@ -79,7 +80,7 @@ def solve_by_pieces(problem: OutputError, start: Evaluation, solver: Solver) -> 
     found = solver(problem, _with_better_first_states(problem, start))
     while found.end is not End.INTERRUPTED:
         better = _with_better_first_states(problem, found.evaluation)
-        if better.cost >= (1.0 - FIRST_STATES.tolerance) * found.evaluation.cost:
+        if better.cost >= (1.0 - WORTH_IT) * found.evaluation.cost:
             break
         further = solver(problem, better)
         found = replace(further, cost=(*found.cost, *further.cost))
