@@ -51,7 +51,7 @@ from robotid.diagnosis.search.state import (
     share_of_removed,
     share_removed,
 )
-from robotid.diagnosis.search.torque_errors import leaves_only_noise, prevail
+from robotid.diagnosis.search.torque_errors import lead_astray, leaves_only_noise, prevail
 from robotid.diagnosis.search.unexplained import (
     better_curve,
     is_complete,
@@ -97,7 +97,9 @@ def _searched(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchSta
     whole = ModelInPieces(evidence, begun.first, begun.data)
     result, plain = _beside_events(evidence, criteria, log, begun, whole)
     if not (result.events or result.late or (leaves_only_noise(result) and (result.causes or not prevail(result)))):
-        result = _beside_lesser_events(evidence, result, whole, criteria, log)
+        in_short_pieces = evidence.horizon is None and lead_astray(result) and not leaves_only_noise(result)
+        if not in_short_pieces:  # where both are sought once more
+            result = _beside_lesser_events(evidence, result, whole, criteria, log)
         return _beside_curve(evidence, result, criteria, log) if not result.events else result
     if not (result.events and result.causes) or result.late:
         return result
