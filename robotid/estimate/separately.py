@@ -31,6 +31,7 @@ from robotid.simulation.courses import driven
 from robotid.simulation.simulate import simulate_together
 
 FIRST_STATES = SolveOptions(max_iterations=8, tolerance=1e-4)  # the first states of a record need no more
+STANDS_OUT = 2.0  # times the usual mean square of pieces: one that leaves more may be on the wrong side of a play
 WORTH_IT = 0.01  # of the cost, which better first states of pieces must save for the parameters to be sought again
 
 Answer = Evaluation | Linearisation | NumericsError
@@ -117,17 +118,31 @@ def _continued(problems: Sequence[OutputError], solutions: Sequence[Solution], o
     found, records = list(solutions), [one.records[0] for one in problems]
     after = [k for k in range(1, len(records)) if _follows(records[k], records[k - 1])]
     while after:
-        starts = [_end_as_start(found[k - 1].evaluation, problems[k]) for k in after]
+        usual = np.median([_mean_square(one.evaluation) for one in found])
+        starts = _starts_in_a_row(problems, found, after)
+        worth = {
+            k: start
+            for k, start in starts.items()
+            if start.cost < _cost(found[k]) or _mean_square(found[k].evaluation) > STANDS_OUT * usual
+        }
         try:
-            others = solve_separately([problems[k] for k in after], starts, options)
+            others = solve_separately([problems[k] for k in worth], [*worth.values()], options)
         except NumericsError:
             break
-        gains = {k: 1.0 - _cost(one) / _cost(found[k]) for k, one in zip(after, others, strict=True) if _cost(found[k])}
-        for k, one in zip(after, others, strict=True):
-            if gains.get(k, 0.0) > 0.0:
-                found[k] = one
-        after = [k + 1 for k, gain in gains.items() if gain > options.tolerance and _next_follows(records, k)]
+        better = {k: one for k, one in zip(worth, others, strict=True) if _cost(one) < _cost(found[k])}
+        gained = [k for k, one in better.items() if _cost(one) < (1.0 - options.tolerance) * _cost(found[k])]
+        for k, one in better.items():
+            found[k] = one
+        after = [k + 1 for k in gained if _next_follows(records, k)]
     return found
+
+
+def _starts_in_a_row(
+    problems: Sequence[OutputError], found: Sequence[Solution], after: Sequence[int]
+) -> dict[int, Evaluation]:
+    """Pieces as they begin where the ones before them end, those that can be simulated from there."""
+    points = {k: Point(_end_as_start(found[k - 1].evaluation, problems[k])) for k in after}
+    return {k: one for k, one in _evaluated(problems, points).items() if isinstance(one, Evaluation)}
 
 
 def _next_follows(records: Sequence[Record], k: int) -> bool:
@@ -144,6 +159,11 @@ def _end_as_start(before: Evaluation, problem: OutputError) -> Array:
     """Unknowns (m,) of a piece that begins where the one before it ends."""
     lower, upper = problem.bounds()
     return np.clip(before.trajectories[0].x[list(problem.free_states), -1], lower, upper)
+
+
+def _mean_square(one: Evaluation) -> float:
+    """Half that of the residual of one record."""
+    return one.cost / len(one.residuals[0])
 
 
 def _cost(solution: Solution) -> float:
