@@ -24,6 +24,7 @@ from robotid.parallel import each
 KINSHIP = 35 / 18  # neighbouring frequencies per independent one under a Hann taper: exact, no tuning
 OF_THE_TORQUE = 3  # parameters of its noise: white, red, and the memory of the red one
 SCORING, PRECISION, TIE = 30, 1e-8, 1e-12  # steps of Fisher scoring, relative change at its end, of equal spectra
+TURNS = 20  # by which it is found which levels are zero; two or three nearly always do
 
 
 def fit_levels(
@@ -263,7 +264,7 @@ def whittle(
     model, least, before = np.full(len(power), power.mean()), 1e-12 * power.mean() + SMALLEST, np.zeros(len(bases))
     for _ in range(SCORING):
         weighted, aim = np.sqrt(count) * bases / model, np.sqrt(count) * (power - fixed) / model
-        levels, _ = nnls(*((weighted.T, aim) if apart is None else _condensed(weighted, aim, apart)))
+        levels = nnls(weighted.T, aim)[0] if apart is None else _apart_levels(weighted, aim, apart)
         model = np.maximum(levels @ bases + fixed, least)
         if np.abs(levels - before).max() <= PRECISION * levels.max():
             break
@@ -281,15 +282,32 @@ def _apart(of: Index, n: int) -> Index:
     return found
 
 
-def _condensed(weighted: Array, aim: Array, apart: Index) -> tuple[Array, Array]:
-    """A least-squares problem of columns (k, f) and an aim (f,) in fewer rows: those of each residual hold its own
-    column and the common ones, and are turned into as many as these (Golub & Van Loan 2013, section 5.3)."""
-    n, k = len(apart), len(weighted)
+def _apart_levels(weighted: Array, aim: Array, apart: Index) -> Array:
+    """The least squares of columns (k, f) to an aim (f,), no level (k,) negative, the first columns being of one
+    residual each.
+
+    The lines of a residual are turned into as many rows as columns concern them (Golub & Van Loan 2013, section 5.3),
+    of which the first alone holds its own column. So the common levels are those of all other rows, and of the first
+    ones of residuals whose own level is zero; which these are is found by turns (Hintermueller, Ito & Kunisch 2003).
+    """
+    first, others = _turned(weighted, aim, apart)
+    none = first[:, 0] == 0.0
+    pivot, at_zero = np.where(none, 1.0, first[:, 0]), none
+    for _ in range(TURNS):
+        rows = np.concatenate([others, first[at_zero, 1:]])
+        common = nnls(rows[:, :-1], rows[:, -1])[0] if rows.shape[1] > 1 else np.zeros(0)
+        own = np.where(none, 0.0, (first[:, -1] - first[:, 1:-1] @ common) / pivot)
+        before, at_zero = at_zero, none | (own < 0.0)
+        if np.array_equal(at_zero, before):
+            return np.concatenate([np.maximum(own, 0.0), common])
+    return nnls(weighted.T, aim)[0]
+
+
+def _turned(weighted: Array, aim: Array, apart: Index) -> tuple[Array, Array]:
+    """The lines of each residual in triangular rows of its own column, the common ones and the aim: the first row of
+    each, (n, c + 2), and all others, without the own columns, which are zero there, (rows, c + 1)."""
+    n = len(apart)
     every = np.vstack([weighted[:n].sum(axis=0), weighted[n:], aim])  # of a residual's lines, the first is its own
     parts = np.moveaxis(np.pad(every, ((0, 0), (0, 1)))[:, apart], 0, -1)
     turned = np.asarray(np.linalg.qr(parts, mode="r"))
-    rows = turned.shape[1]
-    columns = np.zeros((n, rows, k))
-    columns[np.arange(n), :, np.arange(n)] = turned[:, :, 0]
-    columns[:, :, n:] = turned[:, :, 1:-1]
-    return columns.reshape(n * rows, k), turned[:, :, -1].ravel()
+    return turned[:, 0], turned[:, 1:, 1:].reshape(-1, turned.shape[-1] - 1)

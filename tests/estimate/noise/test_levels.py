@@ -8,13 +8,14 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from scipy.optimize import nnls
 from scipy.signal import lfilter
 from scipy.stats import kstest
 
 from robotid.estimate.noise.averages import expected_levels, likely_levels
 from robotid.estimate.noise.floor import torque_floor
 from robotid.estimate.noise.information import SeenDerivatives, is_explained
-from robotid.estimate.noise.levels import choices, fit_levels, whitened, whittle
+from robotid.estimate.noise.levels import _apart, _apart_levels, choices, fit_levels, whitened, whittle
 from robotid.estimate.noise.lines import Residual
 from robotid.estimate.noise.response import TorqueResponse
 from robotid.estimate.noise.settings import SETTINGS
@@ -316,3 +317,17 @@ def test_an_octave_of_one_of_many_residuals_may_stand_out_by_chance() -> None:
     sizes = np.geomspace(0.1, 30.0, 120).tolist()
     alone, among_many = (max(size for size in sizes if passes(size, among)) for among in (1, 100))
     assert alone < among_many < 2.0 * alone
+
+
+@pytest.mark.parametrize("common", [0, 1, 2])
+def test_levels_of_residuals_apart_are_those_of_all_lines_at_once(common: int) -> None:
+    rng = np.random.default_rng(common)
+    for _ in range(50):
+        n = int(rng.integers(2, 9))
+        of = np.sort(np.concatenate([np.arange(n), rng.integers(0, n, 12 * n)]))
+        own = (of == np.arange(n)[:, None]) * rng.exponential(1.0, len(of))
+        columns = np.vstack([own, rng.exponential(1.0, (common, len(of)))])
+        columns[0] *= rng.random() < 0.9  # one that shows nothing of its own
+        aim = columns.T @ rng.normal(0.3, 1.0, n + common) + rng.normal(0.0, 1.0, len(of))
+        expected, _ = nnls(columns.T, aim)
+        np.testing.assert_allclose(_apart_levels(columns, aim, _apart(of, n)), expected, atol=1e-9)
