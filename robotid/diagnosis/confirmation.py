@@ -1,7 +1,7 @@
 """Causes that the search has accepted, judged once more by a fit as the pipeline makes it.
 
 The search weighs a residual by its noise, and sees what is far below the rest of it. A cause that gains nothing in a
-fit is not worth a name, and neither is one whose size such a fit knows no better than to that size itself. Nor is one
+fit is not worth a name, and neither is one whose size such a fit cannot tell from none at three deviations. Nor is one
 that a record which was held out shows the other way round: it imitates something that is not in the catalogue, and what
 differs beside it only makes up for that.
 """
@@ -16,6 +16,7 @@ import numpy as np
 from robotid.diagnosis.remarks import without_name
 from robotid.diagnosis.results import Cause, Diagnosis, Rejected, Verdict
 from robotid.diagnosis.search.physical_sense import declarations
+from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.settings import VERDICT
 from robotid.diagnosis.verdict import is_partial, without_cause
 from robotid.estimate.result import Estimate
@@ -40,10 +41,11 @@ def _sizes(cause: Cause) -> list[tuple[Estimate, float]]:
 
 
 def uncertain(cause: Cause) -> str | None:
-    """Why a cause is none of which every amplitude is smaller than its own standard deviation in a fit, in words; None
-    where one is larger."""
+    """Why a cause is none whose amplitudes together are less than three standard deviations in a fit, in words; None
+    where they are more. Those are robust ones, for what a model leaves is seldom white."""
     sizes = _sizes(cause)
-    if not sizes or not all(abs(size) < one.std_robust for one, size in sizes):
+    sigmas = np.linalg.norm([size / max(one.std_robust, 1e-300) for one, size in sizes])
+    if not sizes or not sigmas < ACCEPTANCE.amplitude_sigma:
         return None
     first = sizes[0][0]
     return UNCERTAIN.format(first.name.rpartition(".")[2], first.value, first.std_robust)
