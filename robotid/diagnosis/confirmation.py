@@ -19,7 +19,8 @@ from robotid.diagnosis.search.physical_sense import declarations
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.settings import VERDICT
 from robotid.diagnosis.verdict import is_partial, without_cause
-from robotid.estimate.result import Estimate
+from robotid.estimate.result import Estimate, FitResult
+from robotid.estimate.uncertainty import deviations_from_none
 from robotid.model.structure import changed, is_change, rests_on
 
 NOT_CONFIRMED = "a fit does not confirm it: the held-out records gain nothing by it"
@@ -40,12 +41,19 @@ def _sizes(cause: Cause) -> list[tuple[Estimate, float]]:
     return [(one, one.value - nulls[one.name]) for one in cause.parameters if one.name in nulls]
 
 
-def uncertain(cause: Cause) -> str | None:
+def uncertain(cause: Cause, fit: FitResult | None = None) -> str | None:
     """Why a cause is none whose amplitudes together are less than three standard deviations in a fit, in words; None
-    where they are more. Those are robust ones, for what a model leaves is seldom white."""
+    where they are more. Those are robust ones, for what a model leaves is seldom white. fit : that tells how the
+    amplitudes depend on each other, absent: they do not."""
     sizes = _sizes(cause)
-    sigmas = np.linalg.norm([size / max(one.std_robust, 1e-300) for one, size in sizes])
-    if not sizes or not sigmas < ACCEPTANCE.amplitude_sigma:
+    names, apart = [one.name for one, _ in sizes], np.array([size for _, size in sizes])
+    covariance = np.diag([one.std_robust**2 for one, _ in sizes])
+    if fit is not None:
+        of_all = [one.name for one in fit.parameters]
+        at = [of_all.index(name) for name in names]
+        covariance = fit.covariance_robust[np.ix_(at, at)]
+    known = bool(sizes) and bool(np.isfinite(covariance).all())
+    if not known or deviations_from_none(apart, covariance) >= ACCEPTANCE.amplitude_sigma:
         return None
     first = sizes[0][0]
     return UNCERTAIN.format(first.name.rpartition(".")[2], first.value, first.std_robust)
@@ -65,16 +73,17 @@ def another_size(cause: Cause, diagnosis: Diagnosis) -> str | None:
     return None
 
 
-def unconfirmed(diagnosis: Diagnosis) -> dict[str, str]:
+def unconfirmed(diagnosis: Diagnosis, fit: FitResult | None = None) -> dict[str, str]:
     """The causes that are none after all, by name, and why: those of quite another size on records that were held out,
-    all that differs beside these, what gains nothing, and what a fit tells no size of."""
+    all that differs beside these, what gains nothing, and what a fit tells no size of. fit : with all that can be
+    fitted, as of `uncertain`."""
     causes = [cause for cause in diagnosis.causes if not is_change(cause.effect)]
     found = {one.effect: why for one in causes if (why := another_size(one, diagnosis)) is not None}
     if found:
         beside = RESTS.format(", ".join(found))
         found |= {one.effect: beside for one in diagnosis.causes if one.explained_of}
     idle = [one for one in diagnosis.causes if is_idle(one) and not one.explained_of]
-    unknown = {one.effect: why for one in causes if not one.explained_of and (why := uncertain(one)) is not None}
+    unknown = {one.effect: why for one in causes if not one.explained_of and (why := uncertain(one, fit)) is not None}
     return unknown | {one.effect: NOT_CONFIRMED for one in idle} | found
 
 

@@ -200,3 +200,12 @@ def _unidentifiable(directions: Array, names: Sequence[str]) -> dict[int, str]:
         others = [name for j, name in enumerate(names) if j != k and shared[j, j] and shared[k, j]]
         remarks[k] = "unidentifiable" + (f" together with {', '.join(others)}" if others else " on these records")
     return remarks
+
+
+def deviations_from_none(apart: Array, covariance: Array) -> float:
+    """How many standard deviations parameters (k,) are away from where they vanish, all together. apart : their
+    distances; covariance : (k, k)."""
+    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    standard = apart / scale
+    distance = float(standard @ np.linalg.pinv(covariance / np.outer(scale, scale)) @ standard)
+    return float(np.sqrt(max(0.0, distance)))

@@ -75,5 +75,5 @@ def _confirmed(diagnosis: Diagnosis, task: ExtensionTask) -> Diagnosis:
         for cause in diagnosis.causes
     )
     judged = replace(diagnosis, causes=causes, refitted={p.name: p.value for p in last.parameters})
-    none = unconfirmed(judged)
+    none = unconfirmed(judged, last)
     return _confirmed(without_causes(judged, none), task) if none else judged

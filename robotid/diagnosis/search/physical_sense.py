@@ -12,6 +12,7 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.measured_motion import with_angle
 from robotid.diagnosis.search.settings import ACCEPTANCE
+from robotid.estimate.uncertainty import deviations_from_none
 from robotid.model.array import Array
 from robotid.model.companion import companion_of
 from robotid.model.parameters import Parameter
@@ -76,12 +77,8 @@ def amplitude_sigmas(model: RefittedModel, effect: str) -> float:
     fitted = amplitudes(model, effect)
     if not fitted:
         return float("inf")
-    at, apart = list(fitted), np.array(list(fitted.values()))
-    covariance = model.covariance[np.ix_(at, at)]
-    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    standard = apart / scale
-    distance = float(standard @ np.linalg.pinv(covariance / np.outer(scale, scale)) @ standard)
-    return float(np.sqrt(max(0.0, distance)))
+    at = list(fitted)
+    return deviations_from_none(np.array(list(fitted.values())), model.covariance[np.ix_(at, at)])
 
 
 def amplitudes(model: RefittedModel, effect: str) -> dict[int, float]:
