@@ -28,6 +28,10 @@ class Interrupted(BaseException):
     """The process was asked to stop. No Exception, so that no handler of errors takes it for one."""
 
 
+INTERRUPTS = (Interrupted, KeyboardInterrupt)
+"""What ends an iteration that is interruptible with its last iterate."""
+
+
 class OutOfTime(BaseException):
     """The time that was allowed has passed. No Exception, for the same reason."""
 

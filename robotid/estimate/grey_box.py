@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from robotid.estimate.residual import Evaluation, OutputError, measured_output, 
 from robotid.estimate.result import End, Estimate, FitResult
 from robotid.estimate.separately import in_a_row, solve_by_pieces
 from robotid.estimate.uncertainty import covariances
-from robotid.interrupt import Interrupted, winding_up
+from robotid.interrupt import INTERRUPTS, winding_up
 from robotid.model.array import Array
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
@@ -24,7 +24,6 @@ from robotid.progress import Iteration
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Quantity, Record
 
-INTERRUPTS = (Interrupted, KeyboardInterrupt)
 SEED = 0  # of further starts: the same every time
 START_SPREAD = 0.5  # standard deviation of the logarithm of their parameters: most within a factor of three
 ALIKE = 0.1  # relative spread of the records' noise levels that is not worth another fit
@@ -150,9 +149,14 @@ def _solve(
     """The solution from a start, where that fits in memory with the first states that suit each piece best."""
     if not (lifted.fits_in_memory(problem) and in_a_row(problem)):
         return _solve_from(problem, start, options, log, initial)
+
+    def solver(at: Evaluation | None) -> Solution:
+        return _solve_from(problem, start if at is None else at.unknowns, options, log, at)
+
     if initial is None:
-        initial = problem.evaluate(np.clip(start, *problem.bounds()))
-    return solve_by_pieces(problem, initial, lambda one, at: _solve_from(one, at.unknowns, options, log, at))
+        with suppress(NumericsError):  # fit and simulation together may settle from where a simulation runs away
+            initial = problem.evaluate(np.clip(start, *problem.bounds()))
+    return solve_by_pieces(problem, initial, solver, interruptible=options.interruptible)
 
 
 def _solve_from(

@@ -23,7 +23,7 @@ from robotid.estimate.damping import (
 )
 from robotid.estimate.residual import Evaluation, Linearisation, OutputError, joined_factor
 from robotid.estimate.result import End
-from robotid.interrupt import Interrupted, check
+from robotid.interrupt import INTERRUPTS, check
 from robotid.model.array import Array, Index, Mask
 from robotid.progress import Iteration
 from robotid.simulation.friction.step import Steps
@@ -197,7 +197,7 @@ def solving(
             costs.append(after.cost)
             if log is not None:
                 log(Iteration(len(costs) - 1, after.cost, decrease))
-    except (Interrupted, KeyboardInterrupt):
+    except INTERRUPTS:
         if not options.interruptible:
             raise
         end = End.INTERRUPTED

@@ -19,10 +19,11 @@ from robotid.catalogue import assemble
 from robotid.errors import NumericsError
 from robotid.estimate.cutoff import choose_cutoff
 from robotid.estimate.first_states import first_state_limits
-from robotid.estimate.grey_box import INTERRUPTS, FitOptions, fit_model
+from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.linear_response import total_inertia
 from robotid.estimate.result import End, FitResult
 from robotid.estimate.rigid import RigidResult, fit_rigid, torque_error
+from robotid.interrupt import INTERRUPTS
 from robotid.model.array import Array
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint

@@ -25,6 +25,7 @@ from robotid.estimate.least_squares import (
 )
 from robotid.estimate.residual import Evaluation, Linearisation, OutputError
 from robotid.estimate.result import End
+from robotid.interrupt import INTERRUPTS
 from robotid.model.array import Array
 from robotid.signals.record import Record
 from robotid.simulation.courses import driven
@@ -69,21 +70,29 @@ def solve_in_a_row(problems: Sequence[OutputError], starts: Sequence[Start], opt
     return _continued(problems, solve_separately(problems, starts, options), options)
 
 
-Solver = Callable[[OutputError, Evaluation], Solution]
-"""What finds the solution of a problem from an evaluation at its start."""
+Solver = Callable[[Evaluation | None], Solution]
+"""What finds the solution of a problem from an evaluation, None from where the problem starts by itself."""
 
 
-def solve_by_pieces(problem: OutputError, start: Evaluation, solver: Solver) -> Solution:
-    """The solution of a problem from an evaluation of all its records. That of pieces in a row begins at the first
-    states that suit each best, and is sought again as long as there are better ones."""
+def solve_by_pieces(
+    problem: OutputError, start: Evaluation | None, solver: Solver, *, interruptible: bool = False
+) -> Solution:
+    """The solution of a problem from an evaluation of all its records, where there is one. That of pieces in a row
+    begins at the first states that suit each best, and is sought again as long as there are better ones.
+    interruptible : as of `SolveOptions`."""
     if not in_a_row(problem):
-        return solver(problem, start)
-    found = solver(problem, _with_better_first_states(problem, start))
+        return solver(start)
+    found = solver(None if start is None else _with_better_first_states(problem, start))
     while found.end is not End.INTERRUPTED:
-        better = _with_better_first_states(problem, found.evaluation)
+        try:
+            better = _with_better_first_states(problem, found.evaluation)
+        except INTERRUPTS:
+            if not interruptible:
+                raise
+            return replace(found, end=End.INTERRUPTED)
         if better.cost >= (1.0 - WORTH_IT) * found.evaluation.cost:
             break
-        further = solver(problem, better)
+        further = solver(better)
         found = replace(further, cost=(*found.cost, *further.cost))
     return found
 

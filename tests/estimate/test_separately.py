@@ -16,7 +16,9 @@ from robotid.estimate.fitted_model import fitted_model
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.least_squares import Solution, SolveOptions, solve
 from robotid.estimate.residual import Evaluation, OutputError
+from robotid.estimate.result import End
 from robotid.estimate.separately import solve_by_pieces, solve_in_a_row, solve_separately
+from robotid.interrupt import Interrupted
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.signals.record import Record
@@ -89,15 +91,35 @@ def test_a_fit_of_pieces_behind_a_play_reaches_the_noise() -> None:
 
 
 def test_records_that_are_no_pieces_are_solved_once() -> None:
-    asked = []
+    asked = list[Evaluation | None]()
     made = records({})
     model = fitted_model(fitted(list(made)))
     problem = OutputError(model.joint, model.parameters, tuple(made[:2]), "speed", np.ones(2))
 
-    def solver(one: OutputError, at: Evaluation) -> Solution:
+    def solver(at: Evaluation | None) -> Solution:
         asked.append(at)
-        return solve(one, at.unknowns, OPTIONS, initial=at)
+        return solve(problem, problem.start(), OPTIONS, initial=at)
 
     begun = problem.evaluate(problem.start())
     solve_by_pieces(problem, begun, solver)
     assert asked == [begun]
+
+
+@pytest.mark.parametrize("interruptible", [True, False])
+def test_an_interrupt_among_the_first_states_keeps_the_last_solution(
+    monkeypatch: pytest.MonkeyPatch, interruptible: bool
+) -> None:
+    joint, parameters, record = behind_a_play()
+    pieces = record.pieces(0.1)[:2]
+    problem = OutputError(joint, parameters, pieces, "speed", np.ones(2))
+    found = Solution(problem.evaluate(problem.start()), np.eye(1), (), End.CONVERGED)
+
+    def interrupt(*_: object) -> None:
+        raise Interrupted
+
+    monkeypatch.setattr(separately, "solve_separately", interrupt)
+    if interruptible:
+        assert solve_by_pieces(problem, None, lambda _: found, interruptible=True).end is End.INTERRUPTED
+    else:
+        with pytest.raises(Interrupted):
+            solve_by_pieces(problem, None, lambda _: found)

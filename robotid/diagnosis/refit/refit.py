@@ -13,7 +13,7 @@ from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refitted_model import UNKNOWN, RefittedModel, Trajectories, Unknowns, segment_fit
 from robotid.diagnosis.refit.settings import REFIT
 from robotid.errors import NumericsError
-from robotid.estimate.least_squares import SolveOptions, solve
+from robotid.estimate.least_squares import Solution, SolveOptions, solve
 from robotid.estimate.lifted.coarse import coarse_factor, coarse_nodes, coarsened, refined
 from robotid.estimate.residual import Evaluation, OutputError
 from robotid.estimate.sensing import joint_for
@@ -80,7 +80,12 @@ def refit(
     rough = None if options.careful else _by_fewer_samples(joint, starts, data, near.fitted, options)
     problem, at = rough or _best_start(joint, starts, data, near.fitted, options)
     effort = solve_effort(data.samples, 2.0 * at.cost, options)
-    solution = solve_by_pieces(problem, at, lambda one, begun: solve(one, begun.unknowns, effort, initial=begun))
+
+    def solver(begun: Evaluation | None) -> Solution:
+        begun = at if begun is None else begun
+        return solve(problem, begun.unknowns, effort, initial=begun)
+
+    solution = solve_by_pieces(problem, at, solver)
     end = solution.evaluation
     if 2.0 * end.cost >= options.reject_above:
         raise NoBetter("the fit is no better than without")
