@@ -165,65 +165,119 @@ def choices(residuals: Sequence[Residual], seen: Sequence[Innovations], settings
         np.concatenate([getattr(one, name) for one in lines], axis=-1) for name in ("power", "torque", "red", "count")
     )
     n, of = len(lines), np.repeat(np.arange(len(lines)), [len(one.power) for one in lines])
-    own = np.concatenate([one.output for one in lines]) * (of == np.arange(n)[:, None])
+    own = np.concatenate([one.output for one in lines])
     slopes = np.zeros(red.shape)
     if len(corners) > 1:
         slopes = np.gradient(red, np.log(corners), axis=0, edge_order=2 if len(corners) > 2 else 1)
     least = np.array([max(one.least, TIE * float(np.mean(one.sensed**2)) + SMALLEST) for one in residuals])
     most = np.array([one.most_torque for one in residuals])
-    options: list[tuple[Array, Array, int | None]] = [(own, np.zeros(n), None), (np.vstack([own, white]), most, None)]
-    options += [(np.vstack([own, white, red[i : i + 1]]), most, i) for i in range(len(corners))]
+    shapes = _Shapes(own, np.zeros((0, len(own))), of, _apart(of, n))
+    options: list[tuple[_Shapes, Array, int | None]] = [(shapes, np.zeros(n), None)]
+    options += [(replace(shapes, common=np.vstack([white])), most, None)]
+    options += [(replace(shapes, common=np.vstack([white, red[i]])), most, i) for i in range(len(corners))]
     answer = []
-    for bases, caps, at in options:
-        found, cost = _bounded(power, bases, count, of, least, caps)
-        reds = found[n + 1] if at is not None else np.zeros(n)
+    for shown, caps, at in options:
+        output, common, cost = _bounded(power, shown, count, least, caps)
+        torque, reds = np.vstack([common, np.zeros((2 - len(common), n))])
         corner = float(corners[at]) if at is not None else 1.0
-        pairs = zip(found[:n].diagonal(), found[n] if len(found) > n else np.zeros(n), reds, strict=True)
-        these = tuple(NoiseLevels(float(output), float(torque), float(slow), corner) for output, torque, slow in pairs)
-        criterion = cost + len(bases) * float(np.log(count.sum()))
+        pairs = zip(output.tolist(), torque.tolist(), reds.tolist(), strict=True)
+        these = tuple(NoiseLevels(level, white_one, slow, corner) for level, white_one, slow in pairs)
+        criterion = cost + (n + len(common)) * float(np.log(count.sum()))
         if at is None:
             answer.append(Choice(criterion, these))
             continue
-        shape = _root_information(found[:, of] * bases, reds[of] * slopes[at], count)
+        shape = _root_information(output, common, shown, reds[of] * slopes[at], count)
         answer.append(Choice(criterion, these, shape, at in (0, len(corners) - 1)))
     return answer
 
 
-def _bounded(power: Array, bases: Array, count: Array, of: Index, least: Array, most: Array) -> tuple[Array, float]:
-    """The likeliest level of every noise in every residual, (k, n), and minus twice the logarithm of its likelihood.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Shapes:
+    """Lines of n residuals one after the other, and what noise of unit variance shows there.
 
-    bases : (k, f), the output's noises of the n residuals, then the torque's white one, then its red one; of : (f,) to
-    which residual a line belongs; least : (n,) of the output's noise; most : (n,) of the torque's white one. What is at
-    its bound stays there while the others are sought: cut off afterwards, it would have taken what is theirs.
+    own (f,) : of the output of the residual that a line belongs to; common (c, f) : of the torque, which all have in
+    common; of (f,) : the residual of each line; apart : as of `_apart`.
     """
-    n, free = len(least), bases.copy()
-    levels, at_most = np.zeros((len(bases), n)), np.zeros(n, dtype=np.bool_)
-    apart = _apart(of, n) if n > 1 else None
-    levels[:n] = np.diag(least)
+
+    own: Array
+    common: Array
+    of: Index
+    apart: Index
+
+    def spectrum(self, output: Array, common: Array) -> Array:
+        """The lines (f,) at levels of the outputs (n,) and of the torque (c,) or (c, n)."""
+        return np.asarray(output[self.of] * self.own + self.of_the_torque(common))
+
+    def of_the_torque(self, common: Array) -> Array:
+        """The lines (f,) of the torque's noise alone, at its levels (c,) or (c, n)."""
+        levels = common[:, self.of] if common.ndim == 2 else common[:, None]
+        return np.asarray((levels * self.common).sum(axis=0))
+
+
+def _bounded(power: Array, shapes: _Shapes, count: Array, least: Array, most: Array) -> tuple[Array, Array, float]:
+    """The likeliest level of every noise in every residual, of the outputs (n,) and of the torque (c, n), and minus
+    twice the logarithm of its likelihood.
+
+    least : (n,) of the output's noise; most : (n,) of the torque's white one. What is at its bound stays there while
+    the others are sought: cut off afterwards, it would have taken what is theirs.
+    """
+    n, c = len(least), len(shapes.common)
+    at_most, bound, free = np.zeros(n, dtype=np.bool_), np.zeros((c, n)), shapes
     while True:
-        fixed = (levels[:, of] * bases).sum(axis=0)
-        found, cost = whittle(power, free, count, fixed, apart)
-        over = ~at_most & (found[n] > most) if len(bases) > n else np.zeros(n, dtype=np.bool_)
+        output, common, cost = _likeliest(power, free, count, shapes.spectrum(least, bound))
+        over = ~at_most & (common[0] > most) if c else np.zeros(n, dtype=np.bool_)
         if not over.any():
             break
         at_most |= over
-        levels[n, over], free[n, over[of]] = most[over], 0.0
-    levels[:n] += np.diag(found[:n])
-    levels[n:] += found[n:, None]
-    levels[n : n + 1, at_most] = most[at_most]
-    return levels, cost
+        bound[0, over] = most[over]
+        free = replace(free, common=np.where(at_most[shapes.of] & (np.arange(c) == 0)[:, None], 0.0, shapes.common))
+    levels = np.repeat(common[:, None], n, axis=1)
+    levels[:1, at_most] = most[at_most]
+    return least + output, levels, cost
 
 
-def _root_information(parts: Array, slope: Array, count: Array) -> float:
-    """Root of Fisher's information on what changes a spectrum by a slope (f,), the levels of its parts (k, f) free.
+def _likeliest(power: Array, shapes: _Shapes, count: Array, fixed: Array) -> tuple[Array, Array, float]:
+    """Levels of the outputs (n,) and of the torque (c,), the same in all residuals, none negative, that explain a
+    periodogram (f,) best, and minus twice the logarithm of their likelihood.
+
+    count : (f,) how many neighbouring frequencies each line is the mean of; fixed : (f,) what is there besides. Fisher
+    scoring, each step a least-squares problem with non-negative unknowns.
+    """
+    n = len(shapes.apart)
+    size = np.maximum(np.bincount(shapes.of, shapes.own, n) / len(power), SMALLEST)
+    common_size = np.maximum(shapes.common.mean(axis=1), SMALLEST)
+    own, common = shapes.own / size[shapes.of], shapes.common / common_size[:, None]
+    scaled = replace(shapes, own=own, common=common)
+    model, least = np.full(len(power), power.mean()), 1e-12 * power.mean() + SMALLEST
+    before = np.zeros(n + len(common))
+    for _ in range(SCORING):
+        weights = np.sqrt(count) / model
+        levels = _least_squares(own * weights, common * weights, weights * (power - fixed), shapes.apart)
+        model = np.maximum(scaled.spectrum(levels[:n], levels[n:]) + fixed, least)
+        if np.abs(levels - before).max() <= PRECISION * levels.max():
+            break
+        before = levels
+    cost = 2 / KINSHIP * float(count @ (np.log(model) + power / model))
+    return levels[:n] / size, levels[n:] / common_size, cost
+
+
+def _root_information(output: Array, common: Array, shapes: _Shapes, slope: Array, count: Array) -> float:
+    """Root of Fisher's information on what changes a spectrum by a slope (f,), all levels, (n,) and (c, n), free.
 
     Whittle (1953): of the logarithm of a spectrum every independent line tells one.
     """
-    model = np.maximum(parts.sum(axis=0), SMALLEST)
-    roots = np.sqrt(count / KINSHIP) / model
-    weighted, along = parts[parts.any(axis=1)] * roots, slope * roots
-    taken, *_ = lstsq(weighted.T, along, lapack_driver="gelsy")  # of gelsd singular values may fail to converge
-    left = along - taken @ weighted
+    roots = np.sqrt(count / KINSHIP) / np.maximum(shapes.spectrum(output, common), SMALLEST)
+    own, parts = shapes.own * roots * (output > 0.0)[shapes.of], common[:, shapes.of] * shapes.common * roots
+    length = np.maximum(np.bincount(shapes.of, own**2), SMALLEST)
+
+    def beyond_own(column: Array) -> Array:
+        along = np.bincount(shapes.of, own * column) / length
+        return np.asarray(column - along[shapes.of] * own)
+
+    left, seen = beyond_own(slope * roots), np.array([beyond_own(part) for part in parts if part.any()])
+    if len(seen):
+        taken, *_ = lstsq(seen.T, left, lapack_driver="gelsy")  # of gelsd singular values may fail to converge
+        left = left - taken @ seen
     return float(np.linalg.norm(left))
 
 
@@ -244,34 +298,6 @@ def _lines(one: Residual, innovations: Innovations, corners: Array, settings: Le
     return _Lines(power, output, torque, red, np.diff(np.append(edges, len(innovations.power))).astype(np.float64))
 
 
-def whittle(
-    power: Array,
-    bases: Array,
-    lines: Array | None = None,
-    fixed: Array | float = 0.0,
-    apart: Index | None = None,
-) -> tuple[Array, float]:
-    """Levels of spectra that explain a periodogram best, and minus twice the logarithm of their likelihood.
-
-    power (f,), bases (k, f) -> (k,), none negative. lines : (f,) how many neighbouring frequencies each is the mean of;
-    fixed : (f,) what is there besides; apart : as of `_apart`, where the first bases are of one residual each. Fisher
-    scoring, each step a least-squares problem with non-negative unknowns.
-    """
-    count = np.ones(len(power)) if lines is None else lines
-    size = bases.mean(axis=1, keepdims=True)
-    size[size <= 0.0] = 1.0
-    bases = bases / size
-    model, least, before = np.full(len(power), power.mean()), 1e-12 * power.mean() + SMALLEST, np.zeros(len(bases))
-    for _ in range(SCORING):
-        weighted, aim = np.sqrt(count) * bases / model, np.sqrt(count) * (power - fixed) / model
-        levels = nnls(weighted.T, aim)[0] if apart is None else _apart_levels(weighted, aim, apart)
-        model = np.maximum(levels @ bases + fixed, least)
-        if np.abs(levels - before).max() <= PRECISION * levels.max():
-            break
-        before = levels
-    return levels / size[:, 0], 2 / KINSHIP * float(count @ (np.log(model) + power / model))
-
-
 def _apart(of: Index, n: int) -> Index:
     """The lines of each of n residuals, (n, lines of the longest), -1 where there are no more. of : as of
     `_bounded`."""
@@ -282,32 +308,36 @@ def _apart(of: Index, n: int) -> Index:
     return found
 
 
-def _apart_levels(weighted: Array, aim: Array, apart: Index) -> Array:
-    """The least squares of columns (k, f) to an aim (f,), no level (k,) negative, the first columns being of one
-    residual each.
+def _least_squares(own: Array, common: Array, aim: Array, apart: Index) -> Array:
+    """The least squares to an aim (f,), no level (n + c,) negative, of one column for each of n residuals, own (f,) in
+    its lines, and of common ones (c, f). apart : as of `_apart`.
 
     The lines of a residual are turned into as many rows as columns concern them (Golub & Van Loan 2013, section 5.3),
     of which the first alone holds its own column. So the common levels are those of all other rows, and of the first
     ones of residuals whose own level is zero; which these are is found by turns (Hintermueller, Ito & Kunisch 2003).
     """
-    first, others = _turned(weighted, aim, apart)
+    if len(apart) == 1:
+        return nnls(np.vstack([own, common]).T, aim)[0]
+    first, others = _turned(own, common, aim, apart)
     none = first[:, 0] == 0.0
     pivot, at_zero = np.where(none, 1.0, first[:, 0]), none
     for _ in range(TURNS):
         rows = np.concatenate([others, first[at_zero, 1:]])
-        common = nnls(rows[:, :-1], rows[:, -1])[0] if rows.shape[1] > 1 else np.zeros(0)
-        own = np.where(none, 0.0, (first[:, -1] - first[:, 1:-1] @ common) / pivot)
-        before, at_zero = at_zero, none | (own < 0.0)
+        shared = nnls(rows[:, :-1], rows[:, -1])[0] if len(common) else np.zeros(0)
+        alone = np.where(none, 0.0, (first[:, -1] - first[:, 1:-1] @ shared) / pivot)
+        before, at_zero = at_zero, none | (alone < 0.0)
         if np.array_equal(at_zero, before):
-            return np.concatenate([np.maximum(own, 0.0), common])
-    return nnls(weighted.T, aim)[0]
+            return np.concatenate([np.maximum(alone, 0.0), shared])
+    every = np.zeros((len(apart), len(aim)))
+    for column, lines in zip(every, apart, strict=True):
+        column[lines[lines >= 0]] = own[lines[lines >= 0]]
+    return nnls(np.vstack([every, common]).T, aim)[0]
 
 
-def _turned(weighted: Array, aim: Array, apart: Index) -> tuple[Array, Array]:
+def _turned(own: Array, common: Array, aim: Array, apart: Index) -> tuple[Array, Array]:
     """The lines of each residual in triangular rows of its own column, the common ones and the aim: the first row of
     each, (n, c + 2), and all others, without the own columns, which are zero there, (rows, c + 1)."""
-    n = len(apart)
-    every = np.vstack([weighted[:n].sum(axis=0), weighted[n:], aim])  # of a residual's lines, the first is its own
-    parts = np.moveaxis(np.pad(every, ((0, 0), (0, 1)))[:, apart], 0, -1)
+    columns = np.vstack([own, common, aim])
+    parts = np.moveaxis(np.pad(columns, ((0, 0), (0, 1)))[:, apart], 0, -1)
     turned = np.asarray(np.linalg.qr(parts, mode="r"))
     return turned[:, 0], turned[:, 1:, 1:].reshape(-1, turned.shape[-1] - 1)

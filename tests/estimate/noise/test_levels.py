@@ -15,7 +15,7 @@ from scipy.stats import kstest
 from robotid.estimate.noise.averages import expected_levels, likely_levels
 from robotid.estimate.noise.floor import torque_floor
 from robotid.estimate.noise.information import SeenDerivatives, is_explained
-from robotid.estimate.noise.levels import _apart, _apart_levels, choices, fit_levels, whitened, whittle
+from robotid.estimate.noise.levels import _apart, _least_squares, _likeliest, _Shapes, choices, fit_levels, whitened
 from robotid.estimate.noise.lines import Residual
 from robotid.estimate.noise.response import TorqueResponse
 from robotid.estimate.noise.settings import SETTINGS
@@ -243,8 +243,10 @@ def test_levels_that_explain_a_periodogram() -> None:
     rng = np.random.default_rng(0)
     bases = np.stack([np.ones(5000), np.linspace(100.0, 0.1, 5000)])
     power = (np.array([2.0, 0.3]) @ bases) * rng.exponential(size=5000)
-    levels, _ = whittle(power, bases)
-    assert levels == pytest.approx([2.0, 0.3], rel=0.1)
+    of = np.zeros(5000, dtype=np.intp)
+    shapes = _Shapes(bases[0], bases[1:], of, _apart(of, 1))
+    (output,), (torque,), _ = _likeliest(power, shapes, np.ones(5000), np.zeros(5000))
+    assert (output, torque) == pytest.approx((2.0, 0.3), rel=0.1)
 
 
 @pytest.mark.parametrize("output", ["speed", "position"])
@@ -330,4 +332,6 @@ def test_levels_of_residuals_apart_are_those_of_all_lines_at_once(common: int) -
         columns[0] *= rng.random() < 0.9  # one that shows nothing of its own
         aim = columns.T @ rng.normal(0.3, 1.0, n + common) + rng.normal(0.0, 1.0, len(of))
         expected, _ = nnls(columns.T, aim)
-        np.testing.assert_allclose(_apart_levels(columns, aim, _apart(of, n)), expected, atol=1e-9)
+        np.testing.assert_allclose(
+            _least_squares(columns[:n].sum(axis=0), columns[n:], aim, _apart(of, n)), expected, atol=1e-9
+        )
