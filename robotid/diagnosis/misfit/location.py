@@ -126,11 +126,9 @@ def _curve(samples: MovingSamples, variable: OrderingVariable, gain: str) -> Cur
     across = np.bincount(where, weight * torque, blocks * size).reshape(blocks, size)
     own = np.bincount(where, weight**2, blocks * size).reshape(blocks, size)
     centre = np.bincount(bins, values, size) / np.maximum(count, 1)
-    mean = _ratio(across.sum(axis=0), own.sum(axis=0), centre, variable.turn)
-    others = (
-        _ratio(across.sum(axis=0) - a, own.sum(axis=0) - o, centre, variable.turn)
-        for a, o in zip(across, own, strict=True)
-    )
+    whole, length = across.sum(axis=0), own.sum(axis=0)
+    mean = _ratio(whole, length, centre, variable.turn)
+    others = (_ratio(whole - a, length - o, centre, variable.turn) for a, o in zip(across, own, strict=True))
     predicted = np.stack(list(others))[block, bins] * weight
     left = np.bincount(bins, (torque - mean[bins] * weight) ** 2, size)
     return Curve(
