@@ -118,14 +118,14 @@ def validation_effort() -> Any:
     """How a validation record is solved."""
     asked = list[Any]()
 
-    def solve(problem: Any, start: Any, options: Any, initial: Any) -> Any:
+    def solve(problems: Any, starts: Any, options: Any) -> Any:
         asked.append(options)
         raise NumericsError("no")
 
     joint = plain_model(1.0).joint
     problem = refits._problem(joint, joint.parameters(), DATA.fitted, DATA, None)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(refits, "solve", solve)
+        patch.setattr(refits, "solve_in_a_row", solve)
         with pytest.raises(NumericsError):
             refits._validate(problem, joint.parameters(), DATA, ())
     return asked[0]
