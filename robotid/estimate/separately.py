@@ -125,7 +125,8 @@ def _continued(problems: Sequence[OutputError], solutions: Sequence[Solution], o
     """Solutions, that of a piece which follows another one replaced by what is found from there where that is better,
     until none is."""
     found, records = list(solutions), [one.records[0] for one in problems]
-    after = [k for k in range(1, len(records)) if _follows(records[k], records[k - 1])]
+    following = [k for k in range(1, len(records)) if _follows(records[k], records[k - 1])]
+    after = following
     while after:
         usual = np.median([_mean_square(one.evaluation) for one in found])
         starts = _starts_in_a_row(problems, found, after)
@@ -142,7 +143,7 @@ def _continued(problems: Sequence[OutputError], solutions: Sequence[Solution], o
         gained = [k for k, one in better.items() if _cost(one) < (1.0 - options.tolerance) * _cost(found[k])]
         for k, one in better.items():
             found[k] = one
-        after = [k + 1 for k in gained if _next_follows(records, k)]
+        after = [k for k in following if k - 1 in gained]
     return found
 
 
@@ -152,10 +153,6 @@ def _starts_in_a_row(
     """Pieces as they begin where the ones before them end, those that can be simulated from there."""
     points = {k: Point(_end_as_start(found[k - 1].evaluation, problems[k])) for k in after}
     return {k: one for k, one in _evaluated(problems, points).items() if isinstance(one, Evaluation)}
-
-
-def _next_follows(records: Sequence[Record], k: int) -> bool:
-    return k + 1 < len(records) and _follows(records[k + 1], records[k])
 
 
 def _follows(piece: Record, other: Record) -> bool:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
-from support.diagnosed import NAMED, PAYLOAD, STRIBECK, estimate
+from support.diagnosed import FIT, NAMED, PAYLOAD, STRIBECK, estimate
 
-from robotid.diagnosis.confirmation import NOT_CONFIRMED, is_idle, unconfirmed, without_causes
+from robotid.diagnosis.confirmation import NOT_CONFIRMED, is_idle, uncertain, unconfirmed, without_causes
 from robotid.diagnosis.results import Cause
 
 
@@ -114,3 +115,14 @@ def test_a_curve_beside_a_rejected_cause_stays_what_the_remarks_say() -> None:
     shaped = replace(NAMED, causes=(one,), shape=NAMED.curves[0], torque_errors=0.0)
     found = without_causes(shaped, idle(one))
     assert (found.verdict, found.remarks) == ("unknown", shaped.remarks)
+
+
+@pytest.mark.parametrize(("correlation", "none"), [(0.0, True), (0.95, True), (-0.95, False)])
+def test_amplitudes_that_only_their_sum_is_known_of_are_judged_together(correlation: float, none: bool) -> None:
+    """A weight on a short way is a constant torque, and of its two parts the records tell the sum."""
+    names = ("arm.gravity.G", "arm.gravity.H")
+    both = tuple(replace(estimate(name, 0.2, "Nm"), std_robust=0.15) for name in names)
+    one = replace(cause(1.0), effect="arm.gravity", parameters=both)
+    covariance = 0.15**2 * np.array([[1.0, correlation], [correlation, 1.0]])
+    fit = replace(FIT, parameters=both, covariance=covariance, covariance_robust=covariance)
+    assert (uncertain(one, fit) is not None) == none

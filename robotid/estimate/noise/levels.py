@@ -206,12 +206,8 @@ class _Shapes:
 
     def spectrum(self, output: Array, common: Array) -> Array:
         """The lines (f,) at levels of the outputs (n,) and of the torque (c,) or (c, n)."""
-        return np.asarray(output[self.of] * self.own + self.of_the_torque(common))
-
-    def of_the_torque(self, common: Array) -> Array:
-        """The lines (f,) of the torque's noise alone, at its levels (c,) or (c, n)."""
         levels = common[:, self.of] if common.ndim == 2 else common[:, None]
-        return np.asarray((levels * self.common).sum(axis=0))
+        return np.asarray(output[self.of] * self.own + (levels * self.common).sum(axis=0))
 
 
 def _bounded(power: Array, shapes: _Shapes, count: Array, least: Array, most: Array) -> tuple[Array, Array, float]:
