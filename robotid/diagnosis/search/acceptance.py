@@ -14,10 +14,11 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel, reduced
 from robotid.diagnosis.scoring.confounding import confounded_with
 from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.score_test import Score
-from robotid.diagnosis.search.carry_over import held_out_gain, proven
+from robotid.diagnosis.search.carry_over import gain_by_blocks, proven
 from robotid.diagnosis.search.coloured import Tried, are_too_few
 from robotid.diagnosis.search.constancy import is_not_constant
 from robotid.diagnosis.search.driven import starts_by_itself
+from robotid.diagnosis.search.events import leaves_something
 from robotid.diagnosis.search.physical_sense import is_not_physical, is_uncertain
 from robotid.diagnosis.search.record_apart import changed_apart
 from robotid.diagnosis.search.refits import (
@@ -59,7 +60,7 @@ def gains_by_chance(step: Step, criteria: Criteria) -> str | None:
     show it, these must ask for it by themselves."""
     if not step.data.validation:
         return None if step.left_out is None or proven(step.left_out) else LEFT_OUT.format(step.left_out.p_value)
-    gain = held_out_gain(step.before.validation, step.after.validation)
+    gain = gain_by_blocks(step.before.validation, step.after.validation)
     if proven(gain):
         return None
     momentary = gain.total > 0.0 and are_too_few(gain.telling_blocks, 1)
@@ -154,7 +155,7 @@ def accept_best(state: SearchState, refits: Sequence[CandidateRefit], steps: Ste
         if why is None:
             doubted = [before for before in refits[:k] if _is_doubted(steps.to(before), step, criteria)]
             state = state.with_rejected(*rejected)
-            return state.with_cause(as_cause(state, [one, *doubted, *refits[k + 1 :]], step))
+            return state.with_cause(as_cause(state, [one, *doubted, *refits[k + 1 :]], step, criteria))
         rejected.append(RejectedCause(one.effect, step.share, step.gain, why))
     senseless = (k for k, one in enumerate(refits) if _is_only_senseless(steps.to(one), criteria))
     first = None if state.causes else next(senseless, None)
@@ -227,7 +228,7 @@ def _with_first_that_stands(
     for k, one in enumerate(found):
         step = steps.to(one)
         if objection(step, criteria) is None:
-            return state.with_cause(as_cause(state, [*found[k:], *others], step, scored=scored))
+            return state.with_cause(as_cause(state, [*found[k:], *others], step, criteria, scored=scored))
     return state
 
 
@@ -269,8 +270,8 @@ def accept_pair(
     for k, one in enumerate(pairs):
         second = further.to(one)
         if objection(replace(second, before=state.model), criteria) is None:
-            leading = replace(as_cause(state, refits, step), beside=one.effect)
-            return state.with_cause(leading).with_cause(as_cause(beside, pairs[k:], second))
+            leading = replace(as_cause(state, refits, step, criteria), beside=one.effect)
+            return state.with_cause(leading).with_cause(as_cause(beside, pairs[k:], second, criteria))
     return _by_itself(pairs[0], first, refits, state, criteria) if pairs else state
 
 
@@ -286,12 +287,13 @@ def _by_itself(
     return _with_first_that_stands(state, [CandidateRefit(score, lean)], refits, criteria)
 
 
-def as_cause(state: SearchState, refits: Sequence[CandidateRefit], step: Step, *, scored: bool = True) -> AcceptedCause:
+def as_cause(
+    state: SearchState, refits: Sequence[CandidateRefit], step: Step, criteria: Criteria, *, scored: bool = True
+) -> AcceptedCause:
     """The first of the refitted candidates, to which `step` leads, as a cause; its twins are those that these data
     cannot tell from it. scored : it was found by the score, which must be no chance either."""
     best, seen = refits[0], state.round
-    slack = indistinguishable_energy(state.model.energy - best.model.energy, seen.inflation)
-    alike = [one for one in refits if one.model.energy - best.model.energy <= slack]
+    alike = [one for one in refits if _are_alike(best.model, one.model, state, criteria)]
     rivals = [one.model for one in alike if one.effect != best.effect]
     refitted = {one.effect for one in refits}
     twins = [one.effect for one in alike]
@@ -307,6 +309,18 @@ def as_cause(state: SearchState, refits: Sequence[CandidateRefit], step: Step, *
         rival=rivals[0] if rivals else None,
         confounded=confounded_with(best.score, seen.projected, seen.scores),
     )
+
+
+def _are_alike(best: RefittedModel, other: RefittedModel, state: SearchState, criteria: Criteria) -> bool:
+    """Whether the records do not distinguish another refit from the best: chance sets two as far apart, or, where the
+    best leaves more than the noise by which chance is known, not many blocks of time decide between them (Vuong
+    1989)."""
+    explained, apart = state.model.energy - best.energy, other.energy - best.energy
+    if apart <= indistinguishable_energy(explained, state.round.inflation):
+        return True
+    if apart > ACCEPTANCE.max_same_share * explained or not leaves_something(best, state.data):
+        return False
+    return gain_by_blocks(other.fitted, best.fitted).p_value >= criteria.significance
 
 
 def collinear(best: Score, seen: Round) -> list[str]:

@@ -16,8 +16,8 @@ from robotid.diagnosis.scoring.blocked_regression import Gain, gain_of
 from robotid.diagnosis.search.settings import ACCEPTANCE
 
 
-def held_out_gain(before: Sequence[SegmentFit], after: Sequence[SegmentFit]) -> Gain:
-    """The decrease of the whitened squared error on segments that served for no fit, block by block."""
+def gain_by_blocks(before: Sequence[SegmentFit], after: Sequence[SegmentFit]) -> Gain:
+    """The decrease of the whitened squared error on segments, block by block of time."""
     samples = sum(len(one.residual) for one in before)
     decrease = [
         [float(part.sum()) for part in np.array_split(old.whitened**2 - new.whitened**2, _blocks(old, samples))]

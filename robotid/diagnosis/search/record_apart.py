@@ -13,7 +13,7 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import refit_to_confirm
 from robotid.diagnosis.refit.refitted_model import RefittedModel, Trajectories, carried
-from robotid.diagnosis.search.carry_over import held_out_gain
+from robotid.diagnosis.search.carry_over import gain_by_blocks
 from robotid.diagnosis.search.changed_record import Changed, Halves, simulated
 from robotid.diagnosis.search.refits import CandidateRefit, in_order, on_the_whole
 from robotid.diagnosis.search.state import SearchState
@@ -68,4 +68,4 @@ def _apart(around: tuple[RefittedModel, EvaluationData], name: str) -> _Apart | 
     asked = [] if halves is None else halves.with_one_more(halves.unchanged, halves.candidates)
     if halves is None or not asked:
         return None
-    return _Apart(others.parameters, asked[0], held_out_gain((halves.before,), (asked[0].after,)).p_value)
+    return _Apart(others.parameters, asked[0], gain_by_blocks((halves.before,), (asked[0].after,)).p_value)

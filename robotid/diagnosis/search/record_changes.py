@@ -16,7 +16,7 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, se
 from robotid.diagnosis.scoring.record_change_candidate import record_changes
 from robotid.diagnosis.scoring.score_test import significance
 from robotid.diagnosis.search.agreement import Together
-from robotid.diagnosis.search.carry_over import held_out_gain
+from robotid.diagnosis.search.carry_over import gain_by_blocks
 from robotid.diagnosis.search.changed_record import Changed, Halves, run, simulated
 from robotid.diagnosis.search.coloured import blocks_with, by_noise, left_by
 from robotid.diagnosis.search.drawn_sizes import DrawnSizes
@@ -188,7 +188,7 @@ def _p_value(before: SegmentFit, after: SegmentFit, parameters: int, usual: floa
     are the best of so many fits."""
     removed, whole = (before.energy - after.energy) / usual, before.energy / usual
     by_noise = significance(removed, parameters, whole, len(before.residual), tried)
-    return max(by_noise, min(1.0, tried * held_out_gain((before,), (after,)).p_value))
+    return max(by_noise, min(1.0, tried * gain_by_blocks((before,), (after,)).p_value))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from support.plain_models import SAMPLES, plain_data, plain_model, plain_segment
 from support.small_bench import AXIS, QUICK, STRIBECK, TRUTH, begun, idle_then_stribeck, records
 
 from robotid.diagnosis.criteria import Criteria
@@ -26,6 +27,7 @@ from robotid.diagnosis.search.acceptance import (
 from robotid.diagnosis.search.refits import CandidateRefit, RefitRound
 from robotid.diagnosis.search.state import AcceptedCause, SearchState
 from robotid.errors import NumericsError
+from robotid.model.array import Array
 
 ONE_STEP = RefitOptions(max_iterations=1)
 
@@ -102,6 +104,29 @@ def test_a_gain_that_may_be_chance_is_doubted_unless_the_records_held_out_are_si
         one = Step(state.first, idle, after, replace(state.data, validation=()), unproven)
         assert acceptance.gains_by_chance(one, QUICK) is not None
         assert acceptance._is_doubted(one, accepted, QUICK) == doubted
+
+
+def test_blocks_of_time_tell_two_causes_apart_where_the_better_leaves_more_than_noise() -> None:
+    state = replace(
+        begun(records(STRIBECK), QUICK).scored(QUICK), model=plain_model(1e5), data=plain_data(validation=False)
+    )
+    once, throughout = np.zeros(SAMPLES), np.ones(SAMPLES)
+    once[: SAMPLES // 20] = 20.0
+
+    def leaves(a_sample: float, more: Array) -> RefittedModel:
+        waves = 1.0 + 0.1 * np.sin(np.arange(SAMPLES) + more[0])
+        residual = np.sqrt(a_sample) * waves * np.sqrt(1.0 + more * (4000.0 / SAMPLES) / a_sample)
+        left = replace(plain_segment(1.0), residual=residual, energy=float(residual @ residual))
+        return plain_model(1.0, fitted=(left,), validation=())
+
+    def are_alike(a_sample: float, more: Array) -> bool:
+        best, other = leaves(a_sample, np.zeros(SAMPLES)), leaves(a_sample, more)
+        assert 0.03 < (other.energy - best.energy) / (state.model.energy - best.energy) < 0.06
+        return acceptance._are_alike(best, other, state, QUICK)
+
+    assert are_alike(20.0, once)  # one moment decides, and what is left may be anything
+    assert not are_alike(20.0, throughout)
+    assert not are_alike(0.9, once)  # beside no more than the noise one moment is enough
 
 
 def _rejected_alone(model: RefittedModel, why: str, step: Step, _: Criteria) -> str | None:

@@ -11,7 +11,7 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.refitted_model import SegmentFit
 from robotid.diagnosis.scoring.blocked_regression import gain_of
 from robotid.diagnosis.search.acceptance import gains_by_chance
-from robotid.diagnosis.search.carry_over import held_out_gain, proven
+from robotid.diagnosis.search.carry_over import gain_by_blocks, proven
 from robotid.diagnosis.search.step import Step
 from robotid.model.array import Array
 
@@ -25,11 +25,11 @@ def noise(seed: int, size: float = 1.0) -> Array:
 
 
 def test_what_helps_everywhere_is_a_gain() -> None:
-    assert proven(held_out_gain((leaving(noise(1, 1.5)),), (leaving(noise(2)),)))
+    assert proven(gain_by_blocks((leaving(noise(1, 1.5)),), (leaving(noise(2)),)))
 
 
 def test_what_helps_by_chance_is_none() -> None:
-    gains = [held_out_gain((leaving(noise(2 * k)),), (leaving(noise(2 * k + 1)),)) for k in range(100)]
+    gains = [gain_by_blocks((leaving(noise(2 * k)),), (leaving(noise(2 * k + 1)),)) for k in range(100)]
     assert 30 < sum(gain.total > 0.0 for gain in gains) < 70  # above zero as often as not
     assert sum(proven(gain) for gain in gains) <= 12  # five in a hundred, and chance
 
@@ -37,7 +37,7 @@ def test_what_helps_by_chance_is_none() -> None:
 def test_what_helps_once_is_none() -> None:
     wrong = noise(1)
     wrong[100:140] += 10.0
-    gain = held_out_gain((leaving(wrong),), (leaving(noise(2)),))
+    gain = gain_by_blocks((leaving(wrong),), (leaving(noise(2)),))
     assert gain.total > 1000.0
     assert not proven(gain)
 

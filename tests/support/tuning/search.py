@@ -27,7 +27,7 @@ from robotid.diagnosis.search.acceptance import (
     has_lost_its_worth,
     stands_firm,
 )
-from robotid.diagnosis.search.carry_over import held_out_gain, proven
+from robotid.diagnosis.search.carry_over import gain_by_blocks, proven
 from robotid.diagnosis.search.changed_record import Changed, Halves
 from robotid.diagnosis.search.coloured import are_too_few
 from robotid.diagnosis.search.constancy import Course, course, varies
@@ -415,7 +415,7 @@ def check_one_imitator_in_twenty_passes_for_a_gain() -> None:
 
 @sees(ACCEPTANCE, "gain_blocks")
 def check_held_out_records_are_cut_into_twenty_blocks() -> None:
-    assert len(held_out_gain((plain_segment(2.0),), (plain_segment(1.0),)).blocks) == 20
+    assert len(gain_by_blocks((plain_segment(2.0),), (plain_segment(1.0),)).blocks) == 20
 
 
 @sees(ACCEPTANCE, "constant_parts")
