@@ -79,6 +79,7 @@ def without_contradicted(result: SearchResult, known: MeasuredTorque | None = No
         causes=(),
         rejected=(*rejected, *result.rejected),
         changes=(),
+        noise=None,
         coloured=None,
         agreement=Agreement(),
     )

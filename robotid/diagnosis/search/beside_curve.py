@@ -61,13 +61,15 @@ def with_causes(found: SearchResult, beside: SearchResult) -> SearchResult:
     own = {name: known[name] for name in known.names if any(belongs(name, effect) for effect in named)}
     starts = [carried(old, structure, {}).held_at(own) for old in (known, first.parameters)]
     last = refit(structure, starts, data, options=CAREFUL)
+    noise = left_by(last).noise
     return replace(
         found,
         last=last,
         causes=tuple(causes),
         rejected=(*beside.rejected, *(one for one in found.rejected if one.effect not in named)),
         curve_share=min(found.curve_share, 1.0 - float(np.sum([cause.explained for cause in causes]))),
-        coloured=in_colour(last, data, left_by(last).noise),
+        noise=noise,
+        coloured=in_colour(last, data, noise),
         beside_curve=True,
         changes=(),
     )

@@ -15,12 +15,14 @@ from functools import cached_property
 import numpy as np
 from scipy.stats import f as fisher
 
+from robotid.diagnosis.noise.colour import ColouredNoise
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, solved
 from robotid.diagnosis.scoring.projection import without_states
 from robotid.diagnosis.search.coloured import Left, blocks_with, by_noise, judged_along_the_motion, left_by
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.estimate.noise.information import SeenDerivatives
+from robotid.estimate.noise.whitening import NoiseLevels
 from robotid.model.array import Array
 
 TWICE = 2  # as many draws as elsewhere: of a sine and a cosine half of those tell a covariance too badly
@@ -73,11 +75,8 @@ class DrawnSizes:
     @property
     def p_value_along_the_motion(self) -> float:
         """Of the amplitudes being nothing, where errors of the torque pass along the motion, linear about every one."""
-        noise, covariance = self.left.noise, np.zeros((len(self.sizes),) * 2)
-        for k, (levels, weights) in enumerate(zip(noise.levels_in_motion, self._weights, strict=True)):
-            rows = noise.segments[k].whitening.transposed(weights)
-            seen = SeenDerivatives.of(rows, noise.residuals[k].response, noise.passage(k))
-            covariance += seen.information(levels)
+        noise = self.left.noise
+        covariance = covariance_along_the_motion(noise, noise.levels_in_motion, self._weights)
         wald = _wald(self.found, covariance) / max(1.0, self.left.energy)
         samples = sum(weights.shape[1] for weights in self._weights)
         return float(fisher.sf(wald / len(self.sizes), len(self.sizes), samples))
@@ -95,9 +94,24 @@ class DrawnSizes:
     def _weights(self) -> list[Array]:
         """Of every sample of each segment's whitened residual in the amplitudes, (k, n) each."""
         at = [*self.sizes, *self.beside]
-        information = self.left.blocks.information.sum(axis=0)[np.ix_(at, at)]
-        factor = solved(information, np.eye(len(at))[:, : len(self.sizes)])
-        return [factor.T @ without_states(one)[at] for one in self.left.scans]
+        factor = weights_of(self.left.blocks, at, len(self.sizes))
+        return [factor @ without_states(one)[at] for one in self.left.scans]
+
+
+def weights_of(blocks: BlockedRegression, at: Sequence[int], amplitudes: int) -> Array:
+    """Of the moments of the regressors `at` in the estimates of the first of them, (amplitudes, m)."""
+    information = blocks.information.sum(axis=0)[np.ix_(at, at)]
+    return np.asarray(solved(information, np.eye(len(at))[:, :amplitudes]).T)
+
+
+def covariance_along_the_motion(noise: ColouredNoise, levels: Sequence[NoiseLevels], weights: Sequence[Array]) -> Array:
+    """Of sums of the whitened residuals of all segments with weights (k, n) each, where errors of the torque of these
+    levels pass along the motion, (k, k)."""
+    parts = []
+    for k, (level, own) in enumerate(zip(levels, weights, strict=True)):
+        rows = noise.segments[k].whitening.transposed(own)
+        parts.append(SeenDerivatives.of(rows, noise.residuals[k].response, noise.passage(k)).information(level))
+    return np.asarray(np.sum(parts, axis=0))
 
 
 def curve_p_value(model: RefittedModel, forces: Sequence[Array]) -> float:

@@ -2,12 +2,13 @@
 
 A candidate's column, whitened by what the causes leave and projected on the complement of what the fit has shaped, is
 what one unit of the effect adds to the residual that no parameter can take. The size at which it passes the tests of a
-cause follows without a refit: its energy beside the noise of that colour, and its spread from block to block of time.
+cause follows without a refit: its energy beside the noise of that colour, its spread from block to block of time, and
+what errors of the torque make of it along the motion, which rests and reverses.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from math import inf
 from operator import itemgetter
 
@@ -15,16 +16,19 @@ import numpy as np
 from scipy.stats import f as fisher
 
 from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.noise.colour import ColouredNoise
 from robotid.diagnosis.results import DetectionLimit
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
 from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate, columns_of
-from robotid.diagnosis.scoring.projection import project
+from robotid.diagnosis.scoring.projection import Projected, project, without_states
 from robotid.diagnosis.scoring.ranking import CandidateScan, Round
-from robotid.diagnosis.scoring.scan import scans
+from robotid.diagnosis.scoring.scan import Scan, scans
 from robotid.diagnosis.search.coloured import Tried, are_too_few
+from robotid.diagnosis.search.drawn_sizes import covariance_along_the_motion, weights_of
 from robotid.diagnosis.search.least_scored import least_scored
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import SearchResult
+from robotid.model.array import Array
 
 
 def detection_limits(found: SearchResult, criteria: Criteria) -> tuple[DetectionLimit, ...]:
@@ -36,12 +40,14 @@ def detection_limits(found: SearchResult, criteria: Criteria) -> tuple[Detection
     missing = list(typical_shapes(seen, model.structure.effects))
     columns = CandidateScan(model, tuple(missing), scans(model.fitted, model.unknowns, missing))
     coloured = found.data if found.coloured is None else found.coloured
-    searched = columns.whitened_as(found.data.fitted).scans
-    by_search, by_colour = project(searched), project(columns.whitened_as(coloured.fitted).scans)
+    searched, seen_through = columns.whitened_as(found.data.fitted).scans, columns.whitened_as(coloured.fitted).scans
+    by_search, by_colour = project(searched), project(seen_through)
+    own_columns = list(columns_of(missing))
+    in_motion = deviations_in_motion(found.noise, by_colour, seen_through, own_columns)
     tried, usual = Tried.of(seen), max(1.0, by_colour.energy / model.samples)
     improvement = criteria.min_improvement_sigma**2 * found.data.samples
     limits = []
-    for one, own in zip(missing, columns_of(missing), strict=True):
+    for one, own, deviation in zip(missing, own_columns, in_motion, strict=True):
         k, length = len(one.scored), by_colour.visible_length(own)
         size = inf
         if length > 0.0:
@@ -49,7 +55,8 @@ def detection_limits(found: SearchResult, criteria: Criteria) -> tuple[Detection
             spread = least_size(by_colour.beside_fitted(own), k, criteria.significance / tried.effects)
             if spread == inf and coloured.validation:  # records that were held out tell of it instead
                 spread = 0.0
-            beside = max(float(np.sqrt(energy)) / length, spread)
+            alone = least_energy(k, usual, criteria, 1, model.samples)
+            beside = max(float(np.sqrt(energy)) / length, spread, float(np.sqrt(alone)) * deviation)
             size = max(beside, least_scored(searched, by_search, own, improvement, found.data, beside))
         limits.append(_limit(one, size))
     return tuple(limits)
@@ -84,6 +91,35 @@ def least_size(blocks: BlockedRegression, parameters: int, level: float) -> floa
         return inf
     information = np.linalg.pinv(blocks.covariance()[np.ix_(at, at)], hermitian=True)
     return float(np.sqrt(blocks.least_wald(at, level) * parameters / np.trace(information)))
+
+
+def deviations_in_motion(
+    noise: ColouredNoise | None, projected: Projected, scans: Sequence[Scan], at: Sequence[slice]
+) -> list[float]:
+    """Of the amplitudes of the columns of each of `at`, in any proportion, where errors of the torque pass along the
+    motion; zero where there are no such errors.
+
+    scans : every segment with all columns, through this noise; projected : these.
+    """
+    levels = () if noise is None else tuple(one.whitening.levels for one in noise.segments)
+    if noise is None or not any(one.torque + one.red for one in levels):
+        return [0.0] * len(at)
+    first = len(projected.fitted)
+    own = [range(first + one.start, first + one.stop) for one in at]
+    every = [[*one, *range(first)] for one in own]
+    ways = [weights_of(projected.blocks, k, len(one)) for k, one in zip(every, own, strict=True)]
+    columns = (without_states(one) for one in scans)
+    weights = [np.concatenate([way @ one[k] for way, k in zip(ways, every, strict=True)]) for one in columns]
+    covariance = covariance_along_the_motion(noise, levels, weights)
+    parts = [covariance[one.start : one.stop, one.start : one.stop] for one in at]
+    return [_deviation(one) for one in parts]
+
+
+def _deviation(covariance: Array) -> float:
+    """Of amplitudes in any proportion. covariance : (k, k)."""
+    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    information = np.linalg.pinv(covariance / np.outer(scale, scale), hermitian=True) / np.outer(scale, scale)
+    return float(np.sqrt(len(covariance) / max(np.trace(information), 1e-300)))
 
 
 def _limit(one: Candidate, limit: float) -> DetectionLimit:

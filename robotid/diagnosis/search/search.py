@@ -355,7 +355,7 @@ def _completed(
             result = without_imitations(result, imitated, start.data)
         left = judged_along_the_motion(left_by(result.last))
         coloured = in_colour(result.last, result.data, left.noise)
-        result = replace(result, coloured=coloured)
+        result = replace(result, noise=left.noise, coloured=coloured)
         if coloured.noise_reached:
             # noise that only simulations explain has another energy than the linear one by which it is weighed
             of_removed = is_covered(result.first, coloured) or not left.noise.linearly_explained

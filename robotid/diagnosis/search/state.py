@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.noise.colour import ColouredNoise
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
@@ -121,7 +122,8 @@ class SearchResult:
     model's misfit that it explains; beside_curve : the causes were found beside it. changes : what differs on
     validation records. unexamined : what no time was left for, candidates by name, then the rest in words; late :
     whether the time was up before the end. events : what happened once; all else is of records without them.
-    coloured : the data by noise of any colour, as the last model leaves it; None where time ran out before.
+    noise, coloured : noise of any colour, as the last model leaves it, and the data by it; None where time ran out
+    before.
     agreement : whether the last model can be that of the validation records, too, sought where nothing else was
     found. shares_of_removed : the causes leave nothing but noise, and its energy is no measure of the misfit, which was
     no more than chance makes of it, or of which it explains all by simulations only: shares are of what they remove.
@@ -140,6 +142,7 @@ class SearchResult:
     unexamined: tuple[str, ...] = ()
     late: bool = False
     events: tuple[Event, ...] = ()
+    noise: ColouredNoise | None = None
     coloured: EvaluationData | None = None
     agreement: Agreement = field(default_factory=Agreement)
     shares_of_removed: bool = False

@@ -8,15 +8,19 @@ from math import isinf
 
 import numpy as np
 import pytest
+from diagnosis.search.test_coloured import slow_errors, with_effect
 from scipy.stats import f as fisher
 from support.small_bench import begun, records, searched
 
 from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.noise.colour import ColouredNoise
+from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, blocked
 from robotid.diagnosis.search.least_scored import GREATEST
 from robotid.diagnosis.search.limits import detection_limits, least_energy, least_size, typical_shapes
 from robotid.diagnosis.search.search import as_result
 from robotid.diagnosis.search.state import SearchResult
+from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 
 CRITERIA = Criteria(skip=("record_change",))
 
@@ -25,6 +29,20 @@ CRITERIA = Criteria(skip=("record_change",))
 def clean() -> SearchResult:
     """Of the small bench with nothing hidden."""
     return searched(records({}), CRITERIA)
+
+
+@cache
+def beside_slow_errors() -> SearchResult:
+    """The same beside slow errors of the torque."""
+    return searched(slow_errors(records({}), 1), CRITERIA)
+
+
+def without_torque_noise() -> ColouredNoise:
+    """The noise of the small bench, as if all of it were the sensor's."""
+    noise = clean().noise
+    assert noise is not None
+    plain = [innovations_filter(one.response, NoiseLevels(1e-4)) for one in noise.residuals]
+    return replace(noise, segments=tuple(Segment(one.record, f) for one, f in zip(noise.segments, plain, strict=True)))
 
 
 def limits(found: SearchResult, criteria: Criteria = CRITERIA) -> dict[str, float]:
@@ -97,6 +115,27 @@ def test_a_larger_least_improvement_makes_the_limits_larger_in_proportion_but_fo
 def test_a_search_that_ran_out_of_time_has_limits_too() -> None:
     state = begun(records({}), CRITERIA).scored(CRITERIA)
     assert set(limits(as_result(state))) == set(limits(clean()))
+
+
+@pytest.mark.parametrize("symbol", ["asymmetric_coulomb.dFc", "asymmetric_viscous.dFv", "quadratic_friction.Fq"])
+def test_slow_errors_of_the_torque_make_less_of_an_effect_than_its_limit(symbol: str) -> None:
+    made = [with_effect(slow_errors(records({}), seed), {f"motor.{symbol}": 1e-3}) for seed in range(4)]
+    scatter = np.sqrt(np.mean([one.parameters[f"motor.{symbol}"] ** 2 for one in made]))
+    limit = limits(beside_slow_errors())[f"motor.{symbol.partition('.')[0]}"]
+    assert 2.0 * scatter < limit < 20.0 * scatter
+
+
+def test_errors_of_the_torque_that_pass_along_the_motion_make_limits_larger() -> None:
+    """Where a motor rests and reverses, an error shows otherwise than through a joint that slips all the time."""
+    found = beside_slow_errors()
+    along, slipping = limits(found), limits(replace(found, noise=None))
+    assert all(along[name] >= slipping[name] for name in along)
+    assert along["motor.asymmetric_coulomb"] > 1.3 * slipping["motor.asymmetric_coulomb"]
+
+
+def test_noise_of_the_output_alone_makes_nothing_along_the_motion() -> None:
+    quiet = replace(clean(), noise=None)
+    assert limits(replace(quiet, noise=without_torque_noise())) == limits(quiet)
 
 
 @pytest.mark.parametrize(("times", "named"), [(1.0 / 3.0, False), (2.0, True)])
