@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.search import search
 from robotid.diagnosis.search.state import SearchResult
 from robotid.diagnosis.search.torque_errors import is_swamped, lead_astray, leaves_only_noise, strays
+from robotid.diagnosis.tones import told, tones, without_tones
 from robotid.diagnosis.verdict import all_explained, explains_all, explains_nothing, not_explained, verdict
 from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, Simulated, fitted_model, simulate_record, simulate_records
@@ -97,22 +99,28 @@ def diagnose(
     if explains_all(model, simulated):
         diagnosis = all_explained(model, simulated)
         return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
-    validation = [part for part in parts if part.name not in model.records]
+    evidence = Evidence(model, fitted, [p for p in parts if p.name not in model.records], options.horizon)
+    heard = tuple(tone for run in simulated for tone in tones(run, model.output))
+    if heard:
+        remarks, parts = (*remarks, *told(heard, log)), [without_tones(part, heard) for part in parts]
+        evidence = evidence.on(partial(without_tones, tones=heard))
     until = None if options.budget is None else begin + options.budget
-    sought = _sought(Evidence(model, fitted, validation, options.horizon), measured, criteria, until, log)
+    sought = _sought(evidence, measured, criteria, until, log)
     clock, found, horizon = sought.clock, sought.found, options.horizon or sought.pieces
     if clock.late:
         remarks, parts = (*remarks, clock.remark), [*map(clock.corrected, parts)]
     if sought.pieces is not None:
         remarks = (*remarks, IN_PIECES.format(plain(sought.pieces)))
-    if found.events or clock.late:
+    changed = bool(found.events or clock.late or heard)
+    if changed:
         model = replace(model, parameters=found.first.parameters, first_states={})
-    if found.events or clock.late or sought.pieces is not None:
+    if changed or sought.pieces is not None:
         simulated = [simulate_record(model, without_events(part, found.events), horizon) for part in parts]
     log("measuring where the misfit sits")
     diagnosis = verdict(model, simulated, found, criteria)
     further = (*remarks, *_repeated(records, model), *_unexamined(found, options.budget))
-    diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *further), late=clock.late, horizon=sought.pieces)
+    diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *further))
+    diagnosis = replace(diagnosis, late=clock.late, tones=heard, horizon=sought.pieces)
     return (
         diagnosis
         if options.experiments is None or found.late

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+import numpy as np
+
 from robotid.diagnosis.misfit.curve import Curve
 from robotid.display import Displayed
 from robotid.estimate.result import Estimate
@@ -78,6 +80,33 @@ class Event:
 
 
 @dataclass(frozen=True, slots=True)
+class Tone:
+    """A tone in the recorded torque, cosine cos(2 pi frequency t) + sine sin(2 pi frequency t), which the motion does
+    not show.
+
+    start, end : first and last sample of the record, or of a stretch of it, t being the time of the record [s].
+    """
+
+    record: str
+    start: float = field(metadata={"unit": "s", "finite": True})
+    end: float = field(metadata={"unit": "s", "finite": True})
+    frequency: float = field(metadata={"unit": "Hz", "positive": True})
+    cosine: float = field(metadata={"unit": "Nm", "finite": True})
+    sine: float = field(metadata={"unit": "Nm", "finite": True})
+
+    @property
+    def amplitude(self) -> float:
+        """In Nm."""
+        return float(np.hypot(self.cosine, self.sine))
+
+    def at(self, t: Array) -> Array:
+        """The torque [Nm] at times t [s], zero before the start and after the end, (n,) -> (n,)."""
+        phase = 2 * np.pi * self.frequency * t
+        found = self.cosine * np.cos(phase) + self.sine * np.sin(phase)
+        return np.asarray(np.where((self.start <= t) & (t <= self.end), found, 0.0))
+
+
+@dataclass(frozen=True, slots=True)
 class DetectionLimit:
     """The smallest size of an effect that these records would have shown.
 
@@ -132,8 +161,9 @@ class Diagnosis(Displayed):
     noise_floor, misfit, remaining : RMS over the records of the fit, in the unit of the output; remaining is the
     misfit that the causes leave, remaining_share their part of its energy, by the same measure as the shares of the
     causes: all of them and the remainder make one. events : what happened once, and was taken out before causes
-    were sought. late : by how much the torque was recorded late within what clocks explain, which was taken out as
-    well. limits : the smallest size of each effect of the catalogue that would have been seen. records : by name.
+    were sought. late : by how much the torque was recorded late within what clocks explain, tones : in the torque and
+    not in the motion, which were taken out as well. limits : the smallest size of each effect of the catalogue that
+    would have been seen. records : by name.
     missing : the missing torque [Nm] of each record: its measured part is what the residual asks for, its simulated
     part what the causes supply. twist [rad] : of a flexible joint's gear at the same times, as the model has it
     under that torque; no record holds it, and the curves along it run along this one. apart : held-out records that
@@ -170,6 +200,7 @@ class Diagnosis(Displayed):
     torque_errors: float = field(default=0.0, metadata={"unit": "Nm", "least": 0.0})
     beside_shape: bool = False
     horizon: float | None = field(default=None, metadata={"unit": "s", "positive": True})
+    tones: tuple[Tone, ...] = ()
 
     @property
     def is_cut_short(self) -> bool:

@@ -53,6 +53,7 @@ def extend(task: ExtensionTask, effects: Sequence[str]) -> Extension:
         dropped=tuple(dropped),
         late=task.late,
         events=task.events,
+        tones=task.tones,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from robotid.diagnosis.results import Event, Rejected
+from robotid.diagnosis.results import Event, Rejected, Tone
 from robotid.display import Displayed
 from robotid.estimate.result import FitResult
 from robotid.signals.record import Quantity, Role
@@ -26,8 +26,8 @@ class Score:
 class Extension(Displayed):
     """The model before and after: scores by record, Bayesian information criteria on the records of the fit, and the
     fit that came after. added : the effects by which it was extended. dropped : causes that lost their worth in the
-    final refit. late : by how much the torque was recorded late, events : what happened once; both are taken out of the
-    records before both models are scored.
+    final refit. late : by how much the torque was recorded late, events : what happened once, tones : in the torque and
+    not in the motion; all are taken out of the records before both models are scored.
     """
 
     model: str
@@ -44,6 +44,7 @@ class Extension(Displayed):
     dropped: tuple[Rejected, ...]
     late: float = field(default=0.0, metadata={"unit": "s", "finite": True})
     events: tuple[Event, ...] = ()
+    tones: tuple[Tone, ...] = ()
 
     def events_of(self, record: str) -> tuple[Event, ...]:
         """What was taken out of a record before it was scored, in the order of its size."""

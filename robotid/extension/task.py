@@ -13,7 +13,8 @@ from robotid.catalogue import assemble, with_effect
 from robotid.diagnosis.clock import RecordedLate
 from robotid.diagnosis.events.applied import without_events
 from robotid.diagnosis.refit.refitted_model import carried
-from robotid.diagnosis.results import Diagnosis, Event
+from robotid.diagnosis.results import Diagnosis, Event, Tone
+from robotid.diagnosis.tones import without_tones
 from robotid.diagnosis.verdict import root_mean_square, trace
 from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, fitted_model, simulate_record
@@ -38,7 +39,8 @@ class ExtensionTask:
     starts : values to start from, of which the best is chosen. options : of every fit. horizon [s] : length of the
     pieces of a record that are simulated afresh, None for whole records. log : is called with what is being done.
     held : parameters of effects that are not fitted but keep a value, by dotted name. late [s] : by how much the torque
-    was recorded late, events : what happened once; both are taken out of the records already.
+    was recorded late, events : what happened once, tones : in the torque and not in the motion; all are taken out of
+    the records already.
     """
 
     before: FitResult
@@ -50,6 +52,7 @@ class ExtensionTask:
     held: Mapping[str, float] = field(default_factory=dict)
     late: float = 0.0
     events: tuple[Event, ...] = ()
+    tones: tuple[Tone, ...] = ()
 
     @property
     def validation(self) -> list[str]:
@@ -210,17 +213,17 @@ def extension_task(
     """
     of_causes = {p.name: p.value for cause in diagnosis.causes for p in cause.parameters}
     starts, held = (diagnosis.refitted, of_causes), of_causes if diagnosis.beside_shape else {}
-    late, events, options = diagnosis.late, diagnosis.events, options or FitOptions(output=fit.output)
-    records = [corrected(record, late, events) for record in records]
+    options, undone = options or FitOptions(output=fit.output), (diagnosis.late, diagnosis.events, diagnosis.tones)
+    records = [corrected(record, *undone) for record in records]
     if diagnosis.horizon is not None:
         horizon, options = diagnosis.horizon, replace(options, horizon=diagnosis.horizon)
-    return ExtensionTask(fit, records, starts, options, horizon, log, held, late, events)
+    return ExtensionTask(fit, records, starts, options, horizon, log, held, *undone)
 
 
-def corrected(record: Record, late: float, events: Iterable[Event]) -> Record:
-    """A record as an extension takes it: its torque moved by what it was recorded late [s], that of events accounted
-    for."""
-    return without_events(RecordedLate(late).corrected(record), events)
+def corrected(record: Record, late: float, events: Iterable[Event], tones: Iterable[Tone]) -> Record:
+    """A record as an extension takes it: its torque without tones, moved by what it was recorded late [s], that of
+    events accounted for."""
+    return without_events(RecordedLate(late).corrected(without_tones(record, tones)), events)
 
 
 def effects_to_add(diagnosis: Diagnosis, fit: FitResult) -> tuple[str, ...]:

@@ -28,9 +28,11 @@ def is_swamped(found: SearchResult) -> bool:
 
 def lead_astray(found: SearchResult) -> bool:
     """Whether the simulation of the last model is led far from the motion, by errors of the torque, which are most of
-    what it leaves, or by what nothing known explains."""
+    what it leaves, or by what nothing known explains; or although causes were found that explain most of a misfit: what
+    they leave may be what they only imitate."""
     unknown = not found.causes and found.curve is None
-    return (unknown or (leaves_only_noise(found) and prevail(found))) and strays(found)
+    imitated = bool(found.causes) and found.remaining_share <= VERDICT.partial_share
+    return (unknown or imitated or (leaves_only_noise(found) and prevail(found))) and strays(found)
 
 
 def strays(found: SearchResult, residuals: Sequence[Array] | None = None) -> bool:

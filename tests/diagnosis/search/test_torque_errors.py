@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.plain_models import SAMPLES, plain_data, plain_model
 
-from robotid.diagnosis.search.state import RejectedCause, SearchResult
+from robotid.diagnosis.search.state import AcceptedCause, RejectedCause, SearchResult
 from robotid.diagnosis.search.torque_errors import lead_astray, leaves_only_noise, prevail, strays
 
 
@@ -58,10 +58,23 @@ def test_what_nothing_known_explains_leads_a_simulation_astray_as_errors_of_the_
     assert not leaves_only_noise(far)
     assert lead_astray(far)
     assert not lead_astray(replace(far, curve=curve))  # type: ignore[arg-type]
-    assert not lead_astray(replace(far, causes=(object(),)))  # type: ignore[arg-type]
+    assert not lead_astray(replace(far, causes=causes(0.49)))
     assert not lead_astray(replace(moving(5e-4), coloured=None))
     monkeypatch.setattr("robotid.diagnosis.search.torque_errors.leaves_only_noise", lambda _: True)
-    assert lead_astray(replace(far, causes=(object(),)))  # type: ignore[arg-type]
+    assert lead_astray(replace(far, causes=causes(0.49)))
+
+
+def test_causes_that_explain_most_and_yet_leave_the_simulation_far_off_may_only_imitate() -> None:
+    far = replace(moving(0.02), coloured=None)
+    assert lead_astray(replace(far, causes=causes(0.3, 0.21)))
+    assert not lead_astray(replace(moving(5e-4), coloured=None, causes=causes(0.51)))
+
+
+def causes(*explained: float) -> tuple[AcceptedCause, ...]:
+    """Causes that explain these shares of a misfit."""
+    model = plain_model(1.0)
+    name = "motor.stribeck"
+    return tuple(AcceptedCause(name, share, 1.0, 1e-9, (name,), model, model, None) for share in explained)
 
 
 def test_a_simulation_strays_by_what_it_leaves_itself() -> None:

@@ -1,0 +1,112 @@
+"""A tone in the recorded torque that the motion does not show is no cause: it is found, told and taken out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.small_bench import AXIS, DURATION, SAMPLING_TIME, TRUTH, fitted, records, records_of, simulated
+
+from robotid.catalogue import assemble
+from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.procedure import diagnose
+from robotid.diagnosis.results import Tone
+from robotid.diagnosis.tones import MOST, told, tones, without_tones
+from robotid.model.array import Array
+from robotid.signals.record import Record
+
+
+def humming(made: Sequence[Record], amplitude: float, frequency: float = 39.1) -> list[Record]:
+    """Records whose log holds a tone that their motor does not."""
+    return [replace(one, tau_m=one.tau_m + hum(one, amplitude, frequency)) for one in made]
+
+
+def hum(record: Record, amplitude: float, frequency: float) -> Array:
+    return np.asarray(amplitude * np.sin(2 * np.pi * frequency * record.t + 0.3))
+
+
+def heard(made: list[Record]) -> list[Tone]:
+    return [tone for run in simulated(made) for tone in tones(run, "speed")]
+
+
+def jogging(hidden: Mapping[str, float]) -> list[Record]:
+    """Records at one speed each."""
+    t = np.arange(round(DURATION / SAMPLING_TIME)) * SAMPLING_TIME
+    wanted = {"slow": np.clip(40 * t, 0, 8.0), "wide": np.clip(40 * t, 0, 16.0), "check": np.where(t < 2, 8.0, -8.0)}
+    structure = AXIS.extended("motor.cogging") if hidden else AXIS
+    return records_of(assemble(structure, angle=True), TRUTH | dict(hidden), 1, wanted)
+
+
+@pytest.mark.parametrize(("amplitude", "frequency"), [(0.03, 39.1), (0.1, 120.0)])
+def test_a_hum_of_the_log_is_found_in_every_record_with_its_size(amplitude: float, frequency: float) -> None:
+    found = heard(humming(records({}), amplitude, frequency))
+    assert sorted(one.record for one in found) == ["check", "slow", "wide"]
+    for one in found:
+        assert one.frequency == pytest.approx(frequency, abs=0.1 / DURATION * 2)
+        assert one.amplitude == pytest.approx(amplitude, rel=0.1)
+
+
+def test_without_it_the_torque_is_that_of_the_motor() -> None:
+    made = records({})
+    left = [without_tones(one, heard(humming(made, 0.1))) for one in humming(made, 0.1)]
+    for one, true in zip(left, made, strict=True):
+        assert np.std(one.tau_m - true.tau_m) < 0.1 * np.std(hum(true, 0.1, 39.1))
+    other = replace(made[0], name="other")
+    assert without_tones(other, heard(humming(made, 0.1))) is other
+
+
+def test_a_stretch_has_the_tone_of_its_own_time_alone() -> None:
+    record = records({})[0]
+    tone = Tone(record.name, 1.0, 2.0, 50.0, 0.1, 0.0)
+    changed = record.tau_m - without_tones(record, [tone]).tau_m
+    within = (record.t >= 1.0) & (record.t <= 2.0)
+    assert changed[~within].tolist() == [0.0] * int(np.sum(~within))
+    assert changed[within] == pytest.approx(0.1 * np.cos(2 * np.pi * 50.0 * record.t[within]))
+    piece = record.piece(600, 700)
+    assert piece.tau_m - without_tones(piece, [tone]).tau_m == pytest.approx(changed[600:700])
+
+
+def test_clean_records_hold_none() -> None:
+    assert [one for seed in range(1, 13) for one in heard(records({}, seed=seed))] == []
+
+
+@pytest.mark.parametrize("periods", [12.0, 36.0])
+def test_what_follows_the_angle_is_none_though_a_constant_speed_makes_it_one_in_time(periods: float) -> None:
+    cogging = {"motor.cogging.A": 0.05, "motor.cogging.B": 0.0, "motor.cogging.n": periods}
+    assert heard(jogging(cogging)) == []
+    assert heard(records(cogging)) == []
+
+
+def test_so_many_are_taken_out_and_told_by_frequency() -> None:
+    made = records({})
+    for k in range(MOST + 2):
+        made = humming(made, 0.2, 60.0 + 17.3 * k)
+    found = heard(made)
+    assert len([one for one in found if one.record == "slow"]) == MOST
+    said: list[str] = []
+    sentences = list(told(humming_of("a", "b"), said.append))
+    assert sentences == said
+    assert len(sentences) == 2
+    assert sentences[0].startswith("the torque of a and b holds a tone of 50 Hz, up to 0.2 Nm, ")
+
+
+def humming_of(*names: str) -> list[Tone]:
+    return [Tone(one, 0.0, 1.0, 50.0 + 0.1 * k, 0.0, 0.1 + 0.1 * k) for k, one in enumerate(names)] + [
+        Tone("b", 0.0, 1.0, 100.0, 0.0, 0.1)
+    ]
+
+
+def test_a_short_record_is_not_asked() -> None:
+    run = simulated(humming(records({}), 0.1))[0]
+    short = replace(run, record=run.record.piece(0, 50))
+    assert list(tones(short, "speed")) == []
+
+
+def test_a_diagnosis_beside_a_hum_is_that_of_the_machine() -> None:
+    made = humming(records({}), 0.1)
+    found = diagnose(fitted(made), made, Criteria(skip=("record_change", "power_friction")))
+    assert found.verdict == "clean"
+    assert {one.record for one in found.tones} == {"slow", "wide", "check"}
+    assert any("holds a tone of 39.1 Hz" in remark for remark in found.remarks)
