@@ -23,6 +23,6 @@ def check_configuration(run: Runs, accepted: Sequence[str], *, as_json: bool, qu
     elif not quiet:
         print_tables([*by_axis.tables(view, found, dict.fromkeys(found, False))])
     require_meaningful(run, found)
-    for sentence in by_axis.sentences(view, found):
+    for sentence in by_axis.sentences(view, found, dict.fromkeys(found, False)):
         print_message(sentence, quiet=quiet)
     print_message(f"next: {run.command('run')}", quiet=quiet)

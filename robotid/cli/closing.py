@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from shutil import get_terminal_size
 from textwrap import fill
@@ -22,7 +22,8 @@ EXTENDED = Path("extended.yaml")
 
 def closing(run: Runs, stage: str | None, done: Sequence[Outcome]) -> tuple[str, ...]:
     """Sentences on what was reached, and `next: ` with a command. stage : None for all of them."""
-    reached = _reached(done if stage is None else done[-1:])
+    linear = {axis: joint.loaded.config.robot.linear for axis, joint in run.axes.items()}
+    reached = _reached(done if stage is None else done[-1:], {"": False} | linear)
     return (*map(_folded, reached), f"next: {next_command(run, status(run), stage)}")
 
 
@@ -33,11 +34,11 @@ def _folded(sentence: str) -> str:
     return fill(sentence, get_terminal_size().columns, break_long_words=False, break_on_hyphens=False)
 
 
-def _reached(done: Sequence[Outcome]) -> Iterator[str]:
+def _reached(done: Sequence[Outcome], linear: Mapping[str, bool]) -> Iterator[str]:
     for outcome in done:
         view = PRODUCTS[outcome.stage].view()
         if hasattr(view, "sentence"):  # no other content is worth reading again
-            yield from by_axis.sentences(view, outcome.contents)
+            yield from by_axis.sentences(view, outcome.contents, linear)
 
 
 def next_command(run: Runs, found: Sequence[StageStatus], stage: str | None = None) -> str:

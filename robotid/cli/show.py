@@ -89,8 +89,9 @@ def _made(headers: Iterable[ArtifactHeader]) -> str:
 
 def _sentence(stage: Stage, file: Path, axes: Sequence[str]) -> str:
     """What came of a stage, empty where there is nothing to state."""
-    contents = {axis: load(file, stage.type(), axis).content for axis in axes}
-    return "; ".join(by_axis.sentences(stage.view(), contents))
+    found = {axis: load(file, stage.type(), axis) for axis in axes}
+    linear = {axis: _linear(one.header) for axis, one in found.items()}
+    return "; ".join(by_axis.sentences(stage.view(), {axis: one.content for axis, one in found.items()}, linear))
 
 
 def _linear(header: ArtifactHeader) -> bool:

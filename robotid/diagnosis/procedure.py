@@ -26,6 +26,7 @@ from robotid.estimate.fitted_model import FittedModel, Simulated, fitted_model, 
 from robotid.estimate.result import FitResult
 from robotid.interrupt import deadline
 from robotid.model.array import Array
+from robotid.model.units import on_axis
 from robotid.numerals import listed, plain
 from robotid.parallel import each, expect
 from robotid.signals.plausibility.checks.recording import repeats
@@ -102,7 +103,8 @@ def diagnose(
     evidence = Evidence(model, fitted, [p for p in parts if p.name not in model.records], options.horizon)
     heard = tuple(tone for run in simulated for tone in tones(run, model.output))
     if heard:
-        remarks, parts = (*remarks, *told(heard, log)), [without_tones(part, heard) for part in parts]
+        unit = on_axis(linear=model.joint.structure.linear)("Nm")
+        remarks, parts = (*remarks, *told(heard, unit, log)), [without_tones(part, heard) for part in parts]
         evidence = evidence.on(partial(without_tones, tones=heard))
     until = None if options.budget is None else begin + options.budget
     sought = _sought(evidence, measured, criteria, until, log)

@@ -68,14 +68,14 @@ def tones(run: Simulated, output: Quantity) -> Iterator[Tone]:
         yield one
 
 
-def told(found: Sequence[Tone], log: Callable[[str], None]) -> Iterator[str]:
-    """A sentence for each frequency, of all records in which it is. log : is called with it."""
-    for sentence in _sentences(found):
+def told(found: Sequence[Tone], unit: str, log: Callable[[str], None]) -> Iterator[str]:
+    """A sentence for each frequency, of all records in which it is. unit : of the torque; log : is called with it."""
+    for sentence in _sentences(found, unit):
         log(sentence)
         yield sentence
 
 
-def _sentences(found: Sequence[Tone]) -> Iterator[str]:
+def _sentences(found: Sequence[Tone], unit: str) -> Iterator[str]:
     left = sorted(found, key=lambda one: one.frequency)
     while left:
         alike = [one for one in left if one.frequency <= left[0].frequency * (1.0 + SAME)]
@@ -83,8 +83,8 @@ def _sentences(found: Sequence[Tone]) -> Iterator[str]:
         names, largest = list(dict.fromkeys(one.record for one in alike)), max(one.amplitude for one in alike)
         yield (
             f"the torque of {listed(sorted(names))} holds a tone of {plain(alike[0].frequency)} Hz, up to"
-            f" {plain(largest, 2)} Nm, that the motion does not show, as of a hum in the log or of what shakes it from"
-            " outside: taken out before causes were sought"
+            f" {plain(largest, 2)} {unit}, that the motion does not show, as of a hum in the log or of what shakes it"
+            " from outside: taken out before causes were sought"
         )
 
 

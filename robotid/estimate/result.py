@@ -20,7 +20,9 @@ class End(StrEnum):
     """How an iterative fit ended; the value is the sentence a person reads."""
 
     CONVERGED = "converged"
-    STALLED = "stalled: no step lowers the cost any further, yet the gradient has not vanished"
+    STALLED = (
+        "stalled: no step lowers the cost any further, yet the gradient has not vanished, as at kinks of dry friction"
+    )
     ITERATIONS = "stopped at the largest number of iterations"
     INTERRUPTED = "interrupted: this is the last iterate"
 

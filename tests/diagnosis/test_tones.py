@@ -86,7 +86,7 @@ def test_so_many_are_taken_out_and_told_by_frequency() -> None:
     found = heard(made)
     assert len([one for one in found if one.record == "slow"]) == MOST
     said: list[str] = []
-    sentences = list(told(humming_of("a", "b"), said.append))
+    sentences = list(told(humming_of("a", "b"), "Nm", said.append))
     assert sentences == said
     assert len(sentences) == 2
     assert sentences[0].startswith("the torque of a and b holds a tone of 50 Hz, up to 0.2 Nm, ")

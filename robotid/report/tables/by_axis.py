@@ -8,7 +8,7 @@ from dataclasses import replace
 from types import ModuleType
 from typing import Any, TypeVar
 
-from robotid.report.tables.sliding import in_units_of_axis
+from robotid.report.tables.sliding import in_units_of_axis, in_words_of_axis
 from robotid.report.tables.table import Json, Table
 
 T = TypeVar("T", bound=Json)
@@ -48,8 +48,9 @@ def document(documents: Mapping[str, T]) -> T | dict[str, Mapping[str, T]]:
     return documents.get("", {"axes": documents})
 
 
-def sentences(view: ModuleType, contents: Mapping[str, Any]) -> Iterator[str]:
-    """What came of it in a sentence an axis, where the stage has any."""
+def sentences(view: ModuleType, contents: Mapping[str, Any], linear: Mapping[str, bool]) -> Iterator[str]:
+    """What came of it in a sentence an axis, where the stage has any. linear : the axes that slide."""
     if hasattr(view, "sentence"):
         found = {axis: view.sentence(content) for axis, content in contents.items()}
-        yield from (titled(axis, sentence) for axis, sentence in found.items() if sentence)
+        said = {axis: in_words_of_axis(sentence, linear=linear[axis]) for axis, sentence in found.items() if sentence}
+        yield from (titled(axis, sentence) for axis, sentence in said.items())

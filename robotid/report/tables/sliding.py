@@ -25,6 +25,11 @@ def in_units_of_axis(table: Table, *, linear: bool) -> Table:
     return replace(table, title=_text(table.title), columns=columns, rows=rows, note=_text(table.note))
 
 
+def in_words_of_axis(sentence: str, *, linear: bool) -> str:
+    """A sentence with the words and units of the axis."""
+    return _text(sentence) if linear else sentence
+
+
 def _cell(text: str) -> str:
     return _text(text) if " " in text else text
 

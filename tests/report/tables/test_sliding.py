@@ -8,7 +8,7 @@ import pytest
 
 from robotid.channels import CHANNELS
 from robotid.model.units import sliding
-from robotid.report.tables.sliding import in_units_of_axis
+from robotid.report.tables.sliding import in_units_of_axis, in_words_of_axis
 from robotid.report.tables.table import Table
 from robotid.terms import TERMS
 
@@ -50,3 +50,9 @@ def test_words_are_those_of_the_axis_and_names_stay() -> None:
 def test_every_unit_slides_once(unit: str) -> None:
     assert not re.search("rad|Nm|kg m2", sliding(unit))
     assert sliding(sliding(unit)) == sliding(unit)
+
+
+def test_a_sentence_has_the_words_of_the_axis() -> None:
+    said = "m1: with a constant torque of 3.46 N the fit rises"
+    assert in_words_of_axis(said, linear=False) == said
+    assert in_words_of_axis(said, linear=True) == "m1: with a constant force of 3.46 N the fit rises"
