@@ -313,14 +313,15 @@ def as_cause(
 
 def _are_alike(best: RefittedModel, other: RefittedModel, state: SearchState, criteria: Criteria) -> bool:
     """Whether the records do not distinguish another refit from the best: chance sets two as far apart, or, where the
-    best leaves more than the noise by which chance is known, not many blocks of time decide between them (Vuong
-    1989)."""
+    best leaves more than the noise by which chance is known, blocks of time do not decide between them, by their ranks
+    and by their mean (Vuong 1989)."""
     explained, apart = state.model.energy - best.energy, other.energy - best.energy
     if apart <= indistinguishable_energy(explained, state.round.inflation):
         return True
     if apart > ACCEPTANCE.max_same_share * explained or not leaves_something(best, state.data):
         return False
-    return gain_by_blocks(other.fitted, best.fitted).p_value >= criteria.significance
+    gain = gain_by_blocks(other.fitted, best.fitted)
+    return max(gain.p_value, gain.by_its_mean) >= criteria.significance
 
 
 def collinear(best: Score, seen: Round) -> list[str]:

@@ -44,6 +44,18 @@ def test_what_helps_once_is_none() -> None:
 
 def test_nothing_gained_is_no_gain() -> None:
     assert gain_of(np.zeros(20)).p_value == 1.0
+    assert gain_of(np.zeros(20)).by_its_mean == 1.0
+
+
+def test_the_mean_tells_little_where_few_blocks_hold_most_of_a_gain() -> None:
+    small = 1.0 + 0.1 * np.arange(20.0)
+    throughout, mostly_once = gain_of(small), gain_of(np.append(small, 1000.0))
+    assert max(throughout.p_value, throughout.by_its_mean) < 1e-5
+    assert mostly_once.p_value < 1e-5
+    assert mostly_once.by_its_mean > 0.1
+    assert gain_of(np.append(np.zeros(20), 1.0)).by_its_mean == 1.0
+    chance = [gain_of(np.random.default_rng(seed).standard_normal(20)).by_its_mean for seed in range(400)]
+    assert 0.03 < np.mean(np.array(chance) < 0.05) < 0.08
 
 
 def test_the_objection_names_the_records_or_what_was_left_out() -> None:
