@@ -25,11 +25,13 @@ from robotid.numerals import listed, plain
 from robotid.signals.record import Quantity, Record
 
 LEVEL = 1e-3  # of significance of a tone, among all lines of a record
-AROUND = 24  # lines to either side whose median is the noise at a line
+AROUND = 24  # lines to either side whose median is the noise at a line; a tone has as many periods at least
 MOST = 5  # tones of a record
 IN_STEP = 0.5  # share of a tone's energy from which what keeps in step with the angle is no tone
 UNSEEN = 0.5  # of what the simulation makes of a tone: the motion shows less of it
-SPEEDS = 5.0  # between the fastest of a record and the slowest at which an effect periodic in the angle makes a tone
+SPEEDS = 20.0  # between the fastest of a record and the slowest at which an effect periodic in the angle makes a tone
+RARE = 0.02  # share of the samples whose speed may be faster still, by noise, and by so much:
+FASTER = 1.5
 NEAR = 10  # lines to either side of a tone that may be part of it
 SAME = 0.01  # relative: frequencies that are closer are one
 
@@ -49,7 +51,7 @@ def tones(run: Simulated, output: Quantity) -> Iterator[Tone]:
     if n < 4 * AROUND:
         return
     torque, left, measured = record.tau_m, run.residual(output), run.measured(output)
-    apart, taper = np.zeros(n // 2 + 1, dtype=bool), hann(n, sym=False)
+    apart, taper = np.arange(n // 2 + 1) < AROUND, hann(n, sym=False)
     for _ in range(MOST):
         lines = [_lines(signal, taper) for signal in (torque, left, measured)]
         in_torque, in_left, in_motion = map(_standing_out, lines)
@@ -123,7 +125,8 @@ def _fitted(signal: Array, record: Record, taper: Array, frequency: float) -> To
 def _follows_the_angle(left: Array, record: Record, taper: Array, frequency: float) -> bool:
     """Whether what looks like a tone in the residual keeps in step with the motor's angle nearly as well as with time:
     at one of the speeds of the record an effect that is periodic in the angle makes it."""
-    n, angle, fastest = len(left), record.phi_m - record.phi_m.min(), float(np.abs(record.dphi_m).max())
+    n, angle = len(left), record.phi_m - record.phi_m.min()
+    fastest = FASTER * float(np.quantile(np.abs(record.dphi_m), 1.0 - RARE))
     if not (fastest > 0.0 and angle.max() > 0.0):
         return False
     spectrum, k = np.fft.rfft(left), round(frequency * n * record.sampling_time)
@@ -135,5 +138,5 @@ def _follows_the_angle(left: Array, record: Record, taper: Array, frequency: flo
     by_angle = np.bincount((angle / bins).astype(np.intp), narrow, count)
     lines = np.abs(np.fft.rfft(by_angle, 4 * count)) / np.abs(_along(left, taper, 2 * np.pi * frequency * record.t))
     periods = 2 * np.pi * np.fft.rfftfreq(4 * count, bins)  # [1/rad]
-    likely = (periods * fastest >= 2 * np.pi * frequency * (1.0 - SAME)) & (periods * slowest <= 2 * np.pi * frequency)
+    likely = (periods * fastest >= 2 * np.pi * frequency) & (periods * slowest <= 2 * np.pi * frequency)
     return bool(np.any(2.0 * lines[likely] / taper.sum() > np.sqrt(IN_STEP)))

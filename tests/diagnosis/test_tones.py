@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_bench import AXIS, DURATION, SAMPLING_TIME, TRUTH, fitted, records, records_of, simulated
+from support.small_bench import DURATION, SAMPLING_TIME, fitted, made_along, records, simulated
 
-from robotid.catalogue import assemble
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.procedure import diagnose
 from robotid.diagnosis.results import Tone
@@ -31,12 +30,11 @@ def heard(made: list[Record]) -> list[Tone]:
     return [tone for run in simulated(made) for tone in tones(run, "speed")]
 
 
-def jogging(hidden: Mapping[str, float]) -> list[Record]:
-    """Records at one speed each."""
+def compensated(periods: float, amplitude: float = 0.1) -> list[Record]:
+    """Records at one speed each, of a cogging whose torque the controller gives so well that no speed shows it."""
     t = np.arange(round(DURATION / SAMPLING_TIME)) * SAMPLING_TIME
     wanted = {"slow": np.clip(40 * t, 0, 8.0), "wide": np.clip(40 * t, 0, 16.0), "check": np.where(t < 2, 8.0, -8.0)}
-    structure = AXIS.extended("motor.cogging") if hidden else AXIS
-    return records_of(assemble(structure, angle=True), TRUTH | dict(hidden), 1, wanted)
+    return [replace(one, tau_m=one.tau_m + amplitude * np.cos(periods * one.phi_m)) for one in made_along(wanted)]
 
 
 @pytest.mark.parametrize(("amplitude", "frequency"), [(0.03, 39.1), (0.1, 120.0)])
@@ -73,10 +71,23 @@ def test_clean_records_hold_none() -> None:
 
 
 @pytest.mark.parametrize("periods", [12.0, 36.0])
-def test_what_follows_the_angle_is_none_though_a_constant_speed_makes_it_one_in_time(periods: float) -> None:
-    cogging = {"motor.cogging.A": 0.05, "motor.cogging.B": 0.0, "motor.cogging.n": periods}
-    assert heard(jogging(cogging)) == []
-    assert heard(records(cogging)) == []
+@pytest.mark.parametrize("peaks", [1.0, 30.0])
+def test_what_follows_the_angle_is_none_though_a_constant_speed_makes_it_one_in_time(
+    periods: float, peaks: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The derivative of an angle with few counts has peaks of many times the speed."""
+    runs = []
+    for run in simulated(compensated(periods)):
+        speed = run.record.dphi_m.copy()
+        speed[::100] *= peaks
+        runs.append(replace(run, record=replace(run.record, dphi_m=speed)))
+    assert [tone for run in runs for tone in tones(run, "speed")] == []
+    monkeypatch.setattr("robotid.diagnosis.tones._follows_the_angle", lambda *_: False)
+    assert {tone.record for run in runs for tone in tones(run, "speed")} >= {"slow", "wide"}
+
+
+def test_what_has_few_periods_is_no_tone() -> None:
+    assert heard(humming(records({}), 0.2, 3.0)) == []
 
 
 def test_so_many_are_taken_out_and_told_by_frequency() -> None:
