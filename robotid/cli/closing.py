@@ -13,7 +13,7 @@ from robotid.artifacts.store import count_entries
 from robotid.pipeline.execute import Outcome, status
 from robotid.pipeline.freshness import StageStatus, State
 from robotid.pipeline.report_page import is_current
-from robotid.pipeline.run import Runs
+from robotid.pipeline.run import Runs, linear_axes
 from robotid.pipeline.table import DIAGNOSE, EXTEND, PRODUCTS, REPORT, STAGES, VALIDATE
 from robotid.report.tables import by_axis
 
@@ -22,8 +22,7 @@ EXTENDED = Path("extended.yaml")
 
 def closing(run: Runs, stage: str | None, done: Sequence[Outcome]) -> tuple[str, ...]:
     """Sentences on what was reached, and `next: ` with a command. stage : None for all of them."""
-    linear = {axis: joint.loaded.config.robot.linear for axis, joint in run.axes.items()}
-    reached = _reached(done if stage is None else done[-1:], {"": False} | linear)
+    reached = _reached(done if stage is None else done[-1:], linear_axes(run))
     return (*map(_folded, reached), f"next: {next_command(run, status(run), stage)}")
 
 

@@ -20,7 +20,7 @@ from robotid.pipeline.check import check_collected, precedes_a_fit, require_mean
 from robotid.pipeline.execute import AFTER_ANOTHER, FRESH, Outcome, execute, execute_all, one_error, reader
 from robotid.pipeline.lock import locked
 from robotid.pipeline.report_page import findings_of
-from robotid.pipeline.run import Run, Runs, runs_of
+from robotid.pipeline.run import Run, Runs, linear_axes, runs_of
 from robotid.pipeline.table import COLLECT, PRODUCTS, REPORT, STAGES, VALIDATE
 from robotid.progress import Begun, Log
 from robotid.report.tables import by_axis
@@ -191,11 +191,11 @@ def _print_results(
                 results[axis][outcome.stage] = document
         print_json({"out": str(run.out), "stages": [_entry(o) for o in done], **by_axis.document(results)})
     elif not options.quiet:
-        linear = {axis: joint.loaded.config.robot.linear for axis, joint in run.axes.items()}
+        linear = linear_axes(run)
         tables = [
             table
             for o in shown
-            for table in by_axis.tables(PRODUCTS[o.stage].view(), o.contents, {"": False} | linear, brief=stage is None)
+            for table in by_axis.tables(PRODUCTS[o.stage].view(), o.contents, linear, brief=stage is None)
         ]
         print_tables(tables if stage is not None else [_summary(done), *tables, *_overview(run, done)])
 

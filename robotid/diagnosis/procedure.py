@@ -19,7 +19,7 @@ from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.search import search
 from robotid.diagnosis.search.state import SearchResult
 from robotid.diagnosis.search.torque_errors import is_swamped, lead_astray, leaves_only_noise, strays
-from robotid.diagnosis.tones import told, tones, without_tones
+from robotid.diagnosis.tones import as_remarks, tones, without_tones
 from robotid.diagnosis.verdict import all_explained, explains_all, explains_nothing, not_explained, verdict
 from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, Simulated, fitted_model, simulate_record, simulate_records
@@ -104,7 +104,10 @@ def diagnose(
     heard = tuple(tone for run in simulated for tone in tones(run, model.output))
     if heard:
         unit = on_axis(linear=model.joint.structure.linear)("Nm")
-        remarks, parts = (*remarks, *told(heard, unit, log)), [without_tones(part, heard) for part in parts]
+        for remark in as_remarks(heard, unit):
+            log(remark)
+            remarks = (*remarks, remark)
+        parts = [without_tones(part, heard) for part in parts]
         evidence = evidence.on(partial(without_tones, tones=heard))
     until = None if options.budget is None else begin + options.budget
     sought = _sought(evidence, measured, criteria, until, log)
@@ -121,8 +124,13 @@ def diagnose(
     log("measuring where the misfit sits")
     diagnosis = verdict(model, simulated, found, criteria)
     further = (*remarks, *_repeated(records, model), *_unexamined(found, options.budget))
-    diagnosis = replace(diagnosis, remarks=(*diagnosis.remarks, *further))
-    diagnosis = replace(diagnosis, late=clock.late, tones=heard, horizon=sought.pieces)
+    diagnosis = replace(
+        diagnosis,
+        remarks=(*diagnosis.remarks, *further),
+        late=clock.late,
+        tones=heard,
+        horizon=sought.pieces,
+    )
     return (
         diagnosis
         if options.experiments is None or found.late

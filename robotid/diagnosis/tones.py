@@ -10,7 +10,7 @@ that as well. It keeps in step with the angle, where a tone keeps in step with t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +19,9 @@ from scipy.optimize import minimize_scalar
 from scipy.signal.windows import hann
 
 from robotid.diagnosis.results import Tone
+from robotid.diagnosis.scoring.periods import spectrum_along
 from robotid.estimate.fitted_model import Simulated
+from robotid.estimate.noise.lines import periodogram
 from robotid.model.array import Array
 from robotid.numerals import listed, plain
 from robotid.signals.record import Quantity, Record
@@ -32,6 +34,7 @@ UNSEEN = 0.5  # of what the simulation makes of a tone: the motion shows less of
 SPEEDS = 20.0  # between the fastest of a record and the slowest at which an effect periodic in the angle makes a tone
 RARE = 0.02  # share of the samples whose speed may be faster still, by noise, and by so much:
 FASTER = 1.5
+BINS_A_PERIOD = 4  # of the angle, of the shortest period of such an effect
 NEAR = 10  # lines to either side of a tone that may be part of it
 SAME = 0.01  # relative: frequencies that are closer are one
 
@@ -47,37 +50,32 @@ def tones(run: Simulated, output: Quantity) -> Iterator[Tone]:
 
     A tone stands out of its neighbours in the torque and in the residual, and not in the motion.
     """
-    record, t, n = run.record, run.record.t, len(run.record)
+    record, n = run.record, len(run.record)
     if n < 4 * AROUND:
         return
-    torque, left, measured = record.tau_m, run.residual(output), run.measured(output)
-    apart, taper = np.arange(n // 2 + 1) < AROUND, hann(n, sym=False)
+    torque, left, taper = record.tau_m, run.residual(output), hann(n, sym=False)
+    shown = _lines(run.measured(output))
+    possible = (_standing_out(shown) < -np.log(LEVEL)) & (np.arange(1, len(shown) + 1) >= AROUND)
+    level = np.log(len(shown) / LEVEL)
     for _ in range(MOST):
-        lines = [_lines(signal, taper) for signal in (torque, left, measured)]
-        in_torque, in_left, in_motion = map(_standing_out, lines)
-        level = np.log(len(apart) / LEVEL)
-        heard = (in_torque > level) & (in_left > level) & (in_motion < -np.log(LEVEL))
-        heard &= (lines[2] < UNSEEN**2 * lines[1]) & ~apart
+        simulated = _lines(left)
+        standing = _standing_out(simulated)
+        heard = possible & (standing > level) & (_standing_out(_lines(torque)) > level)
+        heard &= shown < UNSEEN**2 * simulated
         if not heard.any():
             return
-        k = int(np.argmax(np.where(heard, in_left, 0.0)))
-        apart[max(0, k - 2) : k + 3] = True
-        frequency = _frequency(left, t, taper, k / (n * record.sampling_time))
-        if _follows_the_angle(left, record, taper, frequency):
+        k = int(np.argmax(np.where(heard, standing, 0.0)))
+        possible[max(0, k - 2) : k + 3] = False
+        in_left = _tone(left, record, taper, _frequency(left, record, taper, k + 1))
+        if _follows_the_angle(left, record, taper, in_left):
             continue
-        one = _fitted(torque, record, taper, frequency)
-        torque, left = torque - one.at(t), left - _fitted(left, record, taper, frequency).at(t)
+        one = _tone(torque, record, taper, in_left.frequency)
+        torque, left = torque - one.at(record.t), left - in_left.at(record.t)
         yield one
 
 
-def told(found: Sequence[Tone], unit: str, log: Callable[[str], None]) -> Iterator[str]:
-    """A sentence for each frequency, of all records in which it is. unit : of the torque; log : is called with it."""
-    for sentence in _sentences(found, unit):
-        log(sentence)
-        yield sentence
-
-
-def _sentences(found: Sequence[Tone], unit: str) -> Iterator[str]:
+def as_remarks(found: Sequence[Tone], unit: str) -> Iterator[str]:
+    """A sentence for each frequency, of all records in which it is. unit : of the torque."""
     left = sorted(found, key=lambda one: one.frequency)
     while left:
         alike = [one for one in left if one.frequency <= left[0].frequency * (1.0 + SAME)]
@@ -90,9 +88,9 @@ def _sentences(found: Sequence[Tone], unit: str) -> Iterator[str]:
         )
 
 
-def _lines(signal: Array, taper: Array) -> Array:
-    """Squared lines of a tapered signal (n,) above its mean, (n / 2 + 1,)."""
-    return np.asarray(np.abs(np.fft.rfft(taper * (signal - signal.mean()))) ** 2)
+def _lines(signal: Array) -> Array:
+    """Periodogram of a signal (n,) above its mean, from one period in the record on, (n / 2,)."""
+    return periodogram(signal - signal.mean())
 
 
 def _standing_out(lines: Array) -> Array:
@@ -101,42 +99,35 @@ def _standing_out(lines: Array) -> Array:
     return np.asarray(lines / np.maximum(noise, 1e-300))
 
 
-def _along(signal: Array, taper: Array, phase: Array) -> complex:
-    """Complex amplitude of a signal (n,) in step with a phase (n,) [rad]."""
-    return complex(2.0 * (taper * signal) @ np.exp(-1j * phase) / taper.sum())
+def _along(signal: Array, record: Record, taper: Array, frequency: float) -> complex:
+    """Complex amplitude of a signal of a record (n,) at a frequency [Hz]."""
+    return complex(2.0 * (taper * signal) @ np.exp(-2j * np.pi * frequency * record.t) / taper.sum())
 
 
-def _frequency(signal: Array, t: Array, taper: Array, line: float) -> float:
-    """The frequency [Hz] no further than a line from one at which a signal is largest. line [Hz]."""
-    near = 1.0 / (len(t) * (t[1] - t[0]))
-    found = minimize_scalar(
-        lambda f: -abs(_along(signal, taper, 2 * np.pi * f * t)), bounds=(line - near, line + near), method="bounded"
-    )
+def _frequency(signal: Array, record: Record, taper: Array, periods: int) -> float:
+    """The frequency [Hz] at which a signal (n,) is largest, no more than a period from so many in the record."""
+    bounds = (periods - 1) / record.duration, (periods + 1) / record.duration
+    found = minimize_scalar(lambda f: -abs(_along(signal, record, taper, f)), bounds=bounds, method="bounded")
     return float(found.x)
 
 
-def _fitted(signal: Array, record: Record, taper: Array, frequency: float) -> Tone:
+def _tone(signal: Array, record: Record, taper: Array, frequency: float) -> Tone:
     """The tone of this frequency [Hz] in a signal of a record (n,)."""
-    t = record.t
-    found = _along(signal, taper, 2 * np.pi * frequency * t)
+    found, t = _along(signal, record, taper, frequency), record.t
     return Tone(record.name, float(t[0]), float(t[-1]), frequency, found.real, -found.imag)
 
 
-def _follows_the_angle(left: Array, record: Record, taper: Array, frequency: float) -> bool:
-    """Whether what looks like a tone in the residual keeps in step with the motor's angle nearly as well as with time:
-    at one of the speeds of the record an effect that is periodic in the angle makes it."""
-    n, angle = len(left), record.phi_m - record.phi_m.min()
+def _follows_the_angle(left: Array, record: Record, taper: Array, tone: Tone) -> bool:
+    """Whether what looks like a tone in the residual (n,) keeps in step with the motor's angle nearly as well as with
+    time: at one of the speeds of the record an effect that is periodic in the angle makes it."""
+    n, span, omega = len(left), float(np.ptp(record.phi_m)), 2 * np.pi * tone.frequency
     fastest = FASTER * float(np.quantile(np.abs(record.dphi_m), 1.0 - RARE))
-    if not (fastest > 0.0 and angle.max() > 0.0):
+    if not (fastest > 0.0 and span > 0.0):
         return False
-    spectrum, k = np.fft.rfft(left), round(frequency * n * record.sampling_time)
+    spectrum, k = np.fft.rfft(left), round(tone.frequency * record.duration)
     spectrum[: max(0, k - NEAR)] = spectrum[k + NEAR + 1 :] = 0.0
-    narrow = taper * np.fft.irfft(spectrum, n)
-    slowest = fastest / SPEEDS
-    bins = np.pi * slowest / (2.0 * 2.0 * np.pi * frequency)  # half of the shortest period, twice over
-    count = int(angle.max() / bins) + 1
-    by_angle = np.bincount((angle / bins).astype(np.intp), narrow, count)
-    lines = np.abs(np.fft.rfft(by_angle, 4 * count)) / np.abs(_along(left, taper, 2 * np.pi * frequency * record.t))
-    periods = 2 * np.pi * np.fft.rfftfreq(4 * count, bins)  # [1/rad]
-    likely = (periods * fastest >= 2 * np.pi * frequency) & (periods * slowest <= 2 * np.pi * frequency)
-    return bool(np.any(2.0 * lines[likely] / taper.sum() > np.sqrt(IN_STEP)))
+    most = omega * SPEEDS / fastest
+    bins = int(BINS_A_PERIOD * most * span / (2 * np.pi)) + 1
+    periods, power = spectrum_along(record.phi_m, taper * np.fft.irfft(spectrum, n), bins)
+    in_step = power[(periods * fastest >= omega) & (periods <= most)] * (2.0 / taper.sum()) ** 2
+    return bool(np.any(in_step > IN_STEP * tone.amplitude**2))

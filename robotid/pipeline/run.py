@@ -120,6 +120,11 @@ Runs = Run | RobotRun
 """The run of one joint, or of all axes of a robot."""
 
 
+def linear_axes(run: Runs) -> dict[str, bool]:
+    """Whether each axis slides, by name; a content without an axis does not."""
+    return {"": False} | {axis: joint.loaded.config.robot.linear for axis, joint in run.axes.items()}
+
+
 def runs_of(axes: Mapping[str, Loaded], out: Path) -> Runs:
     """The run of a configuration. axes : of the robot by name, "" for a single joint."""
     if "" in axes:

@@ -35,16 +35,14 @@ def period_peaks(waves: Sequence[Wave], grid: Sequence[float], *, linear: bool =
     """
     angle = np.concatenate([wave.angle for wave in waves])
     weight = np.concatenate([wave.weight for wave in waves])
-    low, span = float(angle.min()), float(np.ptp(angle))
+    span = float(np.ptp(angle))
     if span <= 0.0:
         return
     most = max(grid) * max(1.0, 2 * np.pi / span) if linear else max(grid)
     bins = 2 ** int(np.ceil(np.log2(max(2.0, SCORING.bins_a_period * most * span / (2 * np.pi)))))
     if bins * SCORING.zero_padding > SCORING.max_spectrum_points:
         return
-    at = np.minimum(((angle - low) * (bins / span)).astype(int), bins - 1)
-    power = np.abs(np.fft.rfft(np.bincount(at, weight, bins), SCORING.zero_padding * bins)) ** 2
-    n = 2 * np.pi * np.arange(len(power)) / (SCORING.zero_padding * span)
+    n, power = spectrum_along(angle, weight, bins)
     inside = (n >= max(min(grid), np.pi / span)) & (n <= most)
     standing = power / np.maximum(median_filter(power, SCORING.peak_surroundings), 1e-300)
     found, _ = scipy.signal.find_peaks(np.where(inside, power, 0.0))
@@ -53,3 +51,12 @@ def period_peaks(waves: Sequence[Wave], grid: Sequence[float], *, linear: bool =
     shifts = range(-SCORING.peak_shift, SCORING.peak_shift + 1)
     chosen = {int(i) + shift for i in highest for shift in shifts} | {int(i) for i in prominent}
     yield from (float(n[i]) for i in sorted(chosen) if 0 < i < len(n))
+
+
+def spectrum_along(angle: Array, weight: Array, bins: int) -> tuple[Array, Array]:
+    """Numbers of periods a turn (f,), and the squared sum of weight exp(i n angle) at each, (f,), by so many bins of an
+    angle that moves (n,)."""
+    low, span = float(angle.min()), float(np.ptp(angle))
+    at = np.minimum(((angle - low) * (bins / span)).astype(int), bins - 1)
+    power = np.abs(np.fft.rfft(np.bincount(at, weight, bins), SCORING.zero_padding * bins)) ** 2
+    return np.asarray(2 * np.pi * np.arange(len(power)) / (SCORING.zero_padding * span)), np.asarray(power)

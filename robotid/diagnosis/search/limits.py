@@ -18,7 +18,7 @@ from scipy.stats import f as fisher
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.colour import ColouredNoise
 from robotid.diagnosis.results import DetectionLimit
-from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
+from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, solved
 from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate, columns_of
 from robotid.diagnosis.scoring.projection import Projected, project, without_states
 from robotid.diagnosis.scoring.ranking import CandidateScan, Round
@@ -89,8 +89,7 @@ def least_size(blocks: BlockedRegression, parameters: int, level: float) -> floa
     at = list(range(blocks.moment.shape[1] - parameters, blocks.moment.shape[1]))
     if are_too_few(blocks.telling_blocks(at), parameters):
         return inf
-    information = np.linalg.pinv(blocks.covariance()[np.ix_(at, at)], hermitian=True)
-    return float(np.sqrt(blocks.least_wald(at, level) * parameters / np.trace(information)))
+    return float(np.sqrt(blocks.least_wald(at, level))) * _deviation(blocks.covariance()[np.ix_(at, at)])
 
 
 def deviations_in_motion(
@@ -117,8 +116,7 @@ def deviations_in_motion(
 
 def _deviation(covariance: Array) -> float:
     """Of amplitudes in any proportion. covariance : (k, k)."""
-    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    information = np.linalg.pinv(covariance / np.outer(scale, scale), hermitian=True) / np.outer(scale, scale)
+    information = solved(covariance, np.eye(len(covariance)))
     return float(np.sqrt(len(covariance) / max(np.trace(information), 1e-300)))
 
 

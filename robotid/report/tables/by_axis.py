@@ -52,5 +52,6 @@ def sentences(view: ModuleType, contents: Mapping[str, Any], linear: Mapping[str
     """What came of it in a sentence an axis, where the stage has any. linear : the axes that slide."""
     if hasattr(view, "sentence"):
         found = {axis: view.sentence(content) for axis, content in contents.items()}
-        said = {axis: in_words_of_axis(sentence, linear=linear[axis]) for axis, sentence in found.items() if sentence}
-        yield from (titled(axis, sentence) for axis, sentence in said.items())
+        for axis, sentence in found.items():
+            if sentence:
+                yield titled(axis, in_words_of_axis(sentence, linear=linear[axis]))
