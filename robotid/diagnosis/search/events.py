@@ -21,6 +21,7 @@ from robotid.diagnosis.events.detection import (
 from robotid.diagnosis.events.pieces import scan_pieces, simulated_pieces
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.refit.refit import CAREFUL, refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
 from robotid.diagnosis.results import Event, EventKind
 from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate
@@ -191,6 +192,21 @@ def resized(event: Event, model: RefittedModel) -> Event:
     if energy <= EVENTS.least_left * float(projected.length[0]) ** 2:
         return event
     return replace(event, torque=event.torque + change, std=_deviation(energy, model))
+
+
+def sized_beside(events: Sequence[Event], model: RefittedModel, data: EvaluationData) -> list[Event]:
+    """Events with the sizes that whole records ask for beside a model that was refitted without them, and may change
+    with these. data : of the records without them. Raises NumericsError where these cannot be simulated."""
+    sized = [resized(event, model) for event in events]
+    for _ in range(EVENTS.max_resizings):
+        changes = [replace(one, torque=one.torque - by.torque) for one, by in zip(sized, events, strict=True)]
+        if all(abs(change.torque) <= one.std for change, one in zip(changes, sized, strict=True)):
+            break
+        fitted = (replace(one, record=without_events(one.record, changes)) for one in data.fitted)
+        data, events = replace(data, fitted=tuple(fitted)), sized
+        model = refit(model.joint, [model.parameters], data, model.trajectories, CAREFUL)
+        sized = [resized(event, model) for event in events]
+    return sized
 
 
 def with_deviation(event: Event, model: RefittedModel) -> Event:

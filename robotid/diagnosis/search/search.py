@@ -33,6 +33,7 @@ from robotid.diagnosis.search.events import (
     largest_event,
     placed_again,
     resized,
+    sized_beside,
     stands_out,
     with_deviation,
     without_event,
@@ -137,6 +138,7 @@ def _beside_events(
             known = None if events else plain
             result = known or _by_each_noise(evidence, start, criteria, log, white)
             plain = plain if events else result
+            result, start, evidence, events = _sized_beside_causes(result, start, evidence, events, criteria, log)
             late = more and bool(result.causes) and not result.late
             least = ACCEPTANCE.unknown_share * misfit_energy(result.first, start.data) if late else 0.0
             scores = result.rounds[-1].scores if late else ()
@@ -158,6 +160,34 @@ def _beside_events(
             found = _late(as_result(start)) if result is None else replace(result, late=True)
             unexamined = (EVENT.format(seen.event.record, plain_number(seen.event.start)), *found.unexamined)
             return replace(found, unexamined=unexamined, events=tuple(events)), plain
+
+
+def _sized_beside_causes(
+    found: SearchResult, start: SearchState, evidence: Evidence, events: list[Event], criteria: Criteria, log: Log
+) -> tuple[SearchResult, SearchState, Evidence, list[Event]]:
+    """What is found with events of the size that they have beside the causes, with the first state of the evidence
+    without these, and both; all as it was where no cause had led them astray. What an event was sized too small by
+    beside parameters that make up for a cause would be named as what differs on its record.
+
+    start : the first state of the evidence, which is without the events.
+    """
+    before = found, start, evidence, events
+    if not found.causes or found.late:
+        return before
+    try:
+        sized = sized_beside(events, found.last, found.data)
+        changes = [after.torque - event.torque for event, after in zip(events, sized, strict=True)]
+        if all(abs(by) <= ACCEPTANCE.amplitude_sigma * one.std for by, one in zip(changes, events, strict=True)):
+            return before
+        log("searching with events as large as they are beside causes")
+        for event, by in zip(events, changes, strict=True):
+            evidence = without_event(evidence, replace(event, torque=by))
+        start = _scored(first_state(evidence, criteria), criteria, log)
+        return _by_each_noise(evidence, start, criteria, log), start, evidence, sized
+    except NumericsError:
+        return before
+    except OutOfTime:
+        return replace(found, late=True, unexamined=(ONCE, *found.unexamined)), *before[1:]
 
 
 def _leading_event(

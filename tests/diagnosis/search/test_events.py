@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from support.eventful import PUSH, with_event
-from support.small_bench import fitted, records
+from support.eventful import PUSH, STEP, eventful, with_event
+from support.small_bench import QUICK, fitted, records
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.results import Event
@@ -22,7 +22,7 @@ from robotid.diagnosis.search.events import (
     with_deviation,
     without_event,
 )
-from robotid.diagnosis.search.search import _leading_event
+from robotid.diagnosis.search.search import _leading_event, _sized_beside_causes, find_causes
 from robotid.estimate.fitted_model import fitted_model, simulate_record
 
 AR = 0.99  # a memory of 0.2 s
@@ -96,3 +96,18 @@ def test_an_event_that_the_sensors_noise_does_not_show_is_sought_beside_white_er
     if found is not None:
         assert (found.event.record, found.event.kind, found.leading) == (PUSH.record, PUSH.kind, True)
         assert (found.event.start, found.event.end) == pytest.approx((PUSH.start, PUSH.end), abs=0.03)
+
+
+@pytest.mark.parametrize("astray", [0.0, -0.007])
+def test_an_event_that_a_missing_effect_led_astray_is_sized_beside_it(astray: float) -> None:
+    made, event = eventful(STEP, "stribeck"), replace(STEP, torque=STEP.torque + astray, std=0.001)
+    model = fitted_model(fitted(list(made)))
+    evidence = Evidence(model, [simulate_record(model, one) for one in made if one.name in model.records], [])
+    criteria = replace(QUICK, skip=(*QUICK.skip, "record_change"))
+    without = without_event(evidence, event)
+    start = first_state(without, criteria).scored(criteria)
+    found = find_causes(start, criteria, lambda _: None)
+    result, _, _, (sized,) = _sized_beside_causes(found, start, without, [event], criteria, lambda _: None)
+    assert [cause.effect for cause in result.causes] == ["motor.stribeck"]
+    assert (result is found) == (not astray)
+    assert abs(sized.torque - STEP.torque) < 0.001
