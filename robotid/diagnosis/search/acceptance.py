@@ -154,12 +154,37 @@ def accept_best(state: SearchState, refits: Sequence[CandidateRefit], steps: Ste
         why = objection(step, criteria)
         if why is None:
             doubted = [before for before in refits[:k] if _is_doubted(steps.to(before), step, criteria)]
+            standing = [one, *doubted, *refits[k + 1 :]]
             state = state.with_rejected(*rejected)
-            return state.with_cause(as_cause(state, [one, *doubted, *refits[k + 1 :]], step, criteria))
+            named = _simplest_alike(state, standing, steps, criteria)
+            others = [other for other in standing if other is not named]
+            return state.with_cause(as_cause(state, [named, *others], steps.to(named), criteria))
         rejected.append(RejectedCause(one.effect, step.share, step.gain, why))
     senseless = (k for k, one in enumerate(refits) if _is_only_senseless(steps.to(one), criteria))
     first = None if state.causes else next(senseless, None)
     return state.with_rejected(*(replace(one, imitates=k == first) for k, one in enumerate(rejected)))
+
+
+def _simplest_alike(
+    state: SearchState, refits: Sequence[CandidateRefit], steps: Steps, criteria: Criteria
+) -> CandidateRefit:
+    """Of a cause, the first, and those of the others that these data cannot tell from it, the one with the fewest
+    parameters that stands all tests and simulates the held-out records no worse: parameters that no record asks for
+    tell nothing of a machine."""
+    best, *others = refits
+    if not state.data.validation:
+        return best
+    wanted = (one for one in others if _parameters(one) < _parameters(best))
+    for one in sorted(wanted, key=_parameters):
+        no_worse = one.model.validation_energy <= best.model.validation_energy
+        alike = no_worse and _are_alike(best.model, one.model, state, criteria)
+        if alike and objection(steps.to(one), criteria) is None:
+            return one
+    return best
+
+
+def _parameters(one: CandidateRefit) -> int:
+    return len(one.model.unknowns.parameters)
 
 
 def _is_only_senseless(step: Step, criteria: Criteria) -> bool:

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from robotid.channels.torque_gain import TorqueGain
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.nonparametric.curve_course import READERS, is_course, joined_courses, with_course
 from robotid.diagnosis.nonparametric.curve_fit import refit_beside
@@ -35,8 +36,9 @@ def with_curve(evidence: Evidence, found: SearchResult) -> Evidence | None:
 
 
 def without_readers(criteria: Criteria) -> Criteria:
-    """The criteria of a search beside a curve, which is nothing that an effect could read."""
-    return replace(criteria, skip=(*criteria.skip, *READERS))
+    """The criteria of a search beside a curve, which is nothing that an effect could read, nor a known torque by which
+    the recorded one could be gauged: a gain of this would only tell that the curve has another size."""
+    return replace(criteria, skip=(*criteria.skip, *READERS, TorqueGain.name))
 
 
 def explain_most(beside: SearchResult) -> bool:

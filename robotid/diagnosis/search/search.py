@@ -24,7 +24,7 @@ from robotid.diagnosis.search.acceptance import (
 )
 from robotid.diagnosis.search.agreement import agreement
 from robotid.diagnosis.search.beside_curve import explain_most, with_causes, with_curve, without_readers
-from robotid.diagnosis.search.coloured import in_colour, judged_along_the_motion, left_by
+from robotid.diagnosis.search.coloured import Left, in_colour, judged_along_the_motion, left_by
 from robotid.diagnosis.search.data import Evidence, first_state, renew_noise, settled_state
 from robotid.diagnosis.search.events import (
     ModelInPieces,
@@ -54,10 +54,12 @@ from robotid.diagnosis.search.state import (
 )
 from robotid.diagnosis.search.torque_errors import lead_astray, leaves_only_noise, prevail
 from robotid.diagnosis.search.unexplained import (
+    are_mere_changes,
     better_curve,
     is_complete,
     is_imitated,
     with_unexplained,
+    without_changes,
     without_imitations,
 )
 from robotid.errors import NumericsError
@@ -379,12 +381,15 @@ def _completed(
 ) -> SearchResult:
     """The result with what its causes leave, and with what differs on validation records; late where time runs out."""
     try:
+        left, coloured = _noise_left(result)
+        if are_mere_changes(result, coloured):
+            result = without_changes(result)
+            left, coloured = _noise_left(result)
         if imitated is None:
             result = with_unexplained(result, criteria)
         else:
             result = without_imitations(result, imitated, start.data)
-        left = judged_along_the_motion(left_by(result.last))
-        coloured = in_colour(result.last, result.data, left.noise)
+            left, coloured = _noise_left(result)
         result = replace(result, noise=left.noise, coloured=coloured)
         if coloured.noise_reached:
             # noise that only simulations explain has another energy than the linear one by which it is weighed
@@ -407,6 +412,12 @@ def _completed(
         return replace(result, agreement=agreement(result.last, *(any_colour if coloured.noise_reached else sought)))
     except OutOfTime:
         return replace(result, late=True, unexamined=(CHANGES,))
+
+
+def _noise_left(result: SearchResult) -> tuple[Left, EvaluationData]:
+    """The noise of any colour that the last model leaves, and the data by it."""
+    left = judged_along_the_motion(left_by(result.last))
+    return left, in_colour(result.last, result.data, left.noise)
 
 
 def usual_energy(result: SearchResult) -> float:

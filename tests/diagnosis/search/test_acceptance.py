@@ -95,6 +95,26 @@ def test_what_may_be_noise_by_chance_alone_is_not_distinguished(monkeypatch: pyt
         assert cause.twins == twins
 
 
+@pytest.mark.parametrize(("held_out", "first"), [(0.99, "motor.constant_torque"), (1.01, "motor.geared_gravity")])
+def test_of_what_is_alike_the_simplest_that_carries_over_no_worse_goes_first(
+    held_out: float, first: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    offset = {"motor.constant_torque.tau0": 0.03}
+    state, refits = begun(records(offset), QUICK).scored(QUICK), []
+    scores = {one.candidate.name: one for one in state.round.best_of_each}
+    energy = state.first.validation_energy
+    for name, values, share in (("geared_gravity", {}, 1.0), ("constant_torque", offset, held_out)):
+        structure, start = extended(state.first, f"motor.{name}", values)
+        model = refit(structure, [start], state.data, state.first.trajectories)
+        (checked,) = model.validation
+        model = replace(model, validation=(replace(checked, energy=share * energy),))
+        refits.append(CandidateRefit(scores[f"motor.{name}"], model))
+    monkeypatch.setattr(acceptance, "OBJECTIONS", ())
+    (cause,) = accept_best(state, refits, Steps(state), QUICK).causes
+    assert cause.effect == first
+    assert {"motor.constant_torque", "motor.geared_gravity"} <= set(cause.twins)
+
+
 def test_a_gain_that_may_be_chance_is_doubted_unless_the_records_held_out_are_simulated_worse() -> None:
     state, idle, both = idle_then_stribeck()
     accepted = Step(state.first, idle, both, state.data)
