@@ -1,9 +1,10 @@
 """Causes that the search has accepted, judged once more by a fit as the pipeline makes it.
 
 The search weighs a residual by its noise, and sees what is far below the rest of it. A cause that gains nothing in a
-fit is not worth a name, and neither is one whose size such a fit cannot tell from none at three deviations. Nor is one
-that a record which was held out shows the other way round: it imitates something that is not in the catalogue, and what
-differs beside it only makes up for that.
+fit is not worth a name, and neither is one whose size such a fit cannot tell from none: at three deviations, and at the
+level of significance of a whole round, for it was found as the best of all effects. Nor is one that a record which was
+held out shows the other way round: it imitates something that is not in the catalogue, and what differs beside it only
+makes up for that.
 """
 
 from __future__ import annotations
@@ -12,7 +13,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from scipy.stats import chi2
 
+from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.remarks import without_name
 from robotid.diagnosis.results import Cause, Diagnosis, Rejected, Verdict
 from robotid.diagnosis.search.physical_sense import declarations
@@ -41,10 +44,10 @@ def _sizes(cause: Cause) -> list[tuple[Estimate, float]]:
     return [(one, one.value - nulls[one.name]) for one in cause.parameters if one.name in nulls]
 
 
-def uncertain(cause: Cause, fit: FitResult | None = None) -> str | None:
-    """Why a cause is none whose amplitudes together are less than three standard deviations in a fit, in words; None
-    where they are more. Those are robust ones, for what a model leaves is seldom white. fit : that tells how the
-    amplitudes depend on each other, absent: they do not."""
+def uncertain(cause: Cause, fit: FitResult | None = None, level: float = 1.0) -> str | None:
+    """Why a cause is none whose amplitudes together are less than three standard deviations in a fit, or not
+    significant at a level, in words; None where they are more. Those are robust ones, for what a model leaves is seldom
+    white. fit : that tells how the amplitudes depend on each other, absent: they do not."""
     sizes = _sizes(cause)
     names, apart = [one.name for one, _ in sizes], np.array([size for _, size in sizes])
     covariance = np.diag([one.std_robust**2 for one, _ in sizes])
@@ -52,8 +55,10 @@ def uncertain(cause: Cause, fit: FitResult | None = None) -> str | None:
         of_all = [one.name for one in fit.parameters]
         at = [of_all.index(name) for name in names]
         covariance = fit.covariance_robust[np.ix_(at, at)]
-    known = bool(sizes) and bool(np.isfinite(covariance).all())
-    if not known or deviations_from_none(apart, covariance) >= ACCEPTANCE.amplitude_sigma:
+    if not sizes or not np.isfinite(covariance).all():
+        return None
+    least = max(ACCEPTANCE.amplitude_sigma, float(np.sqrt(chi2.isf(level, len(sizes)))))
+    if deviations_from_none(apart, covariance) >= least:
         return None
     first = sizes[0][0]
     return UNCERTAIN.format(first.name.rpartition(".")[2], first.value, first.std_robust)
@@ -73,17 +78,19 @@ def another_size(cause: Cause, diagnosis: Diagnosis) -> str | None:
     return None
 
 
-def unconfirmed(diagnosis: Diagnosis, fit: FitResult | None = None) -> dict[str, str]:
+def unconfirmed(diagnosis: Diagnosis, fit: FitResult | None = None, criteria: Criteria | None = None) -> dict[str, str]:
     """The causes that are none after all, by name, and why: those of quite another size on records that were held out,
     all that differs beside these, what gains nothing, and what a fit tells no size of. fit : with all that can be
-    fitted, as of `uncertain`."""
+    fitted, as of `uncertain`; criteria : of the search."""
     causes = [cause for cause in diagnosis.causes if not is_change(cause.effect)]
     found = {one.effect: why for one in causes if (why := another_size(one, diagnosis)) is not None}
     if found:
         beside = RESTS.format(", ".join(found))
         found |= {one.effect: beside for one in diagnosis.causes if one.explained_of}
     idle = [one for one in diagnosis.causes if is_idle(one) and not one.explained_of]
-    unknown = {one.effect: why for one in causes if not one.explained_of and (why := uncertain(one, fit)) is not None}
+    level = (criteria or Criteria()).significance / (len(causes) + len(diagnosis.limits))
+    sought = {one.effect: uncertain(one, fit, level) for one in causes if not one.explained_of}
+    unknown = {effect: why for effect, why in sought.items() if why is not None}
     return unknown | {one.effect: NOT_CONFIRMED for one in idle} | found
 
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from robotid.diagnosis.confirmation import unconfirmed, without_causes
+from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.results import Diagnosis
 from robotid.estimate.result import FitResult
 from robotid.extension.task import ExtensionTask, effects_to_add, fits_with, gain, others_than, tried_with
@@ -43,19 +44,19 @@ def gains(task: ExtensionTask, effects: Sequence[str]) -> tuple[list[float], Fit
     return found, fitted[-1].fit
 
 
-def with_gains(diagnosis: Diagnosis, task: ExtensionTask) -> Diagnosis:
+def with_gains(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria | None = None) -> Diagnosis:
     """The diagnosis with the gains and parameters that its causes have in fits as the pipeline makes them, those that
     an extension will find, and without those that such a fit does not confirm. Where a deadline is past, those of the
     search stay, and a remark tells so; another tells where causes act at the recorded angle. Those of causes beside a
-    curve stay, too, for no fit of the pipeline has that."""
-    judged = diagnosis if diagnosis.beside_shape else _confirmed(diagnosis, task)
+    curve stay, too, for no fit of the pipeline has that. criteria : of the search."""
+    judged = diagnosis if diagnosis.beside_shape else _confirmed(diagnosis, task, criteria or Criteria())
     structure = task.structure_with(effects_to_add(judged, task.before))
     if structure.recorded_angle == task.before.structure.recorded_angle:
         return judged
     return replace(judged, remarks=(*judged.remarks, AT_RECORDED_ANGLE))
 
 
-def _confirmed(diagnosis: Diagnosis, task: ExtensionTask) -> Diagnosis:
+def _confirmed(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria) -> Diagnosis:
     effects = effects_to_add(diagnosis, task.before)
     try:
         found, last = gains(task, effects)
@@ -75,5 +76,5 @@ def _confirmed(diagnosis: Diagnosis, task: ExtensionTask) -> Diagnosis:
         for cause in diagnosis.causes
     )
     judged = replace(diagnosis, causes=causes, refitted={p.name: p.value for p in last.parameters})
-    none = unconfirmed(judged, last)
-    return _confirmed(without_causes(judged, none), task) if none else judged
+    none = unconfirmed(judged, last, criteria)
+    return _confirmed(without_causes(judged, none), task, criteria) if none else judged

@@ -85,7 +85,7 @@ def diagnose(
     with computing(jobs):
         found = diagnose_model(fit.fitted_model, data.records, criteria or Criteria(), options, log or _silent)
         with deadline(at):
-            gained = with_gains(found, _task(fit, found, data, log))
+            gained = with_gains(found, _task(fit, found, data, log), criteria)
     return DiagnosedFit(**fields_of(gained, Diagnosis), fit=fit, dataset=data)
 
 

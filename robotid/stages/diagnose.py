@@ -45,7 +45,7 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
         diagnosis, fit, recordings.records, fit_options(settings, fit.output, horizon), horizon=horizon, log=say
     )
     with deadline(None if section.budget is None else begin + section.budget):
-        return with_gains(diagnosis, task)
+        return with_gains(diagnosis, task, criteria)
 
 
 def _counted(text: str) -> tuple[int, int]:
