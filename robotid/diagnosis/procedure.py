@@ -34,7 +34,7 @@ from robotid.signals.record import Record, usable_horizon
 from robotid.signals.stretches import stretches
 
 Log = Callable[[str], None]
-IN_PIECES = "the simulation of whole records is led far astray: diagnosed in pieces of {} s"
+IN_PIECES = "no simulation follows whole records: diagnosed in pieces of {} s"
 BY_PIECES = "causes that show in pieces of the records"
 OUT_OF_REACH = "{} cannot be simulated on {}, held out of its fit: no cause is tested there"
 PIECES = (16, 32, 64)  # of a record, in which causes are sought that the simulation of the whole hides
@@ -170,10 +170,11 @@ def _in_pieces(
     evidence: Evidence, found: SearchResult, criteria: Criteria, log: Log
 ) -> tuple[SearchResult, float | None]:
     """What a search in pieces finds, and their length [s], where what the one of whole records leaves leads the
-    simulation far from the motion: along another motion no effect shows as it is. What was found, and None, where that
-    is not so, and where there is nothing in pieces either, or nothing that comes nearer to the motion, piece by piece,
-    than what was found."""
-    if evidence.horizon is not None or found.late or found.events or not lead_astray(found):
+    simulation far from the motion, for along another motion no effect shows as it is, or where no simulation of whole
+    records follows what a cause may be. What was found, and None, where that is not so, and where there is nothing in
+    pieces either, or nothing that comes nearer to the motion, piece by piece, than what was found."""
+    unfollowed = any(cause.unfollowed for cause in found.causes)
+    if evidence.horizon is not None or found.late or found.events or not (lead_astray(found) or unfollowed):
         return found, None
     log("searching in pieces of the records")
     length = _length_of_pieces(evidence, found)

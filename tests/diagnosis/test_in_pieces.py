@@ -117,6 +117,24 @@ def test_nothing_is_sought_in_pieces_where_the_simulation_stays_with_the_motion(
     assert diagnosed({}).verdict == "clean"
 
 
+@pytest.mark.parametrize("unfollowed", [None, "gear.backlash"])
+def test_what_no_simulation_of_whole_records_follows_is_sought_in_pieces(
+    monkeypatch: pytest.MonkeyPatch, unfollowed: str | None
+) -> None:
+    search, asked = procedure.search, list[float]()
+
+    def seen(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState | None = None) -> SearchResult:
+        if evidence.horizon is not None:
+            asked.append(evidence.horizon)
+            raise NumericsError("it runs away", hint="none")
+        found = search(evidence, criteria, log, begun)
+        return replace(found, causes=tuple(replace(one, unfollowed=unfollowed) for one in found.causes))
+
+    monkeypatch.setattr(procedure, "search", seen)
+    assert [cause.effect for cause in diagnosed(STRIBECK).causes] == ["motor.stribeck"]
+    assert len(asked) == (unfollowed is not None)
+
+
 @pytest.mark.parametrize("nearer", [False, True])
 def test_a_cause_of_whole_records_gives_way_to_one_that_comes_nearer_in_pieces(
     monkeypatch: pytest.MonkeyPatch, *, nearer: bool

@@ -333,6 +333,7 @@ def as_cause(
         after=best.model,
         rival=rivals[0] if rivals else None,
         confounded=confounded_with(best.score, seen.projected, seen.scores),
+        unfollowed=best.unfollowed,
     )
 
 

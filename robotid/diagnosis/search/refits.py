@@ -32,11 +32,13 @@ from robotid.parallel import ahead
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CandidateRefit:
-    """A candidate as it scored, and the model refitted with it. confirmed : as of `Step`."""
+    """A candidate as it scored, and the model refitted with it. confirmed : as of `Step`; unfollowed : the effect that
+    it may be short of a bound, and that no simulation of these records follows."""
 
     score: Score
     model: RefittedModel
     confirmed: float = 1.0
+    unfollowed: str | None = None
 
     @property
     def effect(self) -> str:
@@ -69,7 +71,7 @@ def refit_hopeful(state: SearchState, criteria: Criteria, log: Log) -> RefitRoun
         chosen = [*again, *best, *_variants([*again, *best], points), *_elsewhere(best, state)]
         found = _refits(chosen, state, log)
         if found.refits:
-            refits = (*found.refits, *_at_extremes(found.refits, state, log))
+            refits = _with_extremes(found.refits, state, log)
             ordered = simpler_first(in_order(refits, state.data, criteria), state)
             return RefitRound(tuple(ordered), found.unexamined)
         if found.unexamined:
@@ -179,30 +181,39 @@ def _simulated(direct: Sequence[RefittedModel | None], k: int) -> tuple[Refitted
         return None, True
 
 
-def _at_extremes(refits: Sequence[CandidateRefit], state: SearchState, log: Log) -> Iterator[CandidateRefit]:
-    """What effects become that end where one of their parameters is as good as at its bound, fitted from there: the
-    simpler law may have scored too little to be refitted, or lost its way. The best of them may imitate what it would
-    become, short of the bound, where it leaves more than noise."""
-    scores = state.round.by_effect
+def _with_extremes(refits: Sequence[CandidateRefit], state: SearchState, log: Log) -> list[CandidateRefit]:
+    """The same refits, with what effects become that end where one of their parameters is as good as at its bound,
+    fitted from there: the simpler law may have scored too little to be refitted, or lost its way. The best of them may
+    imitate what it would become, short of the bound, where it leaves more than noise."""
+    scores, found, further = state.round.by_effect, list[CandidateRefit](), list[CandidateRefit]()
     best = min(refits, key=lambda one: information_criterion(one.model))
     for one in refits:
+        unfollowed = None
         for name, extreme in _becomes(one, everywhere=one is best and leaves_something(one.model, state.data)):
-            score = scores.get(name)
-            if score is None:
+            if name not in scores:
                 continue
-            log(_announced(state, score, f"what {one.effect} becomes"))
-            own = {
-                to: prod(one.model.parameters[f"{one.effect}.{symbol}"] for symbol in symbols)
-                for to, symbols in extreme.values.items()
-            }
-            structure, parameters = reduced(one.model, one.effect)
-            structure = with_effect(structure, score.candidate.name)
-            start = carried(parameters, structure, {f"{score.candidate.name}.{to}": v for to, v in own.items()})
+            log(_announced(state, scores[name], f"what {one.effect} becomes"))
             try:
-                after = refit(structure, [start], state.data, one.model.trajectories, _options(state.model))
-            except NumericsError:
+                further.append(_at_extreme(one, extreme, scores[name], state))
+            except NoBetter:
                 continue
-            yield CandidateRefit(replace(score, energy=one.score.energy), after)
+            except NumericsError:
+                unfollowed = name
+        found.append(replace(one, unfollowed=unfollowed))
+    return [*found, *further]
+
+
+def _at_extreme(one: CandidateRefit, extreme: Extreme, score: Score, state: SearchState) -> CandidateRefit:
+    """What a refitted effect becomes, fitted from there. Raises NumericsError where that cannot be simulated."""
+    own = {
+        f"{score.candidate.name}.{to}": prod(one.model.parameters[f"{one.effect}.{symbol}"] for symbol in symbols)
+        for to, symbols in extreme.values.items()
+    }
+    structure, parameters = reduced(one.model, one.effect)
+    structure = with_effect(structure, score.candidate.name)
+    start = carried(parameters, structure, own)
+    after = refit(structure, [start], state.data, one.model.trajectories, _options(state.model))
+    return CandidateRefit(replace(score, energy=one.score.energy), after)
 
 
 def _becomes(one: CandidateRefit, *, everywhere: bool = False) -> Iterator[tuple[str, Extreme]]:

@@ -32,7 +32,7 @@ class AcceptedCause:
     validation segments [% points]; twins : effects that these data cannot distinguish from it, itself first; before,
     after : the model without and with it; rival : the model with the first of its twins that was refitted; confounded :
     what answers much like it on these motions; beside : the cause without which it does not carry over, empty where it
-    does by itself.
+    does by itself; unfollowed : as of the refit that it is.
     """
 
     effect: str
@@ -45,6 +45,7 @@ class AcceptedCause:
     rival: RefittedModel | None = None
     confounded: tuple[Confounded, ...] = ()
     beside: str = ""
+    unfollowed: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

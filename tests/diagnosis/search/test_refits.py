@@ -14,12 +14,14 @@ from robotid.catalogue import reading
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.noise_estimate import TorqueErrors
 from robotid.diagnosis.refit import refit as refitting
+from robotid.diagnosis.refit.refit import NoBetter
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.candidate import Candidate
 from robotid.diagnosis.scoring.catalogue_candidates import term_candidate
 from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search import refits
+from robotid.diagnosis.search.acceptance import Steps, as_cause
 from robotid.diagnosis.search.refits import CandidateRefit, chosen_of, in_order, refit_hopeful
 from robotid.errors import NumericsError
 from robotid.estimate.residual import OutputError
@@ -196,8 +198,7 @@ def test_an_effect_at_a_bound_stands_behind_the_simpler_ones_that_it_becomes() -
     state = begun(records({"motor.constant_torque.tau0": 0.05}), QUICK).scored(QUICK)
     score = next(one for one in state.round.scores if one.candidate.name == "motor.geared_gravity")
     found = refits._refits([score], state, lambda _: None).refits
-    simpler = refits._at_extremes(found, state, lambda _: None)
-    ordered = [one.effect for one in refits.simpler_first([*found, *simpler], state)]
+    ordered = [one.effect for one in refits.simpler_first(refits._with_extremes(found, state, lambda _: None), state)]
     assert ordered == ["motor.constant_torque", "motor.asymmetric_coulomb", "motor.geared_gravity"]
     assert refits.simpler_first(found, state) == list(found)
 
@@ -212,8 +213,28 @@ def test_what_the_best_would_become_at_a_bound_is_tried_where_it_leaves_more_tha
     found = refits._refits([score], state, lambda _: None).refits
     monkeypatch.setattr(refits, "_is_at_bound", lambda *_: False)
     monkeypatch.setattr(refits, "leaves_something", lambda *_: leaves)
-    simpler = [one.effect for one in refits._at_extremes(found, state, lambda _: None)]
+    _, *simpler = [one.effect for one in refits._with_extremes(found, state, lambda _: None)]
     assert simpler == leaves * ["motor.constant_torque", "motor.asymmetric_coulomb"]
+
+
+@pytest.mark.parametrize(
+    ("error", "unfollowed"),
+    [(NumericsError("it settles too slowly"), "motor.asymmetric_coulomb"), (NoBetter("no"), None)],
+)
+def test_what_no_simulation_of_an_effect_at_a_bound_follows_is_kept_in_mind(
+    error: NumericsError, unfollowed: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    state = begun(records({"motor.constant_torque.tau0": 0.05}), QUICK).scored(QUICK)
+    score = next(one for one in state.round.scores if one.candidate.name == "motor.geared_gravity")
+    found = refits._refits([score], state, lambda _: None).refits
+
+    def fails(*_: object) -> RefittedModel:
+        raise error
+
+    monkeypatch.setattr(refits, "refit", fails)
+    (left,) = refits._with_extremes(found, state, lambda _: None)
+    assert (left.effect, left.unfollowed) == ("motor.geared_gravity", unfollowed)
+    assert as_cause(state, [left], Steps(state).to(left), QUICK).unfollowed == unfollowed
 
 
 @pytest.mark.parametrize(("left", "first"), [(900.0, "gear.backlash"), (1100.0, "gear.soft_spring")])
