@@ -38,6 +38,7 @@ from robotid.diagnosis.search.events import (
     with_deviation,
     without_event,
 )
+from robotid.diagnosis.search.mere_changes import without_mere_changes
 from robotid.diagnosis.search.record_changes import find_record_changes
 from robotid.diagnosis.search.refits import refit_hopeful
 from robotid.diagnosis.search.settings import ACCEPTANCE, CHOICE
@@ -54,12 +55,10 @@ from robotid.diagnosis.search.state import (
 )
 from robotid.diagnosis.search.torque_errors import lead_astray, leaves_only_noise, prevail
 from robotid.diagnosis.search.unexplained import (
-    are_mere_changes,
     better_curve,
     is_complete,
     is_imitated,
     with_unexplained,
-    without_changes,
     without_imitations,
 )
 from robotid.errors import NumericsError
@@ -382,8 +381,9 @@ def _completed(
     """The result with what its causes leave, and with what differs on validation records; late where time runs out."""
     try:
         left, coloured = _noise_left(result)
-        if are_mere_changes(result, coloured):
-            result = without_changes(result)
+        standing = without_mere_changes(result, coloured)
+        if standing is not result:
+            result = standing
             left, coloured = _noise_left(result)
         if imitated is None:
             result = with_unexplained(result, criteria)

@@ -59,6 +59,7 @@ class ChangeSettings:
     far_off: float = 2.0  # times the worst of some draws of the noise: none of as many again comes near
     shortest_part: float = 0.125  # of a record: shorter ones neither ask for a change nor test it
     confirmed_share: float = 0.2  # of the misfit on the second part that a change must remove
+    apart: float = 3.0  # times as much as any other record asks for: a record that differs more is another
     same_share: float = 0.02  # of the misfit: changes closer than that are not distinguished
     max_iterations: int = 6  # of a fit of one parameter
     most: int = 3  # parameters that differ on a record: inertia and the two of a weight

@@ -22,10 +22,6 @@ from robotid.diagnosis.search.state import (
     misfit_energy,
     share_removed,
 )
-from robotid.diagnosis.settings import VERDICT
-from robotid.model.structure import changed, is_change
-
-WRONG_ELSEWHERE = "only imitates: the model is far from the noise on the other records, too"
 
 
 def better_curve(state: SearchState, criteria: Criteria) -> FittedCurve | None:
@@ -126,25 +122,6 @@ def without_imitations(result: SearchResult, better: FittedCurve, before: Evalua
     imitations = [RejectedCause(c.effect, c.explained, c.gain, why) for c in result.causes]
     rejected = (*imitations, *result.rejected)
     return replace(result, data=data, last=result.first, causes=(), rejected=rejected, curve=curve, curve_share=share)
-
-
-def are_mere_changes(result: SearchResult, coloured: EvaluationData) -> bool:
-    """Whether all that was found differs on single records of the fit, and the model is far from the noise on the
-    others, too. A record differs from a model that is right elsewhere: where it is not, what varies along the motion
-    may seem another on every record. coloured : the data by noise of any colour, as the last model leaves it."""
-    effects = [cause.effect for cause in result.causes]
-    if coloured.noise_reached or not effects or not all(map(is_change, effects)):
-        return False
-    differing = {changed(effect)[0] for effect in effects}
-    others = [one for one in result.last.fitted if one.record.name not in differing]
-    samples = sum(len(one.record) for one in others)
-    return sum(one.energy for one in others) > VERDICT.clear_misfit**2 * samples
-
-
-def without_changes(result: SearchResult) -> SearchResult:
-    """The result with its causes rejected, which all differ on single records."""
-    imitations = [RejectedCause(c.effect, c.explained, c.gain, WRONG_ELSEWHERE) for c in result.causes]
-    return replace(result, last=result.first, causes=(), rejected=(*imitations, *result.rejected))
 
 
 def _share(curve: FittedCurve, first: RefittedModel, data: EvaluationData) -> float:

@@ -19,7 +19,15 @@ from robotid.diagnosis.scoring.projection import Projected
 from robotid.diagnosis.scoring.ranking import CandidateScan, Round
 from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandidate
 from robotid.diagnosis.scoring.score_test import Score
-from robotid.diagnosis.search import agreement, changed_record, record_changes, refits, search, unexplained
+from robotid.diagnosis.search import (
+    agreement,
+    changed_record,
+    mere_changes,
+    record_changes,
+    refits,
+    search,
+    unexplained,
+)
 from robotid.diagnosis.search.acceptance import (
     Step,
     collinear,
@@ -52,6 +60,7 @@ from robotid.model.array import Array
 from robotid.model.parameters import Parameters
 from robotid.model.port import Port
 from robotid.terms import TERMS
+from support.changed_record import one_that_differs
 from support.plain_models import SAMPLES, plain_blocks, plain_data, plain_model, plain_record, plain_segment
 from support.sensed_step import step_to
 from support.tuning import sees
@@ -367,6 +376,16 @@ def check_a_record_is_far_off_at_twice_the_worst_of_drawn_noise() -> None:
         drawn = [[one.residual / 3.0, one.residual / factor]]
         assert agreement._is_far_off([one], drawn) is far
     assert not agreement._is_far_off([one], [[]])
+
+
+@sees(CHANGES, "apart")
+def check_a_record_that_differs_thrice_as_much_as_any_other_is_another() -> None:
+    found, patch = one_that_differs(), pytest.MonkeyPatch()
+    size = found.last.parameters[found.causes[0].effect]
+    for times, alone in ((3.1, True), (2.9, False)):
+        with patch.context() as patched:
+            patched.setattr(mere_changes, "_asked_for", lambda *_, times=times: size / times)
+            assert (mere_changes._as_much_elsewhere(found.causes[0], found) is None) is alone
 
 
 @sees(CHANGES, "shortest_part")

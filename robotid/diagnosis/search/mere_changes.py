@@ -1,0 +1,76 @@
+"""Changes of single records that are none: what varies along a motion, or from day to day, may seem another on each.
+
+A record differs from a model that is right elsewhere, and by more than the other records do among themselves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from robotid.diagnosis.noise.whitening import Segment
+from robotid.diagnosis.refit.evaluation_data import EvaluationData
+from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
+from robotid.diagnosis.scoring.record_change_candidate import record_changes
+from robotid.diagnosis.search.changed_record import run
+from robotid.diagnosis.search.settings import CHANGES
+from robotid.diagnosis.search.state import AcceptedCause, RejectedCause, SearchResult
+from robotid.diagnosis.settings import VERDICT
+from robotid.model.structure import changed, is_change
+from robotid.parallel import each
+
+WRONG_ELSEWHERE = "only imitates: the model is far from the noise on the other records, too"
+AS_MUCH_ELSEWHERE = "differs as much elsewhere: {} on {} by {:.0f} % of it"
+
+
+def without_mere_changes(result: SearchResult, coloured: EvaluationData) -> SearchResult:
+    """The result with its causes rejected where all of them are changes of single records of the fit, and none stands.
+
+    coloured : the data by noise of any colour, as the last model leaves it.
+    """
+    if not result.causes or not all(is_change(one.effect) for one in result.causes):
+        return result
+    wrong = WRONG_ELSEWHERE if _is_wrong_elsewhere(result, coloured) else None
+    whys = [wrong or _as_much_elsewhere(one, result) for one in result.causes]
+    if None in whys:
+        return result
+    rejected = [
+        RejectedCause(one.effect, one.explained, one.gain, str(why))
+        for one, why in zip(result.causes, whys, strict=True)
+    ]
+    return replace(result, last=result.first, causes=(), rejected=(*rejected, *result.rejected))
+
+
+def _is_wrong_elsewhere(result: SearchResult, coloured: EvaluationData) -> bool:
+    """Whether the last model is far from the noise on the records of the fit without a change."""
+    others = [one for one in result.last.fitted if one.record.name not in _differing(result)]
+    samples = sum(len(one.record) for one in others)
+    far = sum(one.energy for one in others) > VERDICT.clear_misfit**2 * samples
+    return far and not coloured.noise_reached
+
+
+def _as_much_elsewhere(cause: AcceptedCause, result: SearchResult) -> str | None:
+    """Why a change is none where another record asks for a good part of it, in words; None where none does. Of records
+    in pieces each is too short to tell."""
+    _, parameter = changed(cause.effect)
+    size, model = abs(result.last.parameters[cause.effect]), result.last
+    others = [one for one in (*model.fitted, *model.validation) if one.record.name not in _differing(result)]
+    if len({one.record.name for one in others}) < max(1, len(others)):
+        return None
+    asked = each(_asked_for, (replace(model, fitted=(), validation=()), parameter), others, samples=model.samples)
+    name, most = max(zip((one.record.name for one in others), asked, strict=True), key=lambda pair: pair[1])
+    if CHANGES.apart * most < size:
+        return None
+    return AS_MUCH_ELSEWHERE.format(parameter, name, 100.0 * most / max(size, 1e-300))
+
+
+def _asked_for(around: tuple[RefittedModel, str], one: SegmentFit) -> float:
+    """How much a segment asks a parameter to differ, all others fixed; nothing where it cannot be simulated."""
+    model, parameter = around
+    own = [c for c in record_changes(model.joint, model.columns, [one.record.name]) if changed(c.name)[1] == parameter]
+    end = run(model, Segment(one.record, one.whitening), own)
+    return 0.0 if end is None else abs(float(end.unknowns[0]))
+
+
+def _differing(result: SearchResult) -> frozenset[str]:
+    """The records with changes, by name."""
+    return frozenset(changed(one.effect)[0] for one in result.causes)
