@@ -213,12 +213,14 @@ def _beside_lesser_events(
 ) -> SearchResult:
     """What is found once events are set aside that are but a part of what is missing or that effects together might
     pass for, where they and causes leave no more than noise, or they alone next to nothing, and each stands out of what
-    is left; else what was found without. records : in pieces, by the model before the causes."""
+    is left; else what was found without. Where that passes for errors of the torque, an event that does not lead must
+    have hidden a cause. records : in pieces, by the model before the causes."""
     log("looking for events beside causes")
-    events, start = list[Event](), None
+    events, start, leading = list[Event](), None, True
     try:
         while len(events) < EVENTS.max_events:
             seen = _lesser_event(records, found, criteria)
+            leading = leading and (seen is None or seen.leading)
             aside = None if seen is None else _set_aside(evidence, seen.event, criteria)
             if aside is None:
                 break
@@ -231,6 +233,7 @@ def _beside_lesser_events(
         first, plain = found.first, is_plain(found.first, found.data)
         explained = share_removed(first, first, again.first, found.data, plain=plain)
         needed = leaves_only_noise(again) or explained > 1.0 - ACCEPTANCE.unknown_share
+        needed = needed and (leading or bool(again.causes) or not leaves_only_noise(found))
         stand = needed and all(stands_out(event, again.last, criteria) for event in events)
         return replace(again, events=tuple(events)) if stand else found
     except NumericsError:
@@ -241,13 +244,13 @@ def _beside_lesser_events(
 
 def _lesser_event(records: ModelInPieces, found: SearchResult, criteria: Criteria) -> SeenEvent | None:
     """The next event that may be but a part of what is missing. Beside causes it leads; and where all that was found to
-    be left passes for errors of the torque, it is certain, too, and on a record of the fit."""
+    be left passes for errors of the torque, it leads or is certain, and is on a record of the fit."""
     passes = leaves_only_noise(found)
     share = ACCEPTANCE.unknown_share if passes else None
     seen = largest_event(records, criteria, least_share=share, doubtful=not passes)
     if seen is None or (passes and not is_fitted(seen.event, records.model)):
         return None
-    return seen if seen.leading or not (found.causes or passes) else None
+    return seen if seen.leading or not found.causes else None
 
 
 def _beside_curve(evidence: Evidence, found: SearchResult, criteria: Criteria, log: Log) -> SearchResult:
