@@ -142,7 +142,9 @@ def settled(state: T, renewed: Callable[[T], T], noise: Callable[[T], float]) ->
 
 
 def renew_noise(state: SearchState) -> SearchState:
-    """The state with the noise as it shows behind its model, never larger, and the model refitted through it."""
+    """The state with the noise as it shows behind its model, never larger, and the model refitted through it; as it was
+    where that leads the model astray, so that by the noise before it loses a good part of what causes explain: what is
+    left of an event may do so."""
     model, data = state.model, state.data
     noise = _noise(state.scan.scans, data.output, torque_errors=data.torque_errors)
     if _torque_noise(noise.segments) <= _torque_noise(data.fitted):
@@ -150,6 +152,9 @@ def renew_noise(state: SearchState) -> SearchState:
         typical = with_typical_noise(noise.segments, records, model.joint, model.parameters.values, data.output)
         data = replace(data, fitted=noise.segments, validation=typical)
     refitted = refit(model.structure, [model.parameters], data, model.trajectories, CAREFUL)
+    before, by_old, at = (state.data.fitted_energy(one.fitted) for one in (state.first, refitted, model))
+    if state.causes and by_old - at > ACCEPTANCE.unknown_share * max(0.0, before - at):
+        return state
     return replace(state, model=refitted, data=data, scan=state.scan.whitened_as(data.fitted))
 
 

@@ -230,6 +230,7 @@ def _beside_lesser_events(
         if start is None:
             return found
         again = _by_each_noise(evidence, _scored(start, criteria, log), criteria, log)
+        again, _, _, events = _sized_beside_causes(again, start, evidence, events, criteria, log)
         first, plain = found.first, is_plain(found.first, found.data)
         explained = share_removed(first, first, again.first, found.data, plain=plain)
         needed = leaves_only_noise(again) or explained > 1.0 - ACCEPTANCE.unknown_share

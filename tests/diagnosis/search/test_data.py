@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from support.small_bench import STRIBECK, begun, records
+from support.small_bench import QUICK, STRIBECK, begun, idle_then_stribeck, records
 
 from robotid.diagnosis.refit.refit import CAREFUL, refit
 from robotid.diagnosis.search import data
+from robotid.diagnosis.search.state import AcceptedCause
 from robotid.errors import NumericsError
 
 
@@ -30,3 +32,14 @@ def test_where_the_whitened_refit_runs_away_the_model_stays_as_it_is(monkeypatch
     assert np.array_equal(state.first.parameters.values, start.values)
     assert not np.array_equal(usual.first.parameters.values, start.values)
     assert state.first.energy > usual.first.energy
+
+
+def test_noise_that_leads_the_model_astray_is_not_renewed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the noise before it the refit loses what the causes explain, as it may beside what is left of an event."""
+    state, idle, both = idle_then_stribeck()
+    cause = AcceptedCause("motor.stribeck", 0.9, 1.0, 1e-9, ("motor.stribeck",), idle, both, None)
+    named = replace(state.with_model(both, QUICK), causes=(cause,))
+    assert data.renew_noise(named).data is not named.data
+    monkeypatch.setattr(data, "refit", lambda *_: idle)
+    assert data.renew_noise(named) is named
+    assert data.renew_noise(replace(named, causes=())).model is idle
