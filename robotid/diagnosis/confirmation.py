@@ -88,7 +88,7 @@ def unconfirmed(diagnosis: Diagnosis, fit: FitResult | None = None, criteria: Cr
         beside = RESTS.format(", ".join(found))
         found |= {one.effect: beside for one in diagnosis.causes if one.explained_of}
     idle = [one for one in diagnosis.causes if is_idle(one) and not one.explained_of]
-    level = (criteria or Criteria()).significance / (len(causes) + len(diagnosis.limits))
+    level = (criteria or Criteria()).significance / max(1, len(causes) + len(diagnosis.limits))
     sought = {one.effect: uncertain(one, fit, level) for one in causes if not one.explained_of}
     unknown = {effect: why for effect, why in sought.items() if why is not None}
     return unknown | {one.effect: NOT_CONFIRMED for one in idle} | found

@@ -100,6 +100,11 @@ def test_a_cause_whose_size_no_fit_tells_is_none(deviation: float, none: bool) -
     assert not none or f"dFs = 0.2, known to {deviation:g}" in unconfirmed(replace(NAMED, causes=(one,)))[one.effect]
 
 
+def test_a_change_of_one_record_is_judged_without_any_limit() -> None:
+    alone = replace(NAMED, causes=(PAYLOAD,), limits=())
+    assert unconfirmed(alone) == {}
+
+
 def test_errors_beside_a_rejected_cause_explain_nothing_of_what_it_did() -> None:
     one = cause(0.0)
     little = replace(NAMED, causes=(one,), misfit=0.019, events=(), shape=None, torque_errors=0.1)

@@ -384,16 +384,14 @@ def _completed(
 ) -> SearchResult:
     """The result with what its causes leave, and with what differs on validation records; late where time runs out."""
     try:
-        left, coloured = _noise_left(result)
-        standing = without_mere_changes(result, coloured)
-        if standing is not result:
-            result = standing
-            left, coloured = _noise_left(result)
-        if imitated is None:
-            result = with_unexplained(result, criteria)
-        else:
+        if imitated is not None:
             result = without_imitations(result, imitated, start.data)
-            left, coloured = _noise_left(result)
+        left, coloured = _noise_left(result)
+        if imitated is None:
+            standing = without_mere_changes(result, coloured)
+            if standing is not result:
+                left, coloured = _noise_left(standing)
+            result = with_unexplained(standing, criteria)
         result = replace(result, noise=left.noise, coloured=coloured)
         if coloured.noise_reached:
             # noise that only simulations explain has another energy than the linear one by which it is weighed
