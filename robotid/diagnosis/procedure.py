@@ -34,7 +34,7 @@ from robotid.signals.record import Record, usable_horizon
 from robotid.signals.stretches import stretches
 
 Log = Callable[[str], None]
-IN_PIECES = "no simulation follows whole records: diagnosed in pieces of {} s"
+IN_PIECES = "what is missing leads a simulation of whole records astray: diagnosed in pieces of {} s"
 BY_PIECES = "causes that show in pieces of the records"
 OUT_OF_REACH = "{} cannot be simulated on {}, held out of its fit: no cause is tested there"
 PIECES = (16, 32, 64)  # of a record, in which causes are sought that the simulation of the whole hides
