@@ -30,6 +30,10 @@ IMITATED = (
     "what is missing acts like {}, whose parameters make no sense here: either something else is missing, or the motion"
     " covers too little of it"
 )
+SHAKEN = (
+    "what is missing rings like {} by itself: no motion of the joint drives it, so that something shakes the joint from"
+    " outside, as another axis does"
+)
 SHAPELESS = (
     "the misfit is far above the noise, yet no curve along one variable both carries over and stands out of noise of"
     " any colour"
@@ -47,7 +51,8 @@ def remarks(word: Verdict, found: SearchResult, *, swamped: bool) -> tuple[str, 
         if apart:
             return (APART.format(apart, apart),)
         if found.imitated:
-            return (IMITATED.format(next(one.effect for one in found.rejected if one.imitates)),)
+            like = next(one for one in found.rejected if one.imitates)
+            return ((SHAKEN if like.undriven else IMITATED).format(like.effect),)
         return (SHAPELESS,) if found.curve is None and not found.late else ()
     sentences = [BESIDE] if found.beside_curve else []
     if passing(found) > 0.0:

@@ -114,6 +114,8 @@ OBJECTIONS: tuple[Objection, ...] = (
     starts_by_itself,
 )
 """The tests of a cause, in the order in which they are asked. Each says in words why a cause is none, or None."""
+SENSELESS: tuple[Objection, ...] = (is_not_physical, starts_by_itself)
+"""Those that a cause fails which acts like what is missing, and is not it."""
 BY_CHANCE: tuple[Objection, ...] = (gains_by_chance, is_noise)
 """Those that one of two causes that do much the same passes and the other does not."""
 
@@ -145,8 +147,8 @@ def accept_best(state: SearchState, refits: Sequence[CandidateRefit], steps: Ste
 
     One that is rejected only because it may be noise, or because its gain may be chance, is a twin of what explains no
     more and is accepted: by chance alone the one passes and the other does not. Where there is no cause at all, the
-    first that only makes no sense imitates what is missing. steps : from this state, or from one with the same model
-    and round.
+    first that only makes no sense, or that only rings by itself, imitates what is missing. steps : from this state, or
+    from one with the same model and round.
     """
     rejected = list[RejectedCause]()
     for k, one in enumerate(refits):
@@ -162,7 +164,10 @@ def accept_best(state: SearchState, refits: Sequence[CandidateRefit], steps: Ste
         rejected.append(RejectedCause(one.effect, step.share, step.gain, why))
     senseless = (k for k, one in enumerate(refits) if _is_only_senseless(steps.to(one), criteria))
     first = None if state.causes else next(senseless, None)
-    return state.with_rejected(*(replace(one, imitates=k == first) for k, one in enumerate(rejected)))
+    if first is not None:
+        undriven = is_not_physical(steps.to(refits[first]), criteria) is None
+        rejected[first] = replace(rejected[first], imitates=True, undriven=undriven)
+    return state.with_rejected(*rejected)
 
 
 def _simplest_alike(
@@ -188,10 +193,10 @@ def _parameters(one: CandidateRefit) -> int:
 
 
 def _is_only_senseless(step: Step, criteria: Criteria) -> bool:
-    """Whether parameters that make no sense are all that speaks against a cause. Where they do not, what it explains is
-    no noise all the same."""
-    senseless = is_not_physical(step, criteria) is not None
-    return senseless and _stands_all_but((is_not_physical,), step, criteria)
+    """Whether all that speaks against a cause is that its parameters make no sense, or that it rings by itself. Where
+    that is so, what it explains is no noise all the same."""
+    senseless = any(test(step, criteria) is not None for test in SENSELESS)
+    return senseless and _stands_all_but(SENSELESS, step, criteria)
 
 
 def _stands_all_but(excused: Sequence[Objection], step: Step, criteria: Criteria) -> bool:

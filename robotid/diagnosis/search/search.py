@@ -306,7 +306,8 @@ def _by_each_noise(
     which are white at first: red ones as large as a misfit leave little of it to be seen. By another noise where one
     names nothing, and leaves more than noise of any colour, or mostly errors of the torque, beside which slow ones have
     been given too much weight; unless a free curve explains all of it. What a later search names stands only where it
-    does not imitate a curve that an earlier one has found.
+    does not imitate a curve that an earlier one has found. Where none names anything, what rings by itself says more
+    than a curve that explains less.
 
     white : the first state beside white errors, scored, where it is known.
     """
@@ -328,7 +329,9 @@ def _by_each_noise(
         noise = next(filter(leaves_only_noise, found), None)
         if noise is not None and errors == "coloured":
             return noise
-    return next((one for one in found if one.curve is not None), found[0])
+    curve = next((one for one in found if one.curve is not None), found[0])
+    shaken = next((one for one in found if one.shaken_share), curve)
+    return shaken if shaken.shaken_share > curve.curve_share else curve
 
 
 def _beside_torque_errors(errors: TorqueErrors, evidence: Evidence, criteria: Criteria, log: Log) -> SearchState:

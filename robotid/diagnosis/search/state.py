@@ -51,14 +51,15 @@ class AcceptedCause:
 @dataclass(frozen=True, slots=True)
 class RejectedCause:
     """An effect that was refitted and rejected. explained and gain as of `AcceptedCause`; why : in words; imitates : it
-    stands every test but that its parameters make sense, so that something else acts like it; asked where no cause is
-    found, of the first that does."""
+    stands every test but that its parameters make sense, or (undriven) but that the motion moves it, so that something
+    else acts like it; asked where no cause is found, of the first that does."""
 
     effect: str
     explained: float
     gain: float
     why: str
     imitates: bool = False
+    undriven: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -157,6 +158,11 @@ class SearchResult:
     def imitated(self) -> bool:
         """Whether no cause was found, and something that is no noise acts like an effect that makes no sense."""
         return not self.causes and any(one.imitates for one in self.rejected)
+
+    @property
+    def shaken_share(self) -> float:
+        """Share of the misfit that rings by itself, zero where that is not so."""
+        return max((one.explained for one in self.rejected if one.undriven), default=0.0) if self.imitated else 0.0
 
     @property
     def judging(self) -> EvaluationData:

@@ -11,8 +11,12 @@ from support.small_bench import QUICK, begun, records
 
 from robotid.diagnosis.refit.refit import CAREFUL, refit
 from robotid.diagnosis.refit.refitted_model import extended
-from robotid.diagnosis.search.acceptance import OBJECTIONS, objection
+from robotid.diagnosis.remarks import remarks as remarks_of
+from robotid.diagnosis.search import acceptance
+from robotid.diagnosis.search.acceptance import OBJECTIONS, Steps, accept_best, is_noise, objection
 from robotid.diagnosis.search.driven import energy_from_rest, starts_by_itself
+from robotid.diagnosis.search.refits import CandidateRefit
+from robotid.diagnosis.search.search import as_result
 from robotid.diagnosis.search.step import Step
 from robotid.signals.record import Record
 
@@ -48,6 +52,20 @@ def test_it_is_no_cause_for_nothing_moves_it() -> None:
     assert why is not None
     assert why.startswith("is not driven by the motion")
     assert objection(step("shaken"), QUICK) is not None
+
+
+def test_what_rings_by_itself_is_no_noise_either(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else errors of the torque would pass for it, and the machine for clean."""
+    tests = tuple(one for one in OBJECTIONS if one is not is_noise)  # a sine as small as this passes for slow errors
+    monkeypatch.setattr(acceptance, "OBJECTIONS", tests)
+    state = begun([*map(shaken, records({}))], QUICK).scored(QUICK)
+    score = next(one for one in state.round.scores if one.candidate.name == LOAD)
+    after = accept_best(state, [CandidateRefit(score, step("shaken").after)], Steps(state), QUICK)
+    (rejected,) = after.rejected
+    assert (rejected.imitates, rejected.undriven) == (True, True)
+    found = as_result(after)
+    assert found.shaken_share == rejected.explained > 0.9
+    assert any("shakes the joint from outside" in one for one in remarks_of("unknown", found, swamped=False))
 
 
 def test_a_load_that_the_motion_moves_is_one() -> None:
