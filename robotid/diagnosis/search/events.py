@@ -261,13 +261,17 @@ def is_fitted(event: Event, model: RefittedModel) -> bool:
 
 def stands_out(event: Event, model: RefittedModel, criteria: Criteria) -> bool:
     """Whether an event that was taken out of the records of a model stands out of the noise of any colour that the
-    model leaves, of so many events that it might have been; one on a validation record does."""
+    model leaves, of so many events that it might have been, and has a size that drawn noise has not; one on a validation
+    record does."""
     if not is_fitted(event, model):
         return True
     left = left_by(model, _unit_forces(event, model))
     at = len(model.unknowns.parameters)
     p = by_noise(blocks_with(left, {at: event.torque}), [at], left.energy, model.samples)
-    return tries_among({one.record.name for one in model.fitted}) * p < criteria.significance
+    if tries_among({one.record.name for one in model.fitted}) * p >= criteria.significance:
+        return False
+    found = with_deviation(event, model)
+    return abs(found.torque) >= ACCEPTANCE.amplitude_sigma * found.std
 
 
 def _unit_forces(event: Event, model: RefittedModel, *, free_in_time: bool = False) -> list[Array]:

@@ -12,6 +12,7 @@ from support.small_bench import QUICK, fitted, records
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.results import Event
+from robotid.diagnosis.search import events
 from robotid.diagnosis.search.data import Evidence, first_state
 from robotid.diagnosis.search.events import (
     ModelInPieces,
@@ -19,6 +20,7 @@ from robotid.diagnosis.search.events import (
     largest_event,
     placed_again,
     resized,
+    stands_out,
     with_deviation,
     without_event,
 )
@@ -111,3 +113,12 @@ def test_an_event_that_a_missing_effect_led_astray_is_sized_beside_it(astray: fl
     assert [cause.effect for cause in result.causes] == ["motor.stribeck"]
     assert (result is found) == (not astray)
     assert abs(sized.torque - STEP.torque) < 0.001
+
+
+def test_an_event_stands_out_of_noise_by_three_deviations_of_its_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    evidence = pushed(1, 0.0)
+    first = first_state(without_event(evidence, PUSH), QUICK).first
+    for of_std, out in ((3.1, True), (2.9, False)):
+        known = replace(PUSH, std=abs(PUSH.torque) / of_std)
+        monkeypatch.setattr(events, "with_deviation", lambda *_, known=known: known)
+        assert stands_out(PUSH, first, QUICK) is out
