@@ -146,8 +146,11 @@ def whittle(power: Array, shapes: Array) -> tuple[Array, float]:
     """Levels (k,) >= 0 of shapes (k, m) that explain a periodogram (m,) best, and minus twice the log-likelihood.
 
     By a few steps of Fisher scoring from a flat spectrum. Of one that falls by many orders of magnitude they may miss
-    the steep part, so that a misfit does not pass for noise there; `likeliest_levels` does not.
+    the steep part, so that a misfit does not pass for noise there; `likeliest_levels` does not. Of what is silent no
+    levels are likelier than none.
     """
+    if not power.any():
+        return np.zeros(len(shapes)), 0.0
     size = shapes.mean(axis=1, keepdims=True)
     size[size <= 0.0] = 1.0  # of a joint that no torque moves
     scale = float(power.mean()) or 1.0  # what is left of rounding errors has powers whose inverse is beyond all numbers
@@ -169,7 +172,9 @@ def whittle(power: Array, shapes: Array) -> tuple[Array, float]:
 
 def likeliest_levels(power: Array, shapes: Array) -> Array:
     """Levels (k,) >= 0 of shapes (k, m) at which the likelihood of a periodogram (m,) has its maximum, however steep it
-    is: by Fisher scoring from where one shape alone, or equal parts of all, explain it best."""
+    is: by Fisher scoring from where one shape alone, or equal parts of all, explain it best. None of what is silent."""
+    if not power.any():
+        return np.zeros(len(shapes))
     size, scale = np.maximum(shapes.mean(axis=1, keepdims=True), 1e-300), float(power.mean()) or 1.0
     shapes, power = shapes / size, power / scale
     alone = np.diag([float(np.mean(power / np.maximum(shape, 1e-300))) for shape in shapes])

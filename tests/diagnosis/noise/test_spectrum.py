@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robotid.diagnosis.noise.spectrum import deviance, likeliest_levels
+from robotid.diagnosis.noise.spectrum import deviance, likeliest_levels, whittle
 from robotid.model.array import Array
 
 LINES = 4000
@@ -36,3 +36,11 @@ def test_no_other_levels_explain_a_periodogram_better(redness: float, seed: int)
     assert levels[1] > 0.0
     for factors in ((1.02, 1.0), (0.98, 1.0), (1.0, 1.02), (1.0, 0.98), (1.0, 0.0), (0.0, 1.0)):
         assert deviance(power, (levels * factors) @ SHAPES) >= least - 1e-9 * abs(least)
+
+
+def test_what_is_silent_has_no_noise() -> None:
+    """As of a piece so short that the columns of all candidates explain every sample of it."""
+    assert not likeliest_levels(np.zeros(LINES), SHAPES).any()
+    levels, cost = whittle(np.zeros(LINES), SHAPES)
+    assert not levels.any()
+    assert cost == 0.0
