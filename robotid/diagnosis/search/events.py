@@ -261,8 +261,8 @@ def is_fitted(event: Event, model: RefittedModel) -> bool:
 
 def stands_out(event: Event, model: RefittedModel, criteria: Criteria) -> bool:
     """Whether an event that was taken out of the records of a model stands out of the noise of any colour that the
-    model leaves, of so many events that it might have been, and has a size that drawn noise has not; one on a validation
-    record does."""
+    model leaves, of so many events that it might have been, and has a size that drawn noise has not; one on a
+    validation record does."""
     if not is_fitted(event, model):
         return True
     left = left_by(model, _unit_forces(event, model))
