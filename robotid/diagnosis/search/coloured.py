@@ -23,6 +23,7 @@ from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.scan import Scan, scan, scans
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.diagnosis.search.settings import ACCEPTANCE
+from robotid.errors import NumericsError
 from robotid.model.array import Array
 
 
@@ -110,12 +111,16 @@ def are_too_few(telling: float, amplitudes: int) -> bool:
 
 def confirmation(other: RefittedModel, effect: str, sizes: Mapping[int, float]) -> float:
     """p-value of an effect being absent from records that served for no fit, by a model fitted to these alone, beside
-    noise of any colour; one where they find it of another size. Several amplitudes are compared by what they do in
-    these records, for two that hardly differ there may take each other's place.
+    noise of any colour; one where they find it of another size, or fit a joint that none can be. Several amplitudes are
+    compared by what they do in these records, for two that hardly differ there may take each other's place.
 
     sizes : its amplitudes by the fit of the other records, by number of the fitted parameter.
     """
-    found, left = amplitudes(other, effect), left_by(other)
+    try:
+        left = left_by(other)
+    except NumericsError:  # few records may ask for an inertia or a damping below zero
+        return 1.0
+    found = amplitudes(other, effect)
     apart = {k: found[k] - size for k, size in sizes.items()}
     if _energy(left, apart) > ACCEPTANCE.constant_spread**2 * _energy(left, sizes):
         return 1.0

@@ -19,6 +19,7 @@ from robotid.signals.record import Quantity
 from robotid.simulation.newton.block_bidiagonal import solve_block_bidiagonal
 
 WELL_APART = 1e8  # condition of the modes up to which half of the digits are left
+FASTEST = np.e  # growth within a sampling time of what a sampled controller could still have held
 LINES = 4096  # frequencies whose matrices are in memory at once
 
 
@@ -84,7 +85,8 @@ def torque_response(
     Raises NumericsError where the joint runs away within a sampling time.
     """
     A, b = zero_order_hold_response(joint, theta, sampling_time)
-    if not (np.isfinite(A).all() and np.isfinite(b).all()):
+    finite = np.isfinite(A).all() and np.isfinite(b).all()
+    if not finite or np.abs(np.linalg.eigvals(A)).max() > FASTEST:
         raise NumericsError(
             "the joint runs away within a sampling time", hint="`robotid check` examines the records it was fitted to"
         )

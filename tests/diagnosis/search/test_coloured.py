@@ -17,9 +17,10 @@ from robotid.diagnosis.refit.refit import refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
 from robotid.diagnosis.search import coloured
-from robotid.diagnosis.search.coloured import Tried, confirmation, left_by, p_value
+from robotid.diagnosis.search.coloured import Left, Tried, confirmation, left_by, p_value
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.diagnosis.search.state import is_covered, share_removed
+from robotid.errors import NumericsError
 from robotid.signals.record import Record
 
 TRIED = Tried(300, 30)
@@ -95,6 +96,14 @@ def test_amplitudes_that_take_each_others_place_are_of_the_same_size(monkeypatch
         p.append(confirmation(model, "arm.coupling[a1]", {0: 0.7, 1: 0.9}))
     assert p[0] < 1e-6
     assert p[1] == 1.0
+
+
+def test_a_fit_of_held_out_records_that_no_joint_can_be_confirms_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def runs_away(_: RefittedModel) -> Left:
+        raise NumericsError("the joint runs away within a sampling time")
+
+    monkeypatch.setattr(coloured, "left_by", runs_away)
+    assert confirmation(with_effect(records(STRIBECK), STRIBECK), "motor.stribeck", {0: 0.15}) == 1.0
 
 
 def test_records_that_were_held_out_decide_where_too_few_blocks_tell(monkeypatch: pytest.MonkeyPatch) -> None:
