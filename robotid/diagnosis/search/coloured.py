@@ -56,6 +56,13 @@ def left_beside(model: RefittedModel, seen: Sequence[Scan]) -> Left:
     return Left(projected.blocks, noise, projected.energy / model.samples, whitened)
 
 
+def explains_more(first: RefittedModel, left: Left) -> bool:
+    """Whether the model by which something is left explains more than another does, by the noise that is left and with
+    the parameters of each where this noise would have them. A cause that was found by another noise may not."""
+    seen = zip(scans(first.fitted, first.unknowns, ()), left.noise.segments, strict=True)
+    return project([one.whitened_as(segment) for one, segment in seen]).energy > left.energy * first.samples
+
+
 @dataclass(frozen=True, slots=True)
 class Tried:
     """Of how many candidates, and of how many effects, a cause is the best."""

@@ -13,7 +13,7 @@ from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
 from robotid.diagnosis.scoring.record_change_candidate import record_changes
 from robotid.diagnosis.search.changed_record import run
 from robotid.diagnosis.search.settings import CHANGES
-from robotid.diagnosis.search.state import AcceptedCause, RejectedCause, SearchResult
+from robotid.diagnosis.search.state import AcceptedCause, SearchResult
 from robotid.diagnosis.settings import VERDICT
 from robotid.model.structure import changed, is_change
 from robotid.parallel import each
@@ -33,11 +33,7 @@ def without_mere_changes(result: SearchResult, coloured: EvaluationData) -> Sear
     whys = [wrong or _as_much_elsewhere(one, result) for one in result.causes]
     if None in whys:
         return result
-    rejected = [
-        RejectedCause(one.effect, one.explained, one.gain, str(why))
-        for one, why in zip(result.causes, whys, strict=True)
-    ]
-    return replace(result, last=result.first, causes=(), rejected=(*rejected, *result.rejected))
+    return result.without_causes(list(map(str, whys)))
 
 
 def _is_wrong_elsewhere(result: SearchResult, coloured: EvaluationData) -> bool:

@@ -24,7 +24,7 @@ from robotid.diagnosis.search.acceptance import (
 )
 from robotid.diagnosis.search.agreement import agreement
 from robotid.diagnosis.search.beside_curve import explain_most, with_causes, with_curve, without_readers
-from robotid.diagnosis.search.coloured import Left, in_colour, judged_along_the_motion, left_by
+from robotid.diagnosis.search.coloured import Left, explains_more, in_colour, judged_along_the_motion, left_by
 from robotid.diagnosis.search.data import Evidence, first_state, renew_noise, settled_state
 from robotid.diagnosis.search.events import (
     ModelInPieces,
@@ -71,6 +71,7 @@ ONCE = "what happened once beside causes"
 FURTHER = "further causes"
 UNEXPLAINED = "what no effect explains"
 BESIDE_CURVE = "causes beside what no effect explains"
+NOTHING = "explains nothing by the noise that it leaves: without it, errors of the torque are no larger"
 CHANGES = "what differs on the records held out"
 
 
@@ -390,6 +391,9 @@ def _completed(
         if imitated is not None:
             result = without_imitations(result, imitated, start.data)
         left, coloured = _noise_left(result)
+        if result.causes and coloured.noise_reached and not explains_more(result.first, left):
+            result = replace(result.without_causes([NOTHING] * len(result.causes)), data=start.data)
+            left, coloured = _noise_left(result)
         if imitated is None:
             standing = without_mere_changes(result, coloured)
             if standing is not result:

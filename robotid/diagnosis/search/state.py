@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -163,6 +163,11 @@ class SearchResult:
     def shaken_share(self) -> float:
         """Share of the misfit that rings by itself, zero where that is not so."""
         return max((one.explained for one in self.rejected if one.undriven), default=0.0) if self.imitated else 0.0
+
+    def without_causes(self, whys: Sequence[str]) -> SearchResult:
+        """With its causes rejected, as of the model without them. whys : in words, of each."""
+        rejected = [RejectedCause(c.effect, c.explained, c.gain, why) for c, why in zip(self.causes, whys, strict=True)]
+        return replace(self, last=self.first, causes=(), rejected=(*rejected, *self.rejected))
 
     @property
     def judging(self) -> EvaluationData:

@@ -15,7 +15,6 @@ from robotid.diagnosis.scoring.score_test import significance
 from robotid.diagnosis.search.drawn_sizes import curve_p_value
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import (
-    RejectedCause,
     SearchResult,
     SearchState,
     is_plain,
@@ -119,9 +118,8 @@ def without_imitations(result: SearchResult, better: FittedCurve, before: Evalua
         curve, data = better, result.data
     share = _share(curve, result.first, data)
     why = f"only imitates: a free curve along {curve.curve.along} explains {100 * share:.0f} % of the misfit"
-    imitations = [RejectedCause(c.effect, c.explained, c.gain, why) for c in result.causes]
-    rejected = (*imitations, *result.rejected)
-    return replace(result, data=data, last=result.first, causes=(), rejected=rejected, curve=curve, curve_share=share)
+    found = result.without_causes([why] * len(result.causes))
+    return replace(found, data=data, curve=curve, curve_share=share)
 
 
 def _share(curve: FittedCurve, first: RefittedModel, data: EvaluationData) -> float:

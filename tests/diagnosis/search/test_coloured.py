@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from support.small_bench import STRIBECK, begun, fitted, records
+from support.small_bench import QUICK, STRIBECK, begun, fitted, records
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.whitening import Segment
@@ -17,7 +17,7 @@ from robotid.diagnosis.refit.refit import refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
 from robotid.diagnosis.search import coloured
-from robotid.diagnosis.search.coloured import Left, Tried, confirmation, left_by, p_value
+from robotid.diagnosis.search.coloured import Left, Tried, confirmation, explains_more, left_by, p_value
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.diagnosis.search.state import is_covered, share_removed
 from robotid.errors import NumericsError
@@ -145,3 +145,10 @@ def test_a_shape_that_may_be_any_beside_the_amplitude_leaves_the_effect_what_it_
     information[:, shape, shape] *= 1.0 + 1e-6
     alike = replace(left, blocks=replace(left.blocks, information=information))
     assert p_value(model, "motor.stribeck", alike, TRIED) < 1e-3
+
+
+def test_a_model_explains_more_only_where_less_is_left_beside_the_same_noise() -> None:
+    made = records(STRIBECK)
+    without, with_it = begun(made, QUICK).first, with_effect(made, STRIBECK)
+    assert explains_more(without, left_by(with_it))
+    assert not explains_more(with_it, left_by(without))

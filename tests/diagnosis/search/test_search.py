@@ -331,3 +331,12 @@ def test_a_cogging_keeps_its_phase_where_errors_of_the_torque_make_a_simulated_a
     assert growth.causes[0].explained > 0.99
     assert values(growth)["motor.cogging.n"] == pytest.approx(9.0, rel=0.002)
     assert growth.last.energy < 1.1 * growth.last.samples
+
+
+def test_causes_that_explain_nothing_by_the_noise_they_leave_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the noise at first they may, and lead the model astray by what errors of the torque they leave."""
+    monkeypatch.setattr(searching, "explains_more", lambda *_: False)
+    found = searched(records(STRIBECK), QUICK)
+    assert found.causes == ()
+    assert found.last is found.first
+    assert found.rejected[0].why == searching.NOTHING
