@@ -136,14 +136,20 @@ def curve_among_draws(left: Left, at: Sequence[int]) -> float:
         parts = zip(columns, left.scans, residuals, strict=True)
         moment = np.sum([own @ one.whitening(residual) for own, one, residual in parts], axis=0)
         drawn.append(BlockedRegression(information[None], moment[None], np.zeros(1)).energy_of(at))
-    if len(drawn) < 2:
+    if len(drawn) < 2 or not np.isfinite(drawn).all():
         return 1.0
-    mean, variance = float(np.mean(drawn)), float(np.var(drawn, ddof=1))
+    largest = max(drawn)
+    shares = np.array(drawn) / max(largest, 1e-300)  # squares of what makes a joint run away are beyond all numbers
+    mean, variance = float(np.mean(shares)), float(np.var(shares, ddof=1))
     free = float(np.clip(2.0 * mean**2 / max(variance, 1e-300), 1.0, len(at)))  # as many knots as noise tells apart
-    return float(fisher.sf(left.blocks.energy_of(at) / max(mean, 1e-300), free, free * len(drawn)))
+    found = left.blocks.energy_of(at) / max(largest, 1e-300)
+    return float(fisher.sf(found / max(mean, 1e-300), free, free * len(drawn)))
 
 
 def _wald(sizes: Array, covariance: Array) -> float:
-    """Squared distance of sizes (k,) from nothing in deviations of their covariance (k, k)."""
+    """Squared distance of sizes (k,) from nothing in deviations of their covariance (k, k), none where that is beyond
+    all numbers."""
+    if not np.isfinite(covariance).all():
+        return 0.0
     scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     return float(sizes / scale @ np.linalg.pinv(covariance / np.outer(scale, scale), hermitian=True) @ (sizes / scale))

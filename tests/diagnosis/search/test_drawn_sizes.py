@@ -9,6 +9,7 @@ import pytest
 from diagnosis.search.test_coloured import slow_errors
 from support.small_bench import STRIBECK, begun, records
 
+from robotid.diagnosis.noise import colour
 from robotid.diagnosis.nonparametric.curve_fit import fit_curves
 from robotid.diagnosis.refit.refit import refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, carried
@@ -93,6 +94,18 @@ def test_a_curve_of_slow_errors_does_not() -> None:
     left, first = left_by(model, forces), len(model.unknowns.parameters)
     at = range(first, first + forces[0].shape[1])
     assert np.log(curve_among_draws(left, at)) > 0.5 * np.log(by_noise(left.blocks, at, left.energy, model.samples))
+
+
+def test_draws_that_run_away_may_be_anything(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As of a joint that a piece of a record simulates hardly at all: the square of their energy is beyond numbers."""
+    draw = colour.drawn_residuals
+    far = 1e80
+    monkeypatch.setattr(colour, "drawn_residuals", lambda *asked: [far * one for one in draw(*asked)])
+    model, forces = a_curve(records(STRIBECK))
+    left, first = left_by(model, forces), len(model.unknowns.parameters)
+    assert curve_among_draws(left, range(first, first + forces[0].shape[1])) > 0.9
+    there = sizes(records(STRIBECK), STRIBECK, "motor.stribeck")
+    assert there.p_value_among_draws == 1.0
 
 
 def test_a_curve_of_which_too_little_could_be_drawn_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
