@@ -10,7 +10,7 @@ import numpy as np
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.refitted_model import RefittedModel, Unknowns
-from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, Gain
+from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
 from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate, ForceGradient, columns_of
 from robotid.diagnosis.scoring.catalogue_candidates import candidates
 from robotid.diagnosis.scoring.projection import Projected, left_over, project
@@ -67,11 +67,6 @@ class Round:
         white = significance(one.energy, k, self.projected.energy, self.model.samples, tries)
         coloured = significance(one.energy, k, one.energy + self.inflation * tries, tries, tries)
         return max(white, coloured)
-
-    def left_out(self, one: Score) -> Gain:
-        """What a candidate explains of every block of time by an estimate from all the others."""
-        regression, own = self._regression(one)
-        return regression.gain(own)
 
     def _regression(self, one: Score) -> tuple[BlockedRegression, range]:
         """On the fitted parameters and a candidate's, and where the latter are."""

@@ -137,8 +137,7 @@ class Steps:
         """From the state's model to one that is refitted with a candidate."""
         if one not in self.made:
             state, seen = self.state, self.state.round
-            left_out, tried = seen.left_out(one.score), Tried.of(seen)
-            self.made[one] = Step(state.first, state.model, one.model, state.data, left_out, tried, one.confirmed)
+            self.made[one] = Step(state.first, state.model, one.model, state.data, Tried.of(seen), one.confirmed)
         return self.made[one]
 
 

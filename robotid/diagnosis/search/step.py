@@ -13,10 +13,11 @@ from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import refit_to_confirm
 from robotid.diagnosis.refit.refitted_model import RefittedModel, Trajectories
 from robotid.diagnosis.scoring.blocked_regression import Gain
-from robotid.diagnosis.search.coloured import ALONE, Left, Tried, confirmation, left_by, p_value
+from robotid.diagnosis.search.coloured import ALONE, Left, Tried, blocks_with, confirmation, left_by, p_value
 from robotid.diagnosis.search.drawn_sizes import DrawnSizes
 from robotid.diagnosis.search.physical_sense import amplitudes, declarations
 from robotid.diagnosis.search.state import share_removed
+from robotid.errors import NumericsError
 from robotid.estimate.residual import measured_output
 from robotid.model.array import Array
 from robotid.model.parameters import Parameters
@@ -28,16 +29,14 @@ from robotid.parallel import each
 class Step:
     """A model before and after a cause is added.
 
-    first : the model that is diagnosed; left_out : what the cause explains of blocks of the fitted records by an
-    estimate from all others, None where that is not known; tried : what it is the best of; confirmed : p-value of what
-    a part of the records that did not serve to find it shows of it.
+    first : the model that is diagnosed; tried : what it is the best of; confirmed : p-value of what a part of the
+    records that did not serve to find it shows of it.
     """
 
     first: RefittedModel
     before: RefittedModel
     after: RefittedModel
     data: EvaluationData
-    left_out: Gain | None = None
     tried: Tried = ALONE
     confirmed: float = 1.0
 
@@ -45,6 +44,22 @@ class Step:
     def left(self) -> Left:
         """What the model with the cause leaves, by noise of any colour."""
         return left_by(self.after)
+
+    @cached_property
+    def left_out(self) -> Gain | None:
+        """What the amplitudes of the step explain of every block of the fitted records by an estimate from all others,
+        in the shape that was found and beside noise of any colour; None where no amplitude was fitted, or that noise
+        is not known. In a shape that is a little off, what is periodic would be out of phase a few periods on."""
+        sizes = {k: size for effect in self.added for k, size in amplitudes(self.after, effect).items()}
+        try:
+            blocks = blocks_with(self.left, sizes) if sizes else None
+        except NumericsError:
+            return None
+        if blocks is None:
+            return None
+        shapes = {k for effect in self.added for k in self.after.own_columns(effect)} - set(sizes)
+        kept = [k for k in range(blocks.moment.shape[1]) if k not in shapes]
+        return blocks.take(kept).gain([kept.index(k) for k in sizes])
 
     @cached_property
     def elsewhere(self) -> RefittedModel | None:

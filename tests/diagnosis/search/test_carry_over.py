@@ -67,8 +67,8 @@ def test_the_objection_names_the_records_or_what_was_left_out() -> None:
     assert "within its scatter" in str(gains_by_chance(step, Criteria()))
     alone = Step(*(plain_model(e) for e in (1000.0, 1000.0, 900.0)), plain_data(validation=False))
     assert gains_by_chance(alone, Criteria()) is None
-    unproven = replace(alone, left_out=gain_of(np.array([1.0, -1.0, 2.0, -2.0, 0.5])))
-    assert "left out of its fit" in str(gains_by_chance(unproven, Criteria()))
+    alone.__dict__["left_out"] = gain_of(np.array([1.0, -1.0, 2.0, -2.0, 0.5]))
+    assert "left out of its fit" in str(gains_by_chance(alone, Criteria()))
 
 
 def test_where_only_a_moment_shows_a_cause_the_records_must_ask_for_it_by_themselves() -> None:

@@ -7,11 +7,12 @@ from typing import Any
 
 import pytest
 from support.plain_models import plain_model
-from support.small_bench import idle_then_stribeck
+from support.small_bench import QUICK, begun, idle_then_stribeck, records
 
 from robotid.diagnosis.refit import refit as refitting
 from robotid.diagnosis.refit.refit import refit
-from robotid.diagnosis.refit.refitted_model import RefittedModel
+from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
+from robotid.diagnosis.search.carry_over import proven
 from robotid.diagnosis.search.step import Step
 from robotid.errors import NumericsError
 from robotid.model.parameters import Parameters
@@ -51,3 +52,22 @@ def test_records_held_out_confirm_a_cause_from_nothing_or_from_what_it_was(monke
         assert found is not None
         assert found.energy == 2.0
     assert [one["motor.stribeck.dFs"] for one in tried[:2]] == [0.0, both.parameters["motor.stribeck.dFs"]]
+
+
+COGGING = {"motor.cogging.A": 0.03, "motor.cogging.B": -0.02, "motor.cogging.n": 12.0}
+
+
+@pytest.mark.parametrize(("hidden", "there"), [(COGGING, True), ({}, False)])
+def test_what_is_left_out_is_explained_in_the_shape_that_was_found(hidden: dict[str, float], there: bool) -> None:
+    state = begun(records(hidden), QUICK)
+    structure, start = extended(state.first, "motor.cogging", COGGING)
+    after = refit(structure, [start], state.data, state.first.trajectories)
+    gain = Step(state.first, state.first, after, state.data).left_out
+    assert gain is not None
+    assert (gain.p_value < 1e-6) is there
+    assert proven(gain) is there
+
+
+def test_what_has_no_amplitude_leaves_nothing_out() -> None:
+    state, idle, _ = idle_then_stribeck()
+    assert Step(state.first, idle, idle, state.data).left_out is None
