@@ -338,18 +338,29 @@ def information_criterion(model: RefittedModel) -> float:
 @dataclass(frozen=True, slots=True, eq=False)
 class _Attempt:
     """A candidate's refit: the extended structure and where it may start, the boldest start first. promised : energy
-    that the score promises to remove."""
+    that the score promises to remove; whole : as of `_whole`."""
 
     structure: Structure
     starts: tuple[Parameters, ...]
     promised: float
+    whole: Parameters | None = None
 
 
 def _attempt(one: Score, state: SearchState) -> _Attempt:
     """From where the score promises the end, and from part of the way."""
     model = state.round.model
     starts = [extended(model, one.candidate.name, start_values(model, one, way)) for way in CHOICE.start_ways]
-    return _Attempt(starts[0][0], tuple(start for _, start in starts), one.energy)
+    return _Attempt(starts[0][0], tuple(start for _, start in starts), one.energy, _whole(one, model))
+
+
+def _whole(one: Score, scanned: RefittedModel) -> Parameters | None:
+    """Where an effect that mostly is there as a whole, or not at all, starts as declared; None of another. The first
+    part of such a share changes the motion in another way than the last, so that a score promises too little."""
+    _, _, name = one.candidate.name.partition(".")
+    declared = getattr(EFFECTS.get(name), "parameters", ())
+    if not any(p.null is not None and p.guess == p.bounds[1] for p in declared):
+        return None
+    return extended(scanned, one.candidate.name, {f"{one.candidate.name}.{p.symbol}": p.guess for p in declared})[1]
 
 
 Around = tuple[RefittedModel, EvaluationData]
@@ -362,12 +373,20 @@ def _options(now: RefittedModel) -> RefitOptions:
 
 def _refit_directly(around: Around, one: _Attempt) -> RefittedModel | None:
     """The model refitted with a candidate, from where its score promises the end; from part of the way where that is
-    too far. None where it explains nothing. Raises NumericsError where it cannot be simulated."""
+    too far; of an effect that may be there as a whole, what is better from there. None where it explains nothing.
+    Raises NumericsError where it cannot be simulated."""
     now, data = around
-    try:
-        return refit(one.structure, one.starts, data, now.trajectories, _options(now))
-    except NoBetter:
-        return None
+    found, failed = list[RefittedModel](), None
+    for starts in (one.starts, *([] if one.whole is None else [(one.whole,)])):
+        try:
+            found.append(refit(one.structure, starts, data, now.trajectories, _options(now)))
+        except NoBetter:
+            continue
+        except NumericsError as error:
+            failed = error
+    if failed is not None and not found:
+        raise failed
+    return min(found, key=lambda model: model.energy, default=None)
 
 
 def _refit_by_pieces(around: Around, one: _Attempt) -> RefittedModel | None:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
-from support.small_bench import QUICK, STRIBECK, begun, records
+from support.small_bench import QUICK, STRIBECK, begun, idle_then_stribeck, records
 
 from robotid.catalogue import reading
 from robotid.diagnosis.criteria import Criteria
@@ -22,7 +23,14 @@ from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search import refits
 from robotid.diagnosis.search.acceptance import Steps, as_cause
-from robotid.diagnosis.search.refits import CandidateRefit, chosen_of, in_order, refit_hopeful
+from robotid.diagnosis.search.refits import (
+    CandidateRefit,
+    _attempt,
+    _refit_directly,
+    chosen_of,
+    in_order,
+    refit_hopeful,
+)
 from robotid.errors import NumericsError
 from robotid.estimate.residual import OutputError
 from robotid.model.port import Port
@@ -254,3 +262,39 @@ def test_a_simpler_law_that_carries_over_as_well_stands_before_the_one_that_beco
     found = [made("gear.soft_spring", 0.1 * state.model.energy, 1000.0)]
     found.append(made("gear.backlash", 0.11 * state.model.energy, left))
     assert next(iter(refits.simpler_first(found, state))).effect == first
+
+
+def test_an_effect_that_mostly_is_there_as_a_whole_is_refitted_from_there_too() -> None:
+    """The first part of such a share changes the motion in another way than the last."""
+    bristles = {"motor.presliding.w": 1.0, "motor.presliding.s0": 110.0, "motor.presliding.s1": 8e-4}
+    state = begun(records(bristles), QUICK).scored(QUICK)
+    best = {one.candidate.name: one for one in state.round.best_of_each}
+    attempt = _attempt(best["motor.presliding"], state)
+    assert attempt.whole is not None
+    assert attempt.whole["motor.presliding.w"] == 1.0
+    lost = replace(attempt, starts=attempt.starts[-1:])
+    found = _refit_directly((state.model, state.data), lost)
+    assert found is not None
+    assert found.parameters["motor.presliding.w"] == pytest.approx(1.0, abs=0.1)
+    assert found.parameters["motor.presliding.s0"] == pytest.approx(110.0, rel=0.2)
+    assert _attempt(best["motor.cogging"], state).whole is None
+
+
+def test_what_cannot_be_simulated_from_one_start_may_be_from_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    state, _, both = idle_then_stribeck()
+    state = state.scored(QUICK)
+    attempt = _attempt(state.round.scores[0], state)
+    attempt = replace(attempt, whole=attempt.starts[-1])
+    for failing, outcome in (((attempt.starts,), both), ((attempt.starts, (attempt.whole,)), None)):
+
+        def refitted(_: Any, starts: Any, *__: Any, failing: Any = failing) -> RefittedModel:
+            if starts in failing:
+                raise NumericsError("it runs away")
+            return both
+
+        monkeypatch.setattr(refits, "refit", refitted)
+        if outcome is None:
+            with pytest.raises(NumericsError):
+                _refit_directly((state.model, state.data), attempt)
+        else:
+            assert _refit_directly((state.model, state.data), attempt) is outcome
