@@ -13,6 +13,7 @@ from itertools import pairwise
 from robotid.diagnosis.confirmation import unconfirmed, without_causes
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.results import Diagnosis
+from robotid.errors import NumericsError
 from robotid.estimate.result import FitResult
 from robotid.extension.task import ExtensionTask, effects_to_add, fits_with, gain, others_than, tried_with
 from robotid.interrupt import OutOfTime
@@ -22,19 +23,21 @@ AT_RECORDED_ANGLE = (
     "torques that depend on the motor's angle act at the recorded angle (robot.recorded_angle), for that of an"
     " open-loop simulation drifts with every error of the torque"
 )
-GAINS_OF_SEARCH = "the gains and parameters of the causes are those of the search: no time was left to fit them"
+GAINS_OF_SEARCH = "the gains and parameters of the causes are those of the search: {}"
+NO_TIME, NO_END = "no time was left to fit them", "no fit with them comes to an end"
 
 
 def gains(task: ExtensionTask, effects: Sequence[str]) -> tuple[list[float], FitResult | None]:
     """What each effect gains on the validation records once the earlier ones are there [% points of fit]; for what
     gains nothing so, the gain beside all others; and the fit with all effects.
 
-    nan and None without validation records or without effects, nan where a model cannot be simulated. Raises
+    nan without validation records or where a model cannot be simulated, and no fit without effects. Raises
     NumericsError where a fit with some first effects does not converge.
     """
-    if not effects or not task.validation:
-        return [float("nan")] * len(effects), None
-
+    if not effects:
+        return [], None
+    if not task.validation:
+        return [float("nan")] * len(effects), task.fit_with(effects)
     fitted = fits_with(task, [effects[:k] for k in range(len(effects) + 1)])
     levels = [task.validation_fit(one.scores) for one in fitted]
     found = [gain(after, before) for before, after in pairwise(levels)]
@@ -61,7 +64,9 @@ def _confirmed(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria) ->
     try:
         found, last = gains(task, effects)
     except OutOfTime:
-        return replace(diagnosis, remarks=(*diagnosis.remarks, GAINS_OF_SEARCH))
+        return replace(diagnosis, remarks=(*diagnosis.remarks, GAINS_OF_SEARCH.format(NO_TIME)))
+    except NumericsError:
+        return replace(diagnosis, remarks=(*diagnosis.remarks, GAINS_OF_SEARCH.format(NO_END)))
     if last is None:
         return diagnosis
     gained = dict(zip(effects, found, strict=True))

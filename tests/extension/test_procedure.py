@@ -102,6 +102,24 @@ def test_a_cause_beside_a_curve_keeps_what_it_is_there() -> None:
     assert with_gains(beside, tasks[1]) is beside
 
 
+def test_without_held_out_records_a_cause_has_the_parameters_of_a_fit_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of the search are weighed by a noise that may be none of the machine's."""
+    plain = replace(NAMED, causes=(CAUSE,), events=(), late=0.0)
+    fitted_ones = [record for record in made() if record.name in before().records]
+    task = extension_task(plain, before(), fitted_ones)
+    (cause,) = with_gains(plain, task).causes
+    assert np.isnan(cause.heldout_gain)
+    assert cause.parameters != CAUSE.parameters
+
+    def no_end(*_: Any) -> Any:
+        raise NumericsError("the fit does not converge")
+
+    monkeypatch.setattr(ExtensionTask, "fit_with", no_end)
+    kept = with_gains(plain, task)
+    assert kept.causes == plain.causes
+    assert "comes to an end" in kept.remarks[-1]
+
+
 def test_the_criterion_falls_with_a_true_cause() -> None:
     e = extended("motor.stribeck")
     assert e.bic_after < e.bic_before - 100
