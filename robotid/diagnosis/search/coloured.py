@@ -56,10 +56,17 @@ def left_beside(model: RefittedModel, seen: Sequence[Scan]) -> Left:
     return Left(projected.blocks, noise, projected.energy / model.samples, whitened)
 
 
-def explains_more(first: RefittedModel, left: Left) -> bool:
-    """Whether the model by which something is left explains more than another does, by the noise that is left and with
-    the parameters of each where this noise would have them. A cause that was found by another noise may not."""
-    seen = zip(scans(first.fitted, first.unknowns, ()), left.noise.segments, strict=True)
+def explains_more(first: RefittedModel, last: RefittedModel, left: Left) -> bool:
+    """Whether a model explains more than another, by the noise that it leaves: as they are, or with the parameters of
+    each where this noise would have them, to first order, which tells little of a model that is far from the motion. A
+    cause that was found by another noise may not. left : by the last model."""
+    segments = left.noise.segments
+    energies = (
+        sum(by.energy(one.residual) for by, one in zip(segments, model.fitted, strict=True)) for model in (first, last)
+    )
+    if next(energies) > next(energies):
+        return True
+    seen = zip(scans(first.fitted, first.unknowns, ()), segments, strict=True)
     return project([one.whitened_as(segment) for one, segment in seen]).energy > left.energy * first.samples
 
 

@@ -150,5 +150,13 @@ def test_a_shape_that_may_be_any_beside_the_amplitude_leaves_the_effect_what_it_
 def test_a_model_explains_more_only_where_less_is_left_beside_the_same_noise() -> None:
     made = records(STRIBECK)
     without, with_it = begun(made, QUICK).first, with_effect(made, STRIBECK)
-    assert explains_more(without, left_by(with_it))
-    assert not explains_more(with_it, left_by(without))
+    assert explains_more(without, with_it, left_by(with_it))
+    assert not explains_more(with_it, without, left_by(without))
+
+
+def test_to_first_order_alone_a_model_that_is_far_off_explains_nothing_more() -> None:
+    """Its columns may explain all of a residual that no parameters do."""
+    made = records(STRIBECK)
+    without, with_it = begun(made, QUICK).first, with_effect(made, STRIBECK)
+    left = left_by(with_it)
+    assert explains_more(without, with_it, replace(left, energy=2.0 * left.energy + 1e6))
