@@ -61,10 +61,10 @@ def explains_more(first: RefittedModel, last: RefittedModel, left: Left) -> bool
     each where this noise would have them, to first order, which tells little of a model that is far from the motion. A
     cause that was found by another noise may not. left : by the last model."""
     segments = left.noise.segments
-    energies = (
+    before, after = (
         sum(by.energy(one.residual) for by, one in zip(segments, model.fitted, strict=True)) for model in (first, last)
     )
-    if next(energies) > next(energies):
+    if before > after:
         return True
     seen = zip(scans(first.fitted, first.unknowns, ()), segments, strict=True)
     return project([one.whitened_as(segment) for one, segment in seen]).energy > left.energy * first.samples
