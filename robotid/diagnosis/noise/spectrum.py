@@ -149,11 +149,11 @@ def whittle(power: Array, shapes: Array) -> tuple[Array, float]:
     the steep part, so that a misfit does not pass for noise there; `likeliest_levels` does not. Of what is silent no
     levels are likelier than none.
     """
-    if not power.any():
+    scale = float(power.mean())  # what is left of rounding errors has powers whose inverse is beyond all numbers
+    if scale == 0.0:
         return np.zeros(len(shapes)), 0.0
     size = shapes.mean(axis=1, keepdims=True)
     size[size <= 0.0] = 1.0  # of a joint that no torque moves
-    scale = float(power.mean()) or 1.0  # what is left of rounding errors has powers whose inverse is beyond all numbers
     shapes, power = shapes / size, power / scale
     model, least, before = np.full(len(power), power.mean()), 1e-12 * power.mean(), np.zeros(len(shapes))
     for _ in range(NOISE.max_fisher_steps):
@@ -173,9 +173,9 @@ def whittle(power: Array, shapes: Array) -> tuple[Array, float]:
 def likeliest_levels(power: Array, shapes: Array) -> Array:
     """Levels (k,) >= 0 of shapes (k, m) at which the likelihood of a periodogram (m,) has its maximum, however steep it
     is: by Fisher scoring from where one shape alone, or equal parts of all, explain it best. None of what is silent."""
-    if not power.any():
+    size, scale = np.maximum(shapes.mean(axis=1, keepdims=True), 1e-300), float(power.mean())
+    if scale == 0.0:
         return np.zeros(len(shapes))
-    size, scale = np.maximum(shapes.mean(axis=1, keepdims=True), 1e-300), float(power.mean()) or 1.0
     shapes, power = shapes / size, power / scale
     alone = np.diag([float(np.mean(power / np.maximum(shape, 1e-300))) for shape in shapes])
     starts = [*alone, alone.sum(axis=0) / len(shapes)]

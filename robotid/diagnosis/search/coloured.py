@@ -51,23 +51,23 @@ def left_by(model: RefittedModel, forces: Sequence[Array] | None = None) -> Left
 def left_beside(model: RefittedModel, seen: Sequence[Scan]) -> Left:
     """The same, the columns of the fitted segments at hand, and of further forces with them."""
     noise = coloured_noise(model.fitted, [one.signals[:-1] for one in seen], model.output)
-    whitened = tuple(one.whitened_as(segment) for one, segment in zip(seen, noise.segments, strict=True))
+    whitened = _whitened(seen, noise)
     projected = project(whitened)
     return Left(projected.blocks, noise, projected.energy / model.samples, whitened)
 
 
-def explains_more(first: RefittedModel, last: RefittedModel, left: Left) -> bool:
+def explains_more(first: RefittedModel, last: RefittedModel, left: Left, coloured: EvaluationData) -> bool:
     """Whether a model explains more than another, by the noise that it leaves: as they are, or with the parameters of
     each where this noise would have them, to first order, which tells little of a model that is far from the motion. A
-    cause that was found by another noise may not. left : by the last model."""
-    segments = left.noise.segments
-    before, after = (
-        sum(by.energy(one.residual) for by, one in zip(segments, model.fitted, strict=True)) for model in (first, last)
-    )
-    if before > after:
+    cause that was found by another noise may not. left : by the last model; coloured : the data by that noise."""
+    if coloured.fitted_energy(first.fitted) > coloured.fitted_energy(last.fitted):
         return True
-    seen = zip(scans(first.fitted, first.unknowns, ()), segments, strict=True)
-    return project([one.whitened_as(segment) for one, segment in seen]).energy > left.energy * first.samples
+    seen = _whitened(scans(first.fitted, first.unknowns, ()), left.noise)
+    return project(seen).energy > left.energy * first.samples
+
+
+def _whitened(seen: Sequence[Scan], noise: ColouredNoise) -> tuple[Scan, ...]:
+    return tuple(one.whitened_as(segment) for one, segment in zip(seen, noise.segments, strict=True))
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,12 +110,21 @@ def p_value(
         return 0.0
     at, own, with_effect = list(sizes), model.own_columns(effect), blocks_with(left, sizes)
     noise = tried.candidates * by_noise(with_effect, own, left.energy, model.samples)
-    kept = [k for k in range(with_effect.moment.shape[1]) if k in at or k not in own]
-    again = tried.effects * with_effect.take(kept).significance([kept.index(k) for k in at])
+    shaped, there = in_the_shape(with_effect, at, own)
+    again = tried.effects * shaped.significance(there)
     found = min(1.0, max(noise, again))
     if are_too_few(with_effect.telling_blocks(at), len(at)) and (other := elsewhere()) is not None:
         found = min(found, tried.effects * confirmation(other, effect, sizes))
     return found
+
+
+def in_the_shape(
+    blocks: BlockedRegression, at: Sequence[int], own: Sequence[int]
+) -> tuple[BlockedRegression, list[int]]:
+    """The regression on amplitudes in the shape that was found, and where they are in it. at : where they were; own :
+    numbers of all parameters of their effects, which tell the shape but for these."""
+    kept = [k for k in range(blocks.moment.shape[1]) if k in at or k not in own]
+    return blocks.take(kept), [kept.index(k) for k in at]
 
 
 def are_too_few(telling: float, amplitudes: int) -> bool:

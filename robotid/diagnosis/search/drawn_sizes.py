@@ -138,12 +138,10 @@ def curve_among_draws(left: Left, at: Sequence[int]) -> float:
         drawn.append(BlockedRegression(information[None], moment[None], np.zeros(1)).energy_of(at))
     if len(drawn) < 2 or not np.isfinite(drawn).all():
         return 1.0
-    largest = max(drawn)
-    shares = np.array(drawn) / max(largest, 1e-300)  # squares of what makes a joint run away are beyond all numbers
-    mean, variance = float(np.mean(shares)), float(np.var(shares, ddof=1))
-    free = float(np.clip(2.0 * mean**2 / max(variance, 1e-300), 1.0, len(at)))  # as many knots as noise tells apart
-    found = left.blocks.energy_of(at) / max(largest, 1e-300)
-    return float(fisher.sf(found / max(mean, 1e-300), free, free * len(drawn)))
+    mean = max(float(np.mean(drawn)), 1e-300)
+    variance = float(np.var(np.divide(drawn, mean), ddof=1))  # of shares: squares of what runs away are beyond numbers
+    free = float(np.clip(2.0 / max(variance, 1e-300), 1.0, len(at)))  # as many knots as noise tells apart
+    return float(fisher.sf(left.blocks.energy_of(at) / mean, free, free * len(drawn)))
 
 
 def _wald(sizes: Array, covariance: Array) -> float:

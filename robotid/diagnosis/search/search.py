@@ -391,7 +391,7 @@ def _completed(
         if imitated is not None:
             result = without_imitations(result, imitated, start.data)
         left, coloured = _noise_left(result)
-        if result.causes and coloured.noise_reached and not explains_more(result.first, result.last, left):
+        if result.causes and coloured.noise_reached and not explains_more(result.first, result.last, left, coloured):
             result = replace(result.without_causes([NOTHING] * len(result.causes)), data=start.data)
             left, coloured = _noise_left(result)
         if imitated is None:

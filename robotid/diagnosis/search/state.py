@@ -162,7 +162,7 @@ class SearchResult:
     @property
     def shaken_share(self) -> float:
         """Share of the misfit that rings by itself, zero where that is not so."""
-        return max((one.explained for one in self.rejected if one.undriven), default=0.0) if self.imitated else 0.0
+        return next((one.explained for one in self.rejected if one.undriven), 0.0) if self.imitated else 0.0
 
     def without_causes(self, whys: Sequence[str]) -> SearchResult:
         """With its causes rejected, as of the model without them. whys : in words, of each."""

@@ -13,7 +13,16 @@ from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import refit_to_confirm
 from robotid.diagnosis.refit.refitted_model import RefittedModel, Trajectories
 from robotid.diagnosis.scoring.blocked_regression import Gain
-from robotid.diagnosis.search.coloured import ALONE, Left, Tried, blocks_with, confirmation, left_by, p_value
+from robotid.diagnosis.search.coloured import (
+    ALONE,
+    Left,
+    Tried,
+    blocks_with,
+    confirmation,
+    in_the_shape,
+    left_by,
+    p_value,
+)
 from robotid.diagnosis.search.drawn_sizes import DrawnSizes
 from robotid.diagnosis.search.physical_sense import amplitudes, declarations
 from robotid.diagnosis.search.state import share_removed
@@ -51,15 +60,15 @@ class Step:
         in the shape that was found and beside noise of any colour; None where no amplitude was fitted, or that noise
         is not known. In a shape that is a little off, what is periodic would be out of phase a few periods on."""
         sizes = {k: size for effect in self.added for k, size in amplitudes(self.after, effect).items()}
+        if not sizes:
+            return None
         try:
-            blocks = blocks_with(self.left, sizes) if sizes else None
+            blocks = blocks_with(self.left, sizes)
         except NumericsError:
             return None
-        if blocks is None:
-            return None
-        shapes = {k for effect in self.added for k in self.after.own_columns(effect)} - set(sizes)
-        kept = [k for k in range(blocks.moment.shape[1]) if k not in shapes]
-        return blocks.take(kept).gain([kept.index(k) for k in sizes])
+        own = [k for effect in self.added for k in self.after.own_columns(effect)]
+        shaped, there = in_the_shape(blocks, list(sizes), own)
+        return shaped.gain(there)
 
     @cached_property
     def elsewhere(self) -> RefittedModel | None:

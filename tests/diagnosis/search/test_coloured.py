@@ -17,7 +17,7 @@ from robotid.diagnosis.refit.refit import refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
 from robotid.diagnosis.search import coloured
-from robotid.diagnosis.search.coloured import Left, Tried, confirmation, explains_more, left_by, p_value
+from robotid.diagnosis.search.coloured import Left, Tried, confirmation, explains_more, in_colour, left_by, p_value
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.diagnosis.search.state import is_covered, share_removed
 from robotid.errors import NumericsError
@@ -149,14 +149,16 @@ def test_a_shape_that_may_be_any_beside_the_amplitude_leaves_the_effect_what_it_
 
 def test_a_model_explains_more_only_where_less_is_left_beside_the_same_noise() -> None:
     made = records(STRIBECK)
-    without, with_it = begun(made, QUICK).first, with_effect(made, STRIBECK)
-    assert explains_more(without, with_it, left_by(with_it))
-    assert not explains_more(with_it, without, left_by(without))
+    state, with_it = begun(made, QUICK), with_effect(made, STRIBECK)
+    for first, last, more in ((state.first, with_it, True), (with_it, state.first, False)):
+        left = left_by(last)
+        assert explains_more(first, last, left, in_colour(last, state.data, left.noise)) is more
 
 
 def test_to_first_order_alone_a_model_that_is_far_off_explains_nothing_more() -> None:
     """Its columns may explain all of a residual that no parameters do."""
     made = records(STRIBECK)
-    without, with_it = begun(made, QUICK).first, with_effect(made, STRIBECK)
+    state, with_it = begun(made, QUICK), with_effect(made, STRIBECK)
     left = left_by(with_it)
-    assert explains_more(without, with_it, replace(left, energy=2.0 * left.energy + 1e6))
+    coloured = in_colour(with_it, state.data, left.noise)
+    assert explains_more(state.first, with_it, replace(left, energy=2.0 * left.energy + 1e6), coloured)
