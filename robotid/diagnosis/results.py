@@ -9,7 +9,7 @@ import numpy as np
 
 from robotid.diagnosis.misfit.curve import Curve
 from robotid.display import Displayed
-from robotid.estimate.result import Estimate
+from robotid.estimate.result import Estimate, FitResult
 from robotid.model.array import Array
 from robotid.signals.record import Quantity, Role
 from robotid.signals.trace import Trace
@@ -170,9 +170,11 @@ class Diagnosis(Displayed):
     no parameters simulate as well as those of the fit and together with them. curves : where the missing torque
     sits, best ordered first. shape : the curve of what no cause explains, its order the share of the misfit;
     beside_shape : the causes were found beside it, and their parameters hold there. refitted : all parameters of
-    the model with its causes, by name, to start from. torque_errors [Nm] : standard deviation of the errors of the
-    torque for which all that is left passes, zero where it is mostly noise of the output. horizon : of the pieces in
-    which causes were sought where the simulation of whole records is led astray, None for those of the fit.
+    the model with its causes, by name, to start from. extended : that model as the pipeline fits it, which an extension
+    by all causes takes over; None where no such fit was made or none has an end. torque_errors [Nm] : standard
+    deviation of the errors of the torque for which all that is left passes, zero where it is mostly noise of the
+    output. horizon : of the pieces in which causes were sought where the simulation of whole records is led astray,
+    None for those of the fit.
     """
 
     verdict: Verdict
@@ -201,6 +203,7 @@ class Diagnosis(Displayed):
     beside_shape: bool = False
     horizon: float | None = field(default=None, metadata={"unit": "s", "positive": True})
     tones: tuple[Tone, ...] = ()
+    extended: FitResult | None = None
 
     @property
     def is_cut_short(self) -> bool:

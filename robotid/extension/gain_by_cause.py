@@ -82,4 +82,4 @@ def _confirmed(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria) ->
     )
     judged = replace(diagnosis, causes=causes, refitted={p.name: p.value for p in last.parameters})
     none = unconfirmed(judged, last, criteria)
-    return _confirmed(without_causes(judged, none), task, criteria) if none else judged
+    return _confirmed(without_causes(judged, none), task, criteria) if none else replace(judged, extended=last)

@@ -40,7 +40,7 @@ class ExtensionTask:
     pieces of a record that are simulated afresh, None for whole records. log : is called with what is being done.
     held : parameters of effects that are not fitted but keep a value, by dotted name. late [s] : by how much the torque
     was recorded late, events : what happened once, tones : in the torque and not in the motion; all are taken out of
-    the records already.
+    the records already. known : a fit of these records with these options, which is not made again.
     """
 
     before: FitResult
@@ -53,6 +53,7 @@ class ExtensionTask:
     late: float = 0.0
     events: tuple[Event, ...] = ()
     tones: tuple[Tone, ...] = ()
+    known: FitResult | None = None
 
     @property
     def validation(self) -> list[str]:
@@ -68,8 +69,10 @@ class ExtensionTask:
         their score promises where that suits the records better than what they begin as by default, and also beside
         the values from which the fit itself started, for what it lacks may have led it astray. Raises NumericsError
         where it does not converge."""
-        known = {name for start in self.starts for name in start}
-        new = [effect for effect in effects if not any(name.startswith(f"{effect}.") for name in known)]
+        if self.known is not None and self.known.structure == self.structure_with(effects):
+            return self.known
+        sized = {name for start in self.starts for name in start}
+        new = [effect for effect in effects if not any(name.startswith(f"{effect}.") for name in sized)]
         if not new:
             return self._fitted(effects, self.starts)
         scored = scored_starts(self._model, self._used, new, self.horizon)

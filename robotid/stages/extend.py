@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from robotid.config.schema import Config
 from robotid.diagnosis import Diagnosis
 from robotid.estimate.result import Fits
@@ -28,5 +30,6 @@ def extend(
     fit = fits.models[diagnosis.model]
     options = fit_options(settings, fit.output, usable_horizon(fit.horizon, recordings.records))
     task = extension_task(diagnosis, fit, recordings.records, options, horizon=options.horizon, log=say)
+    task = replace(task, known=diagnosis.extended)
     effects = settings.extend.effects
     return extend_model(task, effects_to_add(diagnosis, fit) if effects is None else effects)

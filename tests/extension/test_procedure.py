@@ -12,6 +12,7 @@ from support.diagnosed import NAMED
 from support.diagnosed import STRIBECK as CAUSE
 from support.small_bench import SAMPLING_TIME, TRUTH, fitted, records
 
+from robotid.diagnosis.criteria import Criteria
 from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, Simulated, fitted_model
 from robotid.estimate.result import FitResult
@@ -118,6 +119,25 @@ def test_without_held_out_records_a_cause_has_the_parameters_of_a_fit_too(monkey
     kept = with_gains(plain, task)
     assert kept.causes == plain.causes
     assert "comes to an end" in kept.remarks[-1]
+
+
+def test_a_fit_of_the_diagnosis_is_taken_over_where_it_is_of_the_same_effects(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain = replace(NAMED, causes=(CAUSE,), events=(), late=0.0)
+    task = extension_task(plain, before(), made())
+    known = with_gains(plain, task).extended
+    assert known is not None
+    assert values_of(known) == values_of(task.fit_with(["motor.stribeck"]))
+    knowing = replace(task, known=known)
+    assert knowing.fit_with(["motor.stribeck", "motor.constant_torque"]) is not known
+    monkeypatch.setattr(fits, "fit_model", None)
+    assert extend(knowing, ["motor.stribeck"]).fit.parameters == known.parameters
+
+
+def test_where_no_cause_is_confirmed_no_fit_is_kept() -> None:
+    task = extension_task(NAMED, before(), made())
+    strict = Criteria(significance=0.0)
+    judged = with_gains(replace(NAMED, causes=(CAUSE,)), task, strict)
+    assert (judged.causes, judged.extended) == ((), None)
 
 
 def test_the_criterion_falls_with_a_true_cause() -> None:
