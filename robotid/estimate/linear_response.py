@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from robotid.model.array import Array
+from robotid.model.array import Array, Complex
 from robotid.model.joint import Joint
 from robotid.model.linear import linearise
 from robotid.model.term import Role
-from robotid.signals.frf import Complex, Frf
+from robotid.signals.frf import Frf
 
 FLOOR = 0.01  # relative error of a response that no noise explains: what is nonlinear
 MOST_EVALUATIONS = 200

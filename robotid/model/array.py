@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
 Sampled = TypeVar("Sampled", Array, Mask)

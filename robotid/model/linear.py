@@ -9,14 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robotid.model.array import Array
+from robotid.model.array import Array, Complex
 from robotid.model.derivatives import DerivativeColumns
 from robotid.model.joint import Joint
 from robotid.model.port import Signal
-
-Complex = NDArray[np.complex128]
 
 FADED = 4096  # samples after which the response of a channel has faded
 

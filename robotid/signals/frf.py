@@ -14,12 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotid.errors import NumericsError
-from robotid.model.array import Array
+from robotid.model.array import Array, Complex
 from robotid.signals.differentiate import bandwidth, central_difference
 from robotid.signals.local_polynomial import local_response
 from robotid.signals.record import Record
-
-Complex = NDArray[np.complex128]
 
 EXCITED = 1e-3  # amplitude of an excited line, relative to the largest in the band
 SMALLEST = 1e-100  # [rad/s2/Nm] of any machine

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robotid.errors import NumericsError
-from robotid.model.array import Array
-from robotid.signals.frf import Complex, Frf, period_spectra
+from robotid.model.array import Array, Complex
+from robotid.signals.frf import Frf, period_spectra
 from robotid.signals.record import Record
 
 LARGEST_CONDITION = 1e4  # of the torques of all experiments at a line

@@ -23,6 +23,7 @@ class EventSettings:
     least_share: float = 0.5  # of the misfit of all records: with less, most of it happens at other times, too
     leading_share: float = 0.8  # of what the best effect explains: an event that explains more goes before it
     chance: float = 3.0  # standard deviations of the energy of noise: less holds no event
+    ripples: int = 24  # of a turn of the motor, up to which a measured torque may ripple: twice six of two pole pairs
     pieces: int = 12  # of a record, simulated afresh: an event soon leads a whole record astray
     max_resizings: int = 3  # of an event, each beside the parameters refitted without it
     max_events: int = 4  # that are set aside: a record with more is no record of a machine at work

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal.windows import hann
 
 from robotid.estimate.noise.settings import SETTINGS, SMALLEST, LevelSettings
-from robotid.model.array import Array
+from robotid.model.array import Array, Complex
 
 MEDIAN_POWER = 0.693  # of an exponential distribution of mean one
 
@@ -29,14 +28,14 @@ def torque_floor(torque: Array, speed: Array | None = None, settings: LevelSetti
     return min(everything, settings.slack * float(np.median(np.concatenate(left))) / MEDIAN_POWER)
 
 
-def _highest_octave(signal: Array) -> NDArray[np.complex128]:
+def _highest_octave(signal: Array) -> Complex:
     """The spectrum of a signal (n,) under a Hann taper, scaled so that white noise has its variance."""
     taper = hann(len(signal) + 2)[1:-1]
     spectrum = np.fft.rfft(taper * (signal - signal.mean()))[1:] / np.sqrt(np.sum(taper**2))
     return np.asarray(spectrum[len(spectrum) // 2 :])
 
 
-def _unexplained(lines: NDArray[np.complex128], by: NDArray[np.complex128]) -> Array:
+def _unexplained(lines: Complex, by: Complex) -> Array:
     """Power that one gain of other lines (m,) leaves of lines (m,), without what the gain takes of pure noise."""
     gain = np.vdot(by, lines) / max(float(np.vdot(by, by).real), SMALLEST)
     return np.asarray(np.abs(lines - gain * by) ** 2 * len(lines) / max(1, len(lines) - 1))

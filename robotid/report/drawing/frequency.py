@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
-from robotid.model.array import Array
+from robotid.model.array import Array, Complex
 from robotid.numerals import fixed
-from robotid.report.evidence.response import Coherence, Complex, ModelResponse
+from robotid.report.evidence.response import Coherence, ModelResponse
 from robotid.report.style.axes import (
     BLUE,
     FAINT,

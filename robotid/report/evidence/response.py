@@ -8,20 +8,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from robotid.catalogue import assemble
 from robotid.estimate.fitted_model import FittedModel, Simulated
 from robotid.estimate.responses import nonlinear_torque
-from robotid.model.array import Array
+from robotid.model.array import Array, Complex
 from robotid.model.linear import channel_response, linearise
 from robotid.model.structure import Structure
 from robotid.signals.frf import Frf, estimate_frf
 from robotid.signals.record import Record
 from robotid.validation.bode import bode, magnitude_distance
 from robotid.validation.results import Validation
-
-Complex = NDArray[np.complex128]
 
 POINTS = 400  # frequencies at which a model is drawn, so that its resonances have their peaks
 SEGMENTS = 8  # of a record that does not repeat, each half over the next

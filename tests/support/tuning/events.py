@@ -11,7 +11,7 @@ from scipy.stats import f as fisher
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.applied import direction
-from robotid.diagnosis.events.bins import BinnedRecord, _basis, even_edges
+from robotid.diagnosis.events.bins import BinnedRecord, _basis, even_edges, rippled
 from robotid.diagnosis.events.detection import _cut, _Placed, hopeful, is_its_own
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.events.shapes import TORQUE, Shape, _like_drifts, best_shapes, significance, strength
@@ -31,9 +31,8 @@ def binned(moment: Array, *, left: float = 1.0) -> BinnedRecord:
     """A record of ten seconds whose bins have nothing to do with each other; of each a part is left."""
     count = moment.shape[1]
     product = left * np.eye(2 * count).reshape(2, count, 2, count)
-    return BinnedRecord(
-        "a", np.linspace(0.0, 10.0, count + 1), product, moment, np.zeros((2, count, 0)), 1 + 0 * moment
-    )
+    edges, taken = np.linspace(0.0, 10.0, count + 1), np.zeros((2, count, 0))
+    return BinnedRecord("a", edges, product, moment, taken, 1 + 0 * moment, 0.0 * edges, 0j * edges[None])
 
 
 def spike(size: float, count: int = 48) -> BinnedRecord:
@@ -176,6 +175,11 @@ def check_three_deviations_of_the_energy_of_noise_are_chance() -> None:
 @sees(EVENTS, "pieces")
 def check_records_are_cut_into_a_dozen_pieces() -> None:
     assert sum(one.segment.record.name == "slow" for one in scanned.__wrapped__(None)) == 12
+
+
+@sees(EVENTS, "ripples")
+def check_a_torque_may_ripple_up_to_two_dozen_times_a_turn() -> None:
+    assert len(rippled(scanned(None)[0].segment.record)) == 25
 
 
 @sees(EVENTS, "max_events")
