@@ -17,6 +17,7 @@ from robotid.model.array import Array
 from robotid.signals.record import Record
 
 SHAPES = 3  # that may begin in a bin: a bump, a gradual one, a step
+KINDS = 8  # of a record, each at any time: bumps of five octaves of lengths, gradual ones, steps of torque, of friction
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,8 +90,8 @@ def find_event(
     """
     placed = placed_events(scans) if placed is None else placed
     beside, even = known_columns(scans, placed.plain.steps, catalogue=True), placed.even
-    tries, others = tries_among(even), binned(beside, even)
-    found = [_judged(one, placed.plain, beside, others, tries) for one in placed.events]
+    others = binned(beside, even)
+    found = [_judged(one, placed.plain, beside, others) for one in placed.events]
     records = [one.segment.record for one in scans]
     found = [one for one in found if not is_late_torque(one.event, records)]
     certain = [one for one in found if one.event.p_value < level]
@@ -161,14 +162,15 @@ def _placed_between(ends: Array, shape: Shape, known: Known, record: str, even: 
     return _Placed(seen, replace(shape, first=first, last=last))
 
 
-def _judged(one: _Placed, plain: Known, beside: Known, others: Sequence[BinnedRecord], tries: int) -> FoundEvent:
+def _judged(one: _Placed, plain: Known, beside: Known, others: Sequence[BinnedRecord]) -> FoundEvent:
     """An event with its size beside the fitted parameters, and its significance beside all effects of the catalogue.
     others : all records in equal bins beside the catalogue."""
     seen, shape, name = one.seen, one.shape, one.seen.record
     (left,) = binned(beside, {name: seen.edges})
-    p, usual = significance(left, shape, tries, [other for other in others if other.record != name])
+    of_records = {other.record for other in others}
+    p, usual = significance(left, shape, tries_among(of_records), [one for one in others if one.record != name])
     if shape.kind != "drift":  # which is a wander: it is compared with waves that a wander makes
-        p = max(p, beside_wander(left, shape, tries))
+        p = max(p, beside_wander(left, shape, KINDS * len(of_records)))
     found, ends = strength(seen, shape), seen.edges[[shape.first, shape.last]]
     event = Event(
         record=name,

@@ -20,6 +20,7 @@ class EventSettings:
         0.02  # of an event's energy that all effects and changes of records leave: less, and it is theirs
     )
     cut_share: float = 0.1  # of an event's energy that shows where records are cut elsewhere: less, and the cut made it
+    gone_share: float = 0.5  # of an event's energy that goes with it: with less, it does not act as it shows
     least_share: float = 0.5  # of the misfit of all records: with less, most of it happens at other times, too
     leading_share: float = 0.8  # of what the best effect explains: an event that explains more goes before it
     chance: float = 3.0  # standard deviations of the energy of noise: less holds no event
@@ -31,6 +32,7 @@ class EventSettings:
     least_wander: float = 1e-2  # of the noise's variance: the smallest level of it that is tried
     most_wander: float = 1e8  # and the largest
     levels: int = 41  # of it
+    wander_draws: int = 200  # of it, which tell what an event gains by chance: the scale of that to a twentieth
     dependent: float = 1e-9  # relative eigenvalue from which a direction of all known columns counts as none
     least_left: float = 1e-4  # of an event's energy that known columns must leave, lest it is one of their effects
 

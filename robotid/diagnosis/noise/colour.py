@@ -6,7 +6,7 @@ as these three can explain it: a test by this noise is blunter than one by the s
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -17,7 +17,7 @@ from robotid.diagnosis.noise.settings import NOISE
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.estimate.noise.floor import torque_floor
-from robotid.estimate.noise.information import is_explained, loudest_octave
+from robotid.estimate.noise.information import are_explained, is_explained, loudest_octave
 from robotid.estimate.noise.levels import corners_of, fit_levels, fit_levels_by_record
 from robotid.estimate.noise.lines import Innovations, Residual
 from robotid.estimate.noise.passage import TorquePassage, passed_noise
@@ -48,7 +48,8 @@ class ColouredNoise:
     def explained(self) -> bool:
         """Whether these noises are all that the residuals show, by the joint's linear response or, where that leaves
         something, by simulations."""
-        return all(linearly or self._explains(k) for k, linearly in enumerate(self._linearly))
+        of_records = zip(self._by_record, self._linearly, strict=True)
+        return all(linearly or self._explain(pieces, drawn=True) for pieces, linearly in of_records)
 
     @property
     def linearly_explained(self) -> bool:
@@ -56,14 +57,22 @@ class ColouredNoise:
         return all(self._linearly)
 
     @cached_property
-    def _linearly(self) -> tuple[bool, ...]:
-        pairs = zip(self.segments, self.residuals, strict=True)
-        return tuple(self._is_noise(seen, one.whitening.levels) for one, seen in pairs)
+    def _by_record(self) -> list[list[int]]:
+        """The segments of each record, by their numbers."""
+        names = [one.record.name for one in self.simulated]
+        return [[k for k, other in enumerate(names) if other == name] for name in dict.fromkeys(names)]
 
-    def _is_noise(self, seen: Residual, levels: NoiseLevels, drawn: Callable[[], Sequence[Array]] = tuple) -> bool:
-        """Whether noise of these levels is all that one of the residuals shows, where by chance no octave of any may
-        stand out. drawn : as of `is_explained`."""
-        return is_explained(seen, levels, tolerance=NOISE.tolerance, among=len(self.residuals), drawn=drawn)
+    @cached_property
+    def _linearly(self) -> tuple[bool, ...]:
+        """Whether the residuals of each record show nothing else."""
+        return tuple(self._explain(pieces) for pieces in self._by_record)
+
+    def _explain(self, pieces: Sequence[int], *, drawn: bool = False) -> bool:
+        """Whether the noises are all that the residuals of a record's segments show. drawn : also by simulations."""
+        seen = [self.residuals[k] for k in pieces]
+        levels = [self.segments[k].whitening.levels for k in pieces]
+        made = partial(self._drawn, pieces, levels) if drawn else tuple
+        return are_explained(seen, levels, tolerance=NOISE.tolerance, among=len(self._by_record), drawn=made)
 
     @cached_property
     def levels_in_motion(self) -> tuple[NoiseLevels, ...]:
@@ -84,8 +93,12 @@ class ColouredNoise:
         """Residuals that such noise makes of every segment, (n,) each, as many times as all can be simulated under it.
         times : as of `drawn_residuals`; levels : of the segments, by default those of their filters."""
         levels = [one.whitening.levels for one in self.segments] if levels is None else levels
-        samples = times * NOISE.draws * sum(len(one.record) for one in self.segments) // len(levels)
-        parts = list(zip(self.simulated, levels, strict=True))
+        return self._drawn(range(len(levels)), levels, times)
+
+    def _drawn(self, at: Sequence[int], levels: Sequence[NoiseLevels], times: int = 1) -> list[tuple[Array, ...]]:
+        """The same of the segments that have these numbers."""
+        parts = [(self.simulated[k], level) for k, level in zip(at, levels, strict=True)]
+        samples = times * NOISE.draws * sum(len(one.record) for one, _ in parts) // len(parts)
         return list(zip(*each(_drawn, (self.output, times), parts, samples=samples), strict=False))
 
     def along_the_motion(self) -> ColouredNoise:
@@ -112,7 +125,8 @@ class ColouredNoise:
         known, (own,) = self.segments[k].whitening.levels, fit_levels([slipping], _clipped())
         most = slipping.response.share * max(one.torque + one.red for one in (known, own))
         levels = [one for one in _of_its_energy(seen, known.output) if one.red <= most]
-        explaining = [level for level in levels if self._is_noise(seen, level)]
+        among = len(self.residuals)
+        explaining = [one for one in levels if is_explained(seen, one, tolerance=NOISE.tolerance, among=among)]
         return (seen, min(explaining, key=lambda level: loudest_octave(seen, level))) if explaining else None
 
     def passage(self, k: int) -> TorquePassage:
@@ -126,11 +140,6 @@ class ColouredNoise:
         parts = zip(self.residuals, self.segments, map(self.passage, range(len(self.segments))), strict=True)
         samples = sum(len(one.record) for one in self.segments) // len(self.segments)
         return tuple(each(_passed_of, None, list(parts), samples=samples))
-
-    def _explains(self, k: int) -> bool:
-        levels = self.segments[k].whitening.levels
-        drawn = partial(drawn_residuals, self.simulated[k], levels, self.output)
-        return self._is_noise(self.residuals[k], levels, drawn)
 
 
 def _passed_of(_: None, part: tuple[Residual, Segment, TorquePassage]) -> PassedNoise | None:

@@ -8,7 +8,7 @@ stationary spectrum tells.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -86,31 +86,68 @@ def is_explained(
     *,
     tolerance: float = 0.0,
     among: int = 1,
-    drawn: Callable[[], Sequence[Array]] = tuple,
     innovations: Innovations | None = None,
 ) -> bool:
-    """Whether noise of these levels is all that a residual shows: no octave of its whitened spectrum stands out.
+    """Whether noise of these levels is all that a residual shows. innovations : the residual whitened by these levels,
+    where they are at hand; the rest as of `are_explained`."""
+    known = None if innovations is None else [innovations]
+    return are_explained([one], [levels], settings, tolerance=tolerance, among=among, innovations=known)
 
-    tolerance : by how much of the noise an octave may differ though it is no chance; among : of how many residuals none
-    may show more by chance, as the pieces of a record; drawn : gives residuals (n,) that such noise makes of a joint
+
+def are_explained(
+    residuals: Sequence[Residual],
+    levels: Sequence[NoiseLevels],
+    settings: LevelSettings = SETTINGS,
+    *,
+    tolerance: float = 0.0,
+    among: int = 1,
+    drawn: Callable[[], Sequence[Sequence[Array]]] = tuple,
+    innovations: Sequence[Innovations] | None = None,
+) -> bool:
+    """Whether noise of these levels is all that the residuals of a record's pieces show: no octave of their whitened
+    spectra stands out. Errors of a torque are no larger here than there by law; so the pieces are judged together.
+
+    tolerance : by how much of the noise an octave may differ though it is no chance; among : of how many records none
+    may show more by chance; drawn : gives residuals (n,) of all pieces, each time, that such noise makes of a joint
     that is not linear, if need be. An octave may then be as loud as these are on average; and where each of them is
-    louder than the linear joint, the bursts that shifted reversals leave must be there. innovations : the residual
+    louder than the linear joint, the bursts that shifted reversals leave must be there. innovations : the residuals
     whitened by these levels, where they are at hand.
     """
-    whiten = innovations_filter(one.response, levels)
-    seen, lines = _octaves(one, whiten, settings, innovations)
+    whiten = [innovations_filter(one.response, level) for one, level in zip(residuals, levels, strict=True)]
+    known: Sequence[Innovations | None] = innovations or [None] * len(whiten)
+    seen, lines = _together(
+        _octaves(one, by, settings, own) for one, by, own in zip(residuals, whiten, known, strict=True)
+    )
     free = 2.0 * lines / KINSHIP  # of the energy of an octave, which has a chi-squared distribution
     chance = BY_CHANCE / (among * len(lines))
     least = np.minimum(1.0 - tolerance, chi2.ppf(chance, free) / free)
     most = np.maximum(1.0 + tolerance, chi2.isf(chance, free) / free)
     if np.all((least <= seen) & (seen <= most)):
         return True
-    made = np.array([_octaves(replace(one, signal=signal), whiten, settings)[0] for signal in drawn()])
+    made = np.array(
+        [
+            _together(
+                _octaves(replace(one, signal=signal), by, settings)
+                for one, signal, by in zip(residuals, signals, whiten, strict=True)
+            )[0]
+            for signals in drawn()
+        ]
+    )
     if not made.size:
         return False
     loud = bool(np.any(seen / np.maximum(1.0, made.mean(axis=0)) > most))
     quietest = made.min(axis=0)
     return not loud and not np.any((quietest > BURSTS) & (seen < QUIET * quietest))
+
+
+def _together(octaves: Iterable[tuple[Array, Array]]) -> tuple[Array, Array]:
+    """Mean energies of the octaves of several residuals, and how many frequencies they have in all, (k,) each."""
+    found = list(octaves)
+    energy, lines = np.zeros((2, max(len(one) for one, _ in found)))
+    for ratios, count in found:
+        energy[: len(count)] += ratios * count
+        lines[: len(count)] += count
+    return energy / lines, lines
 
 
 def loudest_octave(one: Residual, levels: NoiseLevels, settings: LevelSettings = SETTINGS) -> float:

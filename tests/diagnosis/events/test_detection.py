@@ -164,3 +164,15 @@ def test_what_shows_only_where_a_piece_begins_is_no_event(monkeypatch: pytest.Mo
     assert energies == [pytest.approx(seen.energy, rel=0.5)]
     monkeypatch.setattr(searching, "energy_of", lambda *_: 0.05 * seen.energy)
     assert largest_event(*arguments) is None
+
+
+def test_what_does_not_act_as_it_shows_is_no_event(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a motor hardly sets off, a torque that ought to explain what is missing may leave more than there was."""
+    made = eventful(PUSH)
+    model = fitted_model(fitted(list(made)))
+    evidence = Evidence(model, [simulate_record(model, r) for r in made if r.name in model.records], [])
+    start = first_state(evidence, Criteria(skip=("record_change",))).scored(Criteria())
+    records = ModelInPieces(evidence, start.first, start.data)
+    assert largest_event(records, Criteria(), start.round.scores) is not None
+    monkeypatch.setattr(ModelInPieces, "without", lambda self, event: self.pieces)
+    assert largest_event(records, Criteria(), start.round.scores) is None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -75,6 +77,22 @@ def test_a_jump_beside_small_ones_is_an_event() -> None:
     seen = binned(torque, rng)
     assert best_step(seen).first == 20
     assert beside_wander(seen, best_step(seen), 2 * BINS) < 1e-6
+
+
+def moving(torque: Array, direction: Array, rng: np.random.Generator) -> BinnedRecord:
+    """A record whose bins tell of a torque (B,), and of it alone, of a motor that moves in a direction in each."""
+    unit = np.stack([np.ones(BINS), direction])
+    product = KNOWN * np.einsum("ai,bj,ij->aibj", unit, unit, np.eye(BINS))
+    moment = unit * (KNOWN * torque + np.sqrt(KNOWN) * rng.standard_normal(BINS))
+    return replace(binned(torque, rng), product=product, moment=moment)
+
+
+def test_a_friction_that_jumps_is_an_event_however_large() -> None:
+    """A wander of one level is no quieter before it."""
+    rng, direction = np.random.default_rng(5), np.where(np.arange(BINS) % 8 < 4, 1.0, -1.0)
+    shape = Shape("step", FRICTION, 20, BINS)
+    assert beside_wander(moving(np.where(np.arange(BINS) < 20, 0.0, direction), direction, rng), shape, 40) < 1e-6
+    assert beside_wander(moving(walk(rng, 0.5), direction, rng), shape, 40) > 1e-3
 
 
 def test_of_a_record_that_tells_nothing_no_event_is_known() -> None:

@@ -14,7 +14,7 @@ from robotid.diagnosis.noise.colour import coloured_noise
 from robotid.diagnosis.noise.drawn import drawn_residuals
 from robotid.diagnosis.noise.settings import NOISE
 from robotid.estimate.fitted_model import SimulatedSegment, simulated_segment
-from robotid.estimate.noise.information import is_explained
+from robotid.estimate.noise.information import are_explained, is_explained
 from robotid.estimate.noise.whitening import NoiseLevels
 from robotid.model.array import Array
 from robotid.model.structure import Structure
@@ -70,9 +70,10 @@ def test_a_misfit_at_the_same_places_is_none() -> None:
     found = coloured_noise([wrong], [np.zeros((0, SAMPLES))], "speed")
 
     def explained(noise: NoiseLevels) -> bool:
-        return is_explained(
-            found.residuals[0], noise, tolerance=NOISE.tolerance, drawn=lambda: drawn_residuals(wrong, noise, "speed")
-        )
+        def drawn_ones() -> list[tuple[Array]]:
+            return [(one,) for one in drawn_residuals(wrong, noise, "speed")]
+
+        return are_explained(found.residuals, [noise], tolerance=NOISE.tolerance, drawn=drawn_ones)
 
     assert not explained(levels)
 

@@ -14,7 +14,7 @@ from scipy.stats import kstest
 
 from robotid.estimate.noise.averages import expected_levels, likely_levels
 from robotid.estimate.noise.floor import torque_floor
-from robotid.estimate.noise.information import SeenDerivatives, is_explained
+from robotid.estimate.noise.information import SeenDerivatives, are_explained, is_explained
 from robotid.estimate.noise.levels import _apart, _least_squares, _likeliest, _Shapes, choices, fit_levels, whitened
 from robotid.estimate.noise.lines import Residual
 from robotid.estimate.noise.response import TorqueResponse
@@ -319,6 +319,24 @@ def test_an_octave_of_one_of_many_residuals_may_stand_out_by_chance() -> None:
     sizes = np.geomspace(0.1, 30.0, 120).tolist()
     alone, among_many = (max(size for size in sizes if passes(size, among)) for among in (1, 100))
     assert alone < among_many < 2.0 * alone
+
+
+def test_pieces_of_a_record_are_judged_together() -> None:
+    """Errors of the torque may be larger in one piece than in the others; what is in all of them is no chance."""
+    pieces = [residuals("speed", 0.0, seed=seed)[0] for seed in range(12)]
+    levels = fit_levels(pieces)
+    loud = np.sqrt(levels[0].output) * np.sin(2 * np.pi * 3.5 * np.arange(SAMPLES) / SAMPLES)
+
+    def louder(size: float, at: range) -> list[Residual]:
+        return [replace(one, signal=one.signal + size * (k in at) * loud) for k, one in enumerate(pieces)]
+
+    def alone(size: float) -> bool:
+        return is_explained(louder(size, range(1))[0], levels[0], tolerance=1.5, among=12)
+
+    least = min(size for size in np.geomspace(0.01, 1.0, 60).tolist() if not alone(size))
+    assert are_explained(louder(1.1 * least, range(1)), levels, tolerance=1.5)
+    assert alone(0.9 * least)
+    assert not are_explained(louder(0.9 * least, range(12)), levels, tolerance=1.5)
 
 
 @pytest.mark.parametrize("common", [0, 1, 2])

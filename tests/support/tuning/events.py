@@ -15,11 +15,11 @@ from robotid.diagnosis.events.bins import BinnedRecord, _basis, even_edges, ripp
 from robotid.diagnosis.events.detection import _cut, _Placed, hopeful, is_its_own
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.events.shapes import TORQUE, Shape, _like_drifts, best_shapes, significance, strength
-from robotid.diagnosis.events.wander import _likeliest, tried_levels
+from robotid.diagnosis.events.wander import Wander, tried_levels
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.search import search as searching
 from robotid.diagnosis.search.data import Evidence
-from robotid.diagnosis.search.events import SeenEvent, leads, leaves_something, shows_again
+from robotid.diagnosis.search.events import SeenEvent, is_gone, leads, leaves_something, shows_again
 from robotid.diagnosis.search.state import SearchResult
 from robotid.model.array import Array
 from support.eventful import PUSH, scanned
@@ -94,7 +94,7 @@ def _wandering(memory: float, level: float) -> tuple[BinnedRecord, Array]:
 def _found(memory: float) -> float:
     """Variance of the largest wave of such a record's torque, as it is found, over that of the forty-first."""
     seen, left = _wandering(memory, 1e4)
-    variances, _ = _likeliest(left, np.eye(48, 96), seen.edges)
+    variances = (Wander.of(np.eye(48, 96), seen.edges)._likeliest_root(left) ** 2).sum(axis=0)
     return float(variances.max() / np.sort(variances)[-41])
 
 
@@ -116,6 +116,12 @@ def check_the_largest_wander_is_a_hundred_million_times_the_noise() -> None:
 @sees(EVENTS, "levels")
 def check_a_wander_is_tried_at_four_levels_a_decade() -> None:
     assert tried_levels()[2] / tried_levels()[1] == pytest.approx(10**0.25)
+
+
+@sees(EVENTS, "wander_draws")
+def check_what_an_event_gains_by_chance_is_drawn_two_hundred_times() -> None:
+    seen, left = _wandering(1.0, 1.0)
+    assert len(Wander.of(np.eye(48, 96), seen.edges).drawn_gains(left, np.eye(1, 96))) == 200
 
 
 @sees(EVENTS, "dependent")
@@ -151,6 +157,12 @@ def check_an_event_is_its_own_from_a_fiftieth_that_effects_leave() -> None:
 def check_an_event_of_which_a_tenth_shows_where_records_are_cut_elsewhere_is_none_of_the_cut() -> None:
     assert shows_again(11.0, 100.0)
     assert not shows_again(9.0, 100.0)
+
+
+@sees(EVENTS, "gone_share")
+def check_half_of_what_an_event_explains_goes_with_it() -> None:
+    assert is_gone(1000.0, 449.0, 1100.0)
+    assert not is_gone(1000.0, 451.0, 1100.0)
 
 
 @sees(EVENTS, "leading_share")
