@@ -91,7 +91,7 @@ def find_event(
     placed = placed_events(scans) if placed is None else placed
     beside, even = known_columns(scans, placed.plain.steps, catalogue=True), placed.even
     others = binned(beside, even)
-    found = [_judged(one, placed.plain, beside, others) for one in placed.events]
+    found = [_judged(one, placed.plain, beside, others, level) for one in placed.events]
     records = [one.segment.record for one in scans]
     found = [one for one in found if not is_late_torque(one.event, records)]
     certain = [one for one in found if one.event.p_value < level]
@@ -162,14 +162,14 @@ def _placed_between(ends: Array, shape: Shape, known: Known, record: str, even: 
     return _Placed(seen, replace(shape, first=first, last=last))
 
 
-def _judged(one: _Placed, plain: Known, beside: Known, others: Sequence[BinnedRecord]) -> FoundEvent:
+def _judged(one: _Placed, plain: Known, beside: Known, others: Sequence[BinnedRecord], level: float) -> FoundEvent:
     """An event with its size beside the fitted parameters, and its significance beside all effects of the catalogue.
-    others : all records in equal bins beside the catalogue."""
+    others : all records in equal bins beside the catalogue; level : of significance: no wander is drawn for less."""
     seen, shape, name = one.seen, one.shape, one.seen.record
     (left,) = binned(beside, {name: seen.edges})
     of_records = {other.record for other in others}
     p, usual = significance(left, shape, tries_among(of_records), [one for one in others if one.record != name])
-    if shape.kind != "drift":  # which is a wander: it is compared with waves that a wander makes
+    if p < level and shape.kind != "drift":  # which is a wander: it is compared with waves that a wander makes
         p = max(p, beside_wander(left, shape, KINDS * len(of_records)))
     found, ends = strength(seen, shape), seen.edges[[shape.first, shape.last]]
     event = Event(

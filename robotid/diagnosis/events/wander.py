@@ -41,7 +41,7 @@ def beside_wander(seen: BinnedRecord, shape: Shape, tries: int) -> float:
     answers = (vectors[:, kept] * root).reshape(2, count, -1)
     wander = Wander.of(answers[TORQUE], seen.edges)
     at_any_time = np.array([one.weights(seen.edges) @ answers[one.column] for one in _alike(shape, count)])
-    found = float(wander.gains(left, (shape.weights(seen.edges) @ answers[shape.column])[None])[0])
+    found = float(wander.gains(left[None], (shape.weights(seen.edges) @ answers[shape.column])[None])[0, 0])
     by_chance = wander.drawn_gains(left, at_any_time)
     scale = max(TAIL, float(np.std(by_chance)) * np.sqrt(6.0) / np.pi)
     p = gumbel_r.sf(found, float(np.mean(by_chance)) - np.euler_gamma * scale, scale)
@@ -85,23 +85,25 @@ class Wander:
         return cls(own / np.maximum(own[:, -1:], 1e-300), directions, tried_levels())
 
     def gains(self, left: Array, events: Array) -> Array:
-        """What each of the events (e, r) gains in minus twice the logarithm of the likelihood of what is left (r,)."""
-        without, beside = np.inf, np.full(len(events), np.inf)
+        """What each of the events (e, r) gains in minus twice the logarithm of the likelihood of what is left, of each
+        of several such records (d, r), (d, e)."""
+        without, beside = np.full(len(left), np.inf), np.full((len(left), len(events)), np.inf)
         for own, directions in zip(self.own, self.directions, strict=True):
             variances = 1.0 + self.levels[:, None] * own
-            y, x, weights = left @ directions, events @ directions, 1.0 / variances
-            known, size = np.log(variances).sum(axis=1), weights @ y**2
-            along, energy = weights @ (x * y).T, np.maximum(weights @ (x**2).T, 1e-300)
-            without = min(without, float(_unlikelihood(size, known, len(left)).min()))
-            rest = np.maximum(size[:, None] - along**2 / energy, 0.0)
-            beside = np.minimum(beside, _unlikelihood(rest, known[:, None], len(left)).min(axis=0))
-        return np.asarray(without - beside)
+            drawn, x, weights = left @ directions, events @ directions, 1.0 / variances
+            known, energy = np.log(variances).sum(axis=1), np.maximum(weights @ (x**2).T, 1e-300)
+            sizes = drawn**2 @ weights.T
+            without = np.minimum(without, _unlikelihood(sizes, known, left.shape[1]).min(axis=1))
+            for one, y, size in zip(beside, drawn, sizes, strict=True):
+                rest = np.maximum(size[:, None] - (weights @ (x * y).T) ** 2 / energy, 0.0)
+                np.minimum(one, _unlikelihood(rest, known[:, None], left.shape[1]).min(axis=0), out=one)
+        return np.asarray(without[:, None] - beside)
 
     def drawn_gains(self, left: Array, events: Array) -> Array:
         """The most that any of the events gains in each of many draws of the process that suits best what is left."""
-        covariance_root = self._likeliest_root(left)
-        drawn = np.random.default_rng(SEED).standard_normal((EVENTS.wander_draws, len(left))) @ covariance_root.T
-        return np.array([self.gains(one, events).max() for one in drawn])
+        root = self._likeliest_root(left)
+        drawn = np.random.default_rng(SEED).standard_normal((EVENTS.wander_draws, len(left))) @ root.T
+        return np.asarray(self.gains(drawn, events).max(axis=1))
 
     def _likeliest_root(self, left: Array) -> Array:
         """A root (r, r) of the covariance with which what is left is likeliest without an event."""

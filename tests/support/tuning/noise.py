@@ -204,7 +204,7 @@ def check_a_variance_is_sought_over_twelve_powers_of_ten() -> None:
 def check_an_octave_may_hold_two_and_a_half_times_the_noise() -> None:
     asked = list[float]()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(colour, "is_explained", lambda *_, tolerance, **__: asked.append(tolerance) or True)
+        patch.setattr(colour, "are_explained", lambda *_, tolerance, **__: asked.append(tolerance) or True)
         assert colour.coloured_noise([plain_segment(1.0)], [np.zeros((0, SAMPLES))], "speed").explained
     assert asked == [pytest.approx(1.5)]
 
