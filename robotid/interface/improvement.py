@@ -97,7 +97,8 @@ def extend(
     jobs: int | None = 1,
     log: Log | None = None,
 ) -> ExtendedFit:
-    """Extend a fitted model by the causes of its diagnosis, fit it anew, and measure the gain on every record.
+    """Extend a fitted model by the causes of its diagnosis and measure the gain on every record. By all causes it is
+    the fit that the diagnosis has made of them already, by others one anew.
 
     effects : by dotted name, such as "motor.stribeck", instead of the causes that were found. An effect without which
     the records held out are simulated as well is dropped again. jobs : processes, None for one a core. log : is called
@@ -132,9 +133,10 @@ def extend(
 def _task(fit: Fit, found: Diagnosis, data: Dataset, log: Log | None) -> ExtensionTask:
     """The fit as the one that is to be extended, on these records."""
     options, horizon = fit.options, _horizon(fit, data)
-    return extension_task(
+    task = extension_task(
         found, fit, data.records, replace(options, horizon=horizon).fit, horizon=horizon, log=log or _silent
     )
+    return replace(task, known=found.extended)
 
 
 def _horizon(fit: Fit, data: Dataset) -> float | None:

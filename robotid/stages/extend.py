@@ -1,4 +1,4 @@
-"""Stage extend: the model with the effects it lacked, fitted anew, and what that gains."""
+"""Stage extend: the fitted model with the effects it lacked, and what these gain."""
 
 from __future__ import annotations
 
