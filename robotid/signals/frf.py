@@ -11,10 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robotid.errors import NumericsError
-from robotid.model.array import Array, Complex
+from robotid.model.array import Array, Complex, Index
 from robotid.signals.differentiate import bandwidth, central_difference
 from robotid.signals.local_polynomial import local_response
 from robotid.signals.record import Record
@@ -169,14 +168,14 @@ def _spectra(record: Record, torque: Array, length: int, count: int) -> Spectra:
     return Spectra(frequency, u * hold, v * s, r)
 
 
-def _excited(spectra: Spectra, band: tuple[float, float]) -> NDArray[np.intp]:
+def _excited(spectra: Spectra, band: tuple[float, float]) -> Index:
     slack = 1e-6 * band[0]
     inside = (spectra.frequency >= band[0] - slack) & (spectra.frequency <= band[1] + slack)
     amplitude = np.abs(spectra.instrument).mean(axis=0) * inside
     return np.flatnonzero(amplitude > EXCITED * amplitude.max()) if inside.any() else np.zeros(0, dtype=np.intp)
 
 
-def _average(name: str, spectra: Spectra, lines: NDArray[np.intp]) -> Frf:
+def _average(name: str, spectra: Spectra, lines: Index) -> Frf:
     """Periods averaged; their scatter is the noise. Any reference is the same in all of them, so none is needed."""
     u, y = spectra.torque[:, lines], spectra.acceleration[:, lines]
     response = y.mean(axis=0) / u.mean(axis=0)
@@ -185,7 +184,7 @@ def _average(name: str, spectra: Spectra, lines: NDArray[np.intp]) -> Frf:
     return Frf(name, spectra.frequency[lines], response, std, noise_std=std, remarks=(f"{len(u)} periods averaged",))
 
 
-def _smooth(name: str, spectra: Spectra, lines: NDArray[np.intp], spread: int) -> Frf:
+def _smooth(name: str, spectra: Spectra, lines: Index, spread: int) -> Frf:
     """Local polynomials over spread times as many lines as the least."""
     spacing = max(1, int(np.median(np.diff(lines)))) * spread
     at = lines[:: max(1, -(-len(lines) // LINES))]

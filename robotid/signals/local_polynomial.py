@@ -8,11 +8,8 @@ both are polynomials there, and the spectra are linear in the coefficients (Pint
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robotid.model.array import Array
-
-Complex = NDArray[np.complex128]
+from robotid.model.array import Array, Complex, Index
 
 ORDER = 2
 HALF_WIDTH = 5  # lines to either side: eleven lines for six unknowns
@@ -22,7 +19,7 @@ def local_response(
     torque: Complex,
     output: Complex,
     instrument: Complex,
-    at: NDArray[np.intp],
+    at: Index,
     band: tuple[int, int],
     spacing: int = 1,
 ) -> tuple[Complex, Array]:

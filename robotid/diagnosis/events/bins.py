@@ -7,7 +7,7 @@ the fitted parameters, and on demand all effects of the catalogue, could take is
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,9 +17,8 @@ from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.refit.refitted_model import Unknowns
 from robotid.diagnosis.scoring.columns import columns
 from robotid.diagnosis.scoring.scan import Scan
-from robotid.model.array import Array, Complex
+from robotid.model.array import Array
 from robotid.model.derivatives import DerivativeColumns
-from robotid.signals.record import Record
 from robotid.simulation.friction.step import Steps
 from robotid.simulation.trajectory import linearised_each
 
@@ -31,8 +30,7 @@ class BinnedRecord:
     edges (B + 1,) : of the bins [s]. product (2, B, 2, B) and moment (2, B) : inner products of the columns, of torque
     and of friction, with each other and with the residual, what is known projected out; taken (2, B, m) : what of each
     lay along what is known, by which bins of different records are connected; whole (2, B) : squared length of the
-    columns before. squared (B + 1,) : integral of the square of the recorded torque up to each edge [Nm2 s];
-    rippled (k, B + 1) : of the torque times exp(i k angle of the motor), k from 0 [Nm s].
+    columns before.
     """
 
     record: str
@@ -41,8 +39,6 @@ class BinnedRecord:
     moment: Array
     taken: Array
     whole: Array
-    squared: Array
-    rippled: Complex
 
     @property
     def count(self) -> int:
@@ -137,33 +133,9 @@ def _joined(name: str, edges: Array, parts: Sequence[tuple[Array, Array, Array]]
     whole, b = np.diag(product).reshape(2, -1), len(edges) - 1
     taken = across @ known.basis
     left, moment = product - taken @ taken.T, own - taken @ known.moment
-    own_records = [one.segment.record for one in known.scans if one.segment.record.name == name]
     return BinnedRecord(
-        record=name,
-        edges=edges,
-        product=left.reshape(2, b, 2, b),
-        moment=moment.reshape(2, b),
-        taken=taken.reshape(2, b, taken.shape[1]),
-        whole=whole,
-        squared=_integrals(own_records, edges, lambda one: one.tau_m[None] ** 2)[0].real,
-        rippled=_integrals(own_records, edges, rippled),
+        name, edges, left.reshape(2, b, 2, b), moment.reshape(2, b), taken.reshape(2, b, taken.shape[1]), whole
     )
-
-
-def rippled(one: Record) -> Complex:
-    """The torque as it would err if it rippled along the motor's angle, (k, n)."""
-    turns = np.arange(EVENTS.ripples + 1)[:, None] * one.phi_m
-    return np.asarray(one.tau_m * np.exp(1j * turns))
-
-
-def _integrals(segments: Sequence[Record], edges: Array, of: Callable[[Record], Array | Complex]) -> Complex:
-    """Integrals of courses (k, n) along a record's segments, held between samples, up to each edge, (k, B + 1)."""
-    found = []
-    for one in segments:
-        t, h = np.append(one.t, one.t[-1] + one.sampling_time), one.sampling_time
-        sums = h * np.cumsum(np.pad(of(one).astype(np.complex128), ((0, 0), (1, 0))), axis=1)
-        found.append([np.interp(edges, t, course) for course in sums])
-    return np.asarray(np.sum(found, axis=0))
 
 
 def _answers(one: Scan, steps: Steps, edges: Array) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from robotid.diagnosis.events.bins import BinnedRecord, Known, binned, even_edges, known_columns, steps_of
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.events.shapes import FRICTION, TORQUE, Shape, best_shapes, significance, strength
+from robotid.diagnosis.events.torque_errors import TorqueErrors
 from robotid.diagnosis.events.wander import beside_wander
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.scoring.scan import Scan
@@ -90,9 +91,10 @@ def find_event(
     """
     placed = placed_events(scans) if placed is None else placed
     beside, even = known_columns(scans, placed.plain.steps, catalogue=True), placed.even
-    others = binned(beside, even)
-    found = [_judged(one, placed.plain, beside, others, level) for one in placed.events]
     records = [one.segment.record for one in scans]
+    errors = {name: TorqueErrors.of([one for one in records if one.name == name]) for name in even}
+    against = _Against(beside, binned(beside, even), errors, level)
+    found = [_judged(one, placed.plain, against) for one in placed.events]
     found = [one for one in found if not is_late_torque(one.event, records)]
     certain = [one for one in found if one.event.p_value < level]
     return max(certain or (found if doubtful else []), key=lambda one: one.energy, default=None)
@@ -162,15 +164,25 @@ def _placed_between(ends: Array, shape: Shape, known: Known, record: str, even: 
     return _Placed(seen, replace(shape, first=first, last=last))
 
 
-def _judged(one: _Placed, plain: Known, beside: Known, others: Sequence[BinnedRecord], level: float) -> FoundEvent:
-    """An event with its size beside the fitted parameters, and its significance beside all effects of the catalogue.
-    others : all records in equal bins beside the catalogue; level : of significance: no wander is drawn for less."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Against:
+    """What events are judged against. beside : all effects of the catalogue; records : all in equal bins beside these;
+    errors : of the torque of each, by name; level : of significance, for less of which no wander is drawn."""
+
+    beside: Known
+    records: Sequence[BinnedRecord]
+    errors: Mapping[str, TorqueErrors]
+    level: float
+
+
+def _judged(one: _Placed, plain: Known, against: _Against) -> FoundEvent:
+    """An event with its size beside the fitted parameters, and its significance beside all effects of the catalogue."""
     seen, shape, name = one.seen, one.shape, one.seen.record
-    (left,) = binned(beside, {name: seen.edges})
-    of_records = {other.record for other in others}
-    p, usual = significance(left, shape, tries_among(of_records), [one for one in others if one.record != name])
-    if p < level and shape.kind != "drift":  # which is a wander: it is compared with waves that a wander makes
-        p = max(p, beside_wander(left, shape, KINDS * len(of_records)))
+    (left,) = binned(against.beside, {name: seen.edges})
+    others = [other for other in against.records if other.record != name]
+    p, usual = significance(left, shape, tries_among(against.errors), others, against.errors)
+    if p < against.level and shape.kind != "drift":  # which is a wander: it is compared with waves that a wander makes
+        p = max(p, beside_wander(left, shape, KINDS * len(against.errors)))
     found, ends = strength(seen, shape), seen.edges[[shape.first, shape.last]]
     event = Event(
         record=name,

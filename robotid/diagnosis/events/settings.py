@@ -20,7 +20,6 @@ class EventSettings:
         0.02  # of an event's energy that all effects and changes of records leave: less, and it is theirs
     )
     cut_share: float = 0.1  # of an event's energy that shows where records are cut elsewhere: less, and the cut made it
-    gone_share: float = 0.5  # of an event's energy that goes with it: with less, it does not act as it shows
     least_share: float = 0.5  # of the misfit of all records: with less, most of it happens at other times, too
     leading_share: float = 0.8  # of what the best effect explains: an event that explains more goes before it
     chance: float = 3.0  # standard deviations of the energy of noise: less holds no event

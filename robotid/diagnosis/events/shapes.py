@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
-from scipy.stats import chi2
 from scipy.stats import f as fisher
 
 from robotid.diagnosis.events.applied import mean_of_gradual
 from robotid.diagnosis.events.bins import BinnedRecord
 from robotid.diagnosis.events.settings import EVENTS
+from robotid.diagnosis.events.torque_errors import TorqueErrors, more_by_chance
 from robotid.diagnosis.results import EventKind
-from robotid.model.array import Array, Complex, Index
+from robotid.model.array import Array, Index
 
 TORQUE, FRICTION = 0, 1
 """Columns of `BinnedRecord`."""
-PARTS = 41
-"""Of errors in proportion to the torque that are tried, from none to all: enough for any interval."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,20 +96,20 @@ def best_shapes(seen: BinnedRecord) -> Iterator[Shape]:
 def window_energies(seen: BinnedRecord, column: int) -> Array:
     """Energy that an event over the bins first .. last - 1 explains, (B + 1, B + 1) by first and last, 0 where it is
     empty or next to nothing of it is left."""
+    return _windows(seen, column)[0]
+
+
+def _windows(seen: BinnedRecord, column: int) -> tuple[Array, Array]:
+    """The same energies, and the squared length of the answer to a unit torque over these bins, zero where they are."""
     along = np.concatenate([[0.0], np.cumsum(seen.moment[column])])
-    numerator, size = (along[None, :] - along[:, None]) ** 2, _window_sizes(seen, column)
-    return np.asarray(np.where(size > 0.0, numerator / np.where(size > 0.0, size, 1.0), 0.0))
-
-
-def _window_sizes(seen: BinnedRecord, column: int) -> Array:
-    """Squared length of the answer to a unit torque over the bins first .. last - 1, the same way."""
     whole = np.concatenate([[0.0], np.cumsum(seen.whole[column])])
     products = np.zeros((seen.count + 1,) * 2)
     products[1:, 1:] = np.cumsum(np.cumsum(seen.product[column, :, column], axis=0), axis=1)
     own = np.diag(products)
     size = own[None, :] + own[:, None] - products - products.T
-    visible = np.triu(size > EVENTS.least_left * (whole[None, :] - whole[:, None]), 1)
-    return np.asarray(np.where(visible, np.maximum(size, 0.0), 0.0))
+    numerator = (along[None, :] - along[:, None]) ** 2
+    visible = np.triu(size > EVENTS.least_left * (whole[None, :] - whole[:, None]), 1) & (size > 0.0)
+    return np.where(visible, numerator / np.where(visible, size, 1.0), 0.0), np.where(visible, size, 0.0)
 
 
 def _gradual_energies(seen: BinnedRecord, first: Index, last: Index) -> Array:
@@ -126,89 +125,74 @@ def _gradual_energies(seen: BinnedRecord, first: Index, last: Index) -> Array:
 @dataclass(frozen=True, slots=True, eq=False)
 class _Alike:
     """Events of the same kind elsewhere in a record. energies (k,) : that they explain; ways : how many of them are
-    independent; by_torque (e, k) : of bumps, the energies of errors as large as the recorded torque, of each kind."""
+    independent; by_torque (e, k) : of bumps, the energies of errors as large as the recorded torque, of each kind, (0,
+    k) where that is not known."""
 
     energies: Array
     ways: int
-    by_torque: Array | None = None
+    by_torque: Array
+
+    @classmethod
+    def of(cls, energies: Array, ways: int) -> _Alike:
+        """Of what is not compared with errors of the torque."""
+        return cls(energies, ways, np.zeros((0, len(energies))))
 
 
 def significance(
-    seen: BinnedRecord, shape: Shape, tries: int, others: Sequence[BinnedRecord] = ()
+    seen: BinnedRecord,
+    shape: Shape,
+    tries: int,
+    others: Sequence[BinnedRecord] = (),
+    errors: Mapping[str, TorqueErrors] = MappingProxyType({}),
 ) -> tuple[float, float]:
     """p-value of an event among so many, and the energy by which it was judged: that of the like elsewhere in its
     record, once the event is taken out, and in the other records. It is one where the noise is as it is taken to be.
 
     What a misfit of another origin leaves is spread over the records, and raises the measure; an event is what stands
-    out of it. A measured torque errs in proportion to itself, too, as gains and ripples do: a bump must stand out of as
-    much of that as the like elsewhere allow.
+    out of it. A measured torque errs in proportion to itself, too: a bump must stand out of as much of that as the like
+    elsewhere allow. errors : of the torque of every record, by name; none, and there are no such errors.
     """
     found = strength(seen, shape)
     if found.energy <= 0.0:
         return 1.0, 1.0
     weights, span = shape.weights(seen.edges), shape.span(seen.edges)
-    alike = [_like(one.without(seen, shape.column, weights), shape, span) for one in (seen, *others)]
+    alike = [_like(one.without(seen, shape.column, weights), shape, span, errors) for one in (seen, *others)]
     alike = [one for one in alike if len(one.energies)]
     ways = sum(one.ways for one in alike)
     if ways < 1:
         return 1.0, 1.0
     mean = sum(one.ways * float(np.mean(one.energies)) for one in alike) / ways
     usual = max(1.0, mean)
-    if shape.kind == "bump":
-        usual += _more_by_torque(_by_torque(seen, *span[:, None])[:, 0] / found.std**2, alike, usual)
+    if shape.kind == "bump" and errors:
+        own = errors[seen.record].mean_squares(*span[:, None])[:, 0] / found.std**2
+        energies = np.concatenate([one.energies for one in alike])
+        counts = np.concatenate([np.full(len(one.energies), one.ways / len(one.energies)) for one in alike])
+        elsewhere = np.concatenate([one.by_torque for one in alike], axis=1)
+        usual += more_by_chance(own, elsewhere, energies, counts, usual)
     return float(min(1.0, tries * fisher.sf(found.energy / usual, 1, ways))), usual
 
 
-def _by_torque(seen: BinnedRecord, begin: Array, end: Array) -> Array:
-    """Mean squares of errors as large as the recorded torque between times (k,) [Nm2], (e, k): of ones that are
-    independent from sample to sample, and of ones that ripple along the motor's angle, from a gain on."""
-
-    def mean(course: Array | Complex) -> Array:
-        return np.asarray((np.interp(end, seen.edges, course) - np.interp(begin, seen.edges, course)) / (end - begin))
-
-    return np.stack([mean(seen.squared), *(np.abs(mean(course)) ** 2 for course in seen.rippled)])
-
-
-def _more_by_torque(own: Array, alike: Sequence[_Alike], usual: float) -> float:
-    """By how much more than `usual`, which the like have in the mean, a bump explains by chance where part of that is
-    errors in proportion to the torque, and these are larger there than in the mean: the most within a 95 % interval of
-    the likelihood of their kind and part, each energy being that of one normal number.
-
-    own (e,) : energy of an error as large as the recorded torque there, of each kind.
-    """
-    parts = [(one, one.by_torque) for one in alike if one.by_torque is not None]
-    energies = np.concatenate([one.energies for one, _ in parts])
-    counts = np.concatenate([np.full(len(one.energies), one.ways / len(one.energies)) for one, _ in parts])
-    every = np.concatenate([by_torque for _, by_torque in parts], axis=1)
-    mean = np.maximum(every @ counts / counts.sum(), 1e-300)
-    tried = np.linspace(0.0, usual - 1.0, PARTS)
-    beyond = tried[:, None, None] * (every / mean[:, None] - 1.0)  # part, kind, window
-    levels = usual + beyond
-    unlikelihood = (np.log(levels) + energies / levels) @ counts
-    likely = unlikelihood <= unlikelihood.min() + chi2.isf(0.05, 1)
-    return float(max(0.0, np.where(likely, tried[:, None] * (own / mean - 1.0), 0.0).max()))
-
-
-def _like(rest: BinnedRecord, shape: Shape, span: Array) -> _Alike:
+def _like(rest: BinnedRecord, shape: Shape, span: Array, errors: Mapping[str, TorqueErrors]) -> _Alike:
     """Events of the same kind elsewhere in a record. span (2,) : begin and end of the event [s]."""
     if shape.kind == "bump":
-        return _like_bumps(rest, shape, span)
+        return _like_bumps(rest, shape, span, errors.get(rest.record))
     if shape.kind == "step":
-        return _Alike(_like_steps(rest, shape, span), EVENTS.step_ways)
-    return _Alike(_like_drifts(rest, shape), EVENTS.drift_ways)
+        return _Alike.of(_like_steps(rest, shape, span), EVENTS.step_ways)
+    return _Alike.of(_like_drifts(rest, shape), EVENTS.drift_ways)
 
 
-def _like_bumps(rest: BinnedRecord, shape: Shape, span: Array) -> _Alike:
+def _like_bumps(rest: BinnedRecord, shape: Shape, span: Array, errors: TorqueErrors | None) -> _Alike:
     """All windows as long as the event that do not touch it; as many as find room side by side are independent."""
-    edges, energies = rest.edges, window_energies(rest, shape.column)
+    edges, (energies, sizes) = rest.edges, _windows(rest, shape.column)
     start, end, whole = span[0], span[1], edges[-1] - edges[0]
     length = max(end - start, whole / EVENTS.bins)  # a shorter one is compared with the shortest
     first = np.arange(rest.count)
     last = np.searchsorted(edges, edges[:-1] + length - 0.25 * whole / EVENTS.bins)
     apart = (last < rest.count) & ((edges[np.minimum(last, rest.count)] <= start) | (edges[:-1] >= end))
-    first, last = first[apart], last[apart]
-    by_torque = _by_torque(rest, edges[first], edges[last]) * _window_sizes(rest, shape.column)[first, last]
-    return _Alike(energies[first, last], max(0, int((whole - length) / length)), by_torque)
+    at, ways = (first[apart], last[apart]), max(0, int((whole - length) / length))
+    if errors is None:
+        return _Alike.of(energies[at], ways)
+    return _Alike(energies[at], ways, errors.mean_squares(*(edges[k] for k in at)) * sizes[at])
 
 
 def _like_steps(rest: BinnedRecord, shape: Shape, span: Array) -> Array:

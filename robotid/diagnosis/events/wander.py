@@ -63,15 +63,15 @@ def _alike(shape: Shape, count: int) -> list[Shape]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Wander:
-    """Processes that a torque may be, by their memories, over what remains of a record (r,).
+    """Processes that a torque may be, by their memories and levels, over what remains of a record (r,).
 
-    own (m, r) : variances, the largest of each one, and directions (m, r, r) in which these are independent; levels
-    (k,) : that the largest may have.
+    directions (m, r, r) : in which a process is independent, variances (m, k, r) : there, noise of one included, at
+    every level; known (m, k) : sums of the logarithms of these.
     """
 
-    own: Array
     directions: Array
-    levels: Array
+    variances: Array
+    known: Array
 
     @classmethod
     def of(cls, answers: Array, edges: Array) -> Wander:
@@ -81,18 +81,17 @@ class Wander:
         own, directions = np.linalg.eigh(
             np.stack([answers.T @ np.exp(-apart / memory) @ answers for memory in EVENTS.memories])
         )
-        own = np.maximum(own, 0.0)
-        return cls(own / np.maximum(own[:, -1:], 1e-300), directions, tried_levels())
+        shares = np.maximum(own, 0.0) / np.maximum(own[:, -1:], 1e-300)
+        variances = 1.0 + tried_levels()[:, None] * shares[:, None]
+        return cls(directions, variances, np.log(variances).sum(axis=2))
 
     def gains(self, left: Array, events: Array) -> Array:
         """What each of the events (e, r) gains in minus twice the logarithm of the likelihood of what is left, of each
         of several such records (d, r), (d, e)."""
         without, beside = np.full(len(left), np.inf), np.full((len(left), len(events)), np.inf)
-        for own, directions in zip(self.own, self.directions, strict=True):
-            variances = 1.0 + self.levels[:, None] * own
+        for directions, variances, known in zip(self.directions, self.variances, self.known, strict=True):
             drawn, x, weights = left @ directions, events @ directions, 1.0 / variances
-            known, energy = np.log(variances).sum(axis=1), np.maximum(weights @ (x**2).T, 1e-300)
-            sizes = drawn**2 @ weights.T
+            sizes, energy = drawn**2 @ weights.T, np.maximum(weights @ (x**2).T, 1e-300)
             without = np.minimum(without, _unlikelihood(sizes, known, left.shape[1]).min(axis=1))
             for one, y, size in zip(beside, drawn, sizes, strict=True):
                 rest = np.maximum(size[:, None] - (weights @ (x * y).T) ** 2 / energy, 0.0)
@@ -108,10 +107,9 @@ class Wander:
     def _likeliest_root(self, left: Array) -> Array:
         """A root (r, r) of the covariance with which what is left is likeliest without an event."""
         best, least = np.eye(len(left)), np.inf
-        for own, directions in zip(self.own, self.directions, strict=True):
-            variances = 1.0 + self.levels[:, None] * own
+        for directions, variances, known in zip(self.directions, self.variances, self.known, strict=True):
             size = ((left @ directions) ** 2 / variances).sum(axis=1)
-            cost = _unlikelihood(size, np.log(variances).sum(axis=1), len(left))
+            cost = _unlikelihood(size, known, len(left))
             k = int(np.argmin(cost))
             if cost[k] < least:
                 factor = max(1.0, float(size[k]) / len(left))

@@ -75,11 +75,15 @@ class ModelInPieces:
         """The columns of all pieces."""
         return scans(self.pieces, self.model.unknowns, candidates)
 
-    def without(self, event: Event) -> list[SegmentFit]:
-        """The pieces of the record of an event as they are without it."""
+    def is_better_without(self, event: Event, model: RefittedModel) -> bool:
+        """Whether a model that was refitted without an event leaves less of its record, in pieces. Where dry friction
+        hardly holds a motor, or hardly lets it go, a torque as large as columns ask for may do anything.
+        """
         own = (one for one in (*self.data.fitted, *self.data.validation) if one.record.name == event.record)
         segments = [replace(one, record=without_events(one.record, [event])) for one in own]
-        return simulated_pieces(self.diagnosed, self.model, segments)
+        after = simulated_pieces(self.diagnosed, model, segments)
+        before = (one for one in self.pieces if one.record.name == event.record)
+        return sum(one.energy for one in after) < sum(one.energy for one in before)
 
     def cut(self, count: int | None = None) -> list[SegmentFit]:
         """The records in so many pieces, absent: as many as events are sought in."""
@@ -123,7 +127,7 @@ def largest_event(
     rival = max((one.energy for one in score(project(seen), missing)), default=0.0)
     leading = leads(found.energy, rival, found.share, least_share)
     certain = found.event.p_value < criteria.significance
-    if not ((leading or certain) and _is_of_no_cut(found, records) and _acts_as_it_shows(found, records)):
+    if not ((leading or certain) and _is_of_no_cut(found, records)):
         return None
     return SeenEvent(found.event, leading, found.energy)
 
@@ -136,23 +140,6 @@ def _is_of_no_cut(found: FoundEvent, records: ModelInPieces) -> bool:
     except (NumericsError, OutOfTime):
         return False
     return shows_again(again, found.energy)
-
-
-def _acts_as_it_shows(found: FoundEvent, records: ModelInPieces) -> bool:
-    """Whether the pieces of a record are left with less without an event, by half of what that explains at least. Where
-    dry friction hardly holds a motor, or hardly lets it go, a torque as large as columns ask for may do anything."""
-    event = found.event
-    try:
-        after = records.without(event)
-    except (NumericsError, OutOfTime):
-        return False
-    before = [one for one in records.pieces if one.record.name == event.record]
-    return is_gone(sum(one.energy for one in before), sum(one.energy for one in after), found.energy)
-
-
-def is_gone(before: float, after: float, energy: float) -> bool:
-    """Whether enough of what an event explains to first order is gone without it. before, after : what is left."""
-    return before - after > EVENTS.gone_share * energy
 
 
 def shows_again(again: float, energy: float) -> bool:

@@ -150,7 +150,7 @@ def _beside_events(
             if seen is None or not seen.leading or seen.energy < least:
                 return (replace(result, events=tuple(events)) if events else result), plain
         try:
-            aside = _set_aside(evidence, seen.event, criteria)
+            aside = _set_aside(records, evidence, seen.event, criteria)
             settled = aside is None
             if aside is not None:
                 event, evidence, start = aside
@@ -222,7 +222,7 @@ def _beside_lesser_events(
         while len(events) < EVENTS.max_events:
             seen = _lesser_event(records, found, criteria)
             leading = leading and (seen is None or seen.leading)
-            aside = None if seen is None else _set_aside(evidence, seen.event, criteria)
+            aside = None if seen is None else _set_aside(records, evidence, seen.event, criteria)
             if aside is None:
                 break
             event, evidence, start = aside
@@ -274,14 +274,18 @@ def _beside_curve(evidence: Evidence, found: SearchResult, criteria: Criteria, l
         return replace(found, late=True, unexamined=(BESIDE_CURVE, *found.unexamined))
 
 
-def _set_aside(evidence: Evidence, event: Event, criteria: Criteria) -> tuple[Event, Evidence, SearchState] | None:
+def _set_aside(
+    records: ModelInPieces, evidence: Evidence, event: Event, criteria: Criteria
+) -> tuple[Event, Evidence, SearchState] | None:
     """An event as it is without what it led astray, the evidence without it and the first state of that; None where its
-    size may be none. Raises NumericsError where records without it cannot be simulated."""
+    size may be none, or its record is simulated no better without it. Raises NumericsError where records without it
+    cannot be simulated. records : with the event, in pieces, by the model as it was."""
     event = _settled(evidence, event, criteria)
     if abs(event.torque) < ACCEPTANCE.amplitude_sigma * event.std:
         return None
     without = without_event(evidence, event)
-    return event, without, first_state(without, criteria)
+    state = first_state(without, criteria)
+    return (event, without, state) if records.is_better_without(event, state.first) else None
 
 
 def _settled(evidence: Evidence, event: Event, criteria: Criteria) -> Event:

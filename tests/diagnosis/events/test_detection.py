@@ -19,7 +19,8 @@ from robotid.diagnosis.scoring.candidate import EffectCandidate
 from robotid.diagnosis.scoring.scan import Scan, scans
 from robotid.diagnosis.search import events as searching
 from robotid.diagnosis.search.data import Evidence, first_state
-from robotid.diagnosis.search.events import ModelInPieces, largest_event
+from robotid.diagnosis.search.events import ModelInPieces, largest_event, without_event
+from robotid.diagnosis.search.state import SearchState
 from robotid.estimate.fitted_model import fitted_model, simulate_record
 from robotid.extension import extension_task
 from robotid.report.tables.diagnose import sentence
@@ -119,13 +120,19 @@ def test_a_push_is_reported_beside_the_verdict_and_no_cause_is_named_for_it() ->
     assert np.allclose(cleaned[0].tau_m, eventful(None)[0].tau_m, atol=0.06)
 
 
-def test_no_event_is_sought_that_could_not_be_worth_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where no event can explain enough, no record is simulated; where none can lead, no catalogue is scored, and one
-    that could is compared with the best effects first. What was simulated once is not simulated again."""
-    made = eventful(None, "stribeck")
+def scored(event: Event | None, lacking: str = "nothing") -> tuple[Evidence, SearchState]:
+    """The fitted records with an event, and the first state of a search there with one round of the score."""
+    made = eventful(event, lacking)
     model = fitted_model(fitted(list(made)))
     evidence = Evidence(model, [simulate_record(model, r) for r in made if r.name in model.records], [])
     start = first_state(evidence, Criteria(skip=("record_change",))).scored(Criteria())
+    return evidence, start
+
+
+def test_no_event_is_sought_that_could_not_be_worth_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where no event can explain enough, no record is simulated; where none can lead, no catalogue is scored, and one
+    that could is compared with the best effects first. What was simulated once is not simulated again."""
+    evidence, start = scored(None, "stribeck")
     asked = list[int]()
 
     def counted(
@@ -147,10 +154,7 @@ def test_no_event_is_sought_that_could_not_be_worth_it(monkeypatch: pytest.Monke
 
 def test_what_shows_only_where_a_piece_begins_is_no_event(monkeypatch: pytest.MonkeyPatch) -> None:
     """A push explains about as much of the records however they are cut into pieces."""
-    made = eventful(PUSH)
-    model = fitted_model(fitted(list(made)))
-    evidence = Evidence(model, [simulate_record(model, r) for r in made if r.name in model.records], [])
-    start = first_state(evidence, Criteria(skip=("record_change",))).scored(Criteria())
+    evidence, start = scored(PUSH)
     energies = list[float]()
 
     def told(event: Event, scans: Sequence[Scan]) -> float:
@@ -166,13 +170,11 @@ def test_what_shows_only_where_a_piece_begins_is_no_event(monkeypatch: pytest.Mo
     assert largest_event(*arguments) is None
 
 
-def test_what_does_not_act_as_it_shows_is_no_event(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_leaves_no_less_once_it_is_taken_out_is_no_event() -> None:
     """Where a motor hardly sets off, a torque that ought to explain what is missing may leave more than there was."""
-    made = eventful(PUSH)
-    model = fitted_model(fitted(list(made)))
-    evidence = Evidence(model, [simulate_record(model, r) for r in made if r.name in model.records], [])
-    start = first_state(evidence, Criteria(skip=("record_change",))).scored(Criteria())
+    evidence, start = scored(PUSH)
     records = ModelInPieces(evidence, start.first, start.data)
-    assert largest_event(records, Criteria(), start.round.scores) is not None
-    monkeypatch.setattr(ModelInPieces, "without", lambda self, event: self.pieces)
-    assert largest_event(records, Criteria(), start.round.scores) is None
+    settled = first_state(without_event(evidence, PUSH), Criteria()).first
+    assert records.is_better_without(PUSH, settled)
+    assert not records.is_better_without(replace(PUSH, torque=-PUSH.torque), start.first)
+    assert not records.is_better_without(replace(PUSH, torque=3.0 * PUSH.torque), start.first)

@@ -11,15 +11,16 @@ from scipy.stats import f as fisher
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.applied import direction
-from robotid.diagnosis.events.bins import BinnedRecord, _basis, even_edges, rippled
+from robotid.diagnosis.events.bins import BinnedRecord, _basis, even_edges
 from robotid.diagnosis.events.detection import _cut, _Placed, hopeful, is_its_own
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.events.shapes import TORQUE, Shape, _like_drifts, best_shapes, significance, strength
+from robotid.diagnosis.events.torque_errors import rippled
 from robotid.diagnosis.events.wander import Wander, tried_levels
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.search import search as searching
 from robotid.diagnosis.search.data import Evidence
-from robotid.diagnosis.search.events import SeenEvent, is_gone, leads, leaves_something, shows_again
+from robotid.diagnosis.search.events import SeenEvent, leads, leaves_something, shows_again
 from robotid.diagnosis.search.state import SearchResult
 from robotid.model.array import Array
 from support.eventful import PUSH, scanned
@@ -31,8 +32,9 @@ def binned(moment: Array, *, left: float = 1.0) -> BinnedRecord:
     """A record of ten seconds whose bins have nothing to do with each other; of each a part is left."""
     count = moment.shape[1]
     product = left * np.eye(2 * count).reshape(2, count, 2, count)
-    edges, taken = np.linspace(0.0, 10.0, count + 1), np.zeros((2, count, 0))
-    return BinnedRecord("a", edges, product, moment, taken, 1 + 0 * moment, 0.0 * edges, 0j * edges[None])
+    return BinnedRecord(
+        "a", np.linspace(0.0, 10.0, count + 1), product, moment, np.zeros((2, count, 0)), 1 + 0 * moment
+    )
 
 
 def spike(size: float, count: int = 48) -> BinnedRecord:
@@ -159,12 +161,6 @@ def check_an_event_of_which_a_tenth_shows_where_records_are_cut_elsewhere_is_non
     assert not shows_again(9.0, 100.0)
 
 
-@sees(EVENTS, "gone_share")
-def check_half_of_what_an_event_explains_goes_with_it() -> None:
-    assert is_gone(1000.0, 449.0, 1100.0)
-    assert not is_gone(1000.0, 451.0, 1100.0)
-
-
 @sees(EVENTS, "leading_share")
 def check_an_event_goes_before_effects_from_four_fifths_of_what_they_explain() -> None:
     assert leads(81.0, 100.0, 1.0)
@@ -201,6 +197,7 @@ def check_four_events_are_set_aside() -> None:
         seen = SimpleNamespace(scores=())
         state = SimpleNamespace(first=None, data=None, round=seen, rounds=(seen,))
         patch.setattr(searching, "first_state", lambda *_: state)
+        patch.setattr(searching.ModelInPieces, "is_better_without", lambda *_: True)
         patch.setattr(searching, "largest_event", lambda *_: SeenEvent(replace(PUSH, std=0.001), leading=True))
         patch.setattr(searching, "_settled", lambda _, event, __: event)
         patch.setattr(searching, "without_event", lambda evidence, _: evidence)
