@@ -107,6 +107,18 @@ def test_the_parametric_fit_is_exact_on_an_exact_response() -> None:
     assert fit.misfit < 1e-2
 
 
+def test_a_fit_that_comes_near_masses_bound_beyond_floating_point_ends() -> None:
+    """A step further there is no response, and so no difference quotient."""
+    joint, values = linear_part(assemble(THIRD)), TRUTH | HUNG
+    theta = np.array([values[name] for name in joint.names])
+    response = linear_response(joint, theta, OMEGA)
+    start = {name: values[name] for name in joint.names} | {"link.third_mass.zeta": np.exp(37.0)}
+    frf = Frf("exact", OMEGA, response, 1e-4 * np.abs(response))
+    fit = fit_response(joint, frf, {}, [start], (total_inertia(joint, values), 1e-3))
+    assert np.isfinite(fit.misfit)
+    assert np.isfinite(list(fit.values.values())).all()
+
+
 def test_the_twist_of_a_linear_spring() -> None:
     structure = replace(STRUCTURE, terms=tuple(t for t in STRUCTURE.terms if t != "gear.cubic_spring"))
     joint = assemble(structure)
