@@ -23,7 +23,7 @@ from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.settings import VERDICT
 from robotid.diagnosis.verdict import is_partial, without_cause
 from robotid.estimate.result import Estimate, FitResult
-from robotid.estimate.uncertainty import deviations_from_none
+from robotid.estimate.uncertainty import deviations_from_none, in_their_shape
 from robotid.model.structure import changed, is_change, rests_on
 
 NOT_CONFIRMED = "a fit does not confirm it: the held-out records gain nothing by it"
@@ -45,20 +45,25 @@ def _sizes(cause: Cause) -> list[tuple[Estimate, float]]:
 
 
 def uncertain(cause: Cause, fit: FitResult | None = None, level: float = 1.0) -> str | None:
-    """Why a cause is none whose amplitudes together are less than three standard deviations in a fit, or not
-    significant at a level, in words; None where they are more. Those are robust ones, for what a model leaves is seldom
-    white. fit : that tells how the amplitudes depend on each other, absent: they do not."""
+    """Why a cause is none whose amplitudes together are less than three standard deviations in a fit in the shape that
+    was found, or not significant at a level among all shapes, or known less well than to themselves, in words; None
+    where they are more. Those are robust ones, for what a model leaves is seldom white. fit : that tells how the
+    amplitudes depend on each other and on the shape, absent: they do not."""
     sizes = _sizes(cause)
     names, apart = [one.name for one, _ in sizes], np.array([size for _, size in sizes])
-    covariance = np.diag([one.std_robust**2 for one, _ in sizes])
+    covariance = there = np.diag([one.std_robust**2 for one, _ in sizes])
+    shape = list[int]()
     if fit is not None:
         of_all = [one.name for one in fit.parameters]
         at = [of_all.index(name) for name in names]
+        shape = [of_all.index(one.name) for one in cause.parameters if one.name not in names]
         covariance = fit.covariance_robust[np.ix_(at, at)]
+        there = in_their_shape(fit.covariance, fit.covariance_robust, at, shape)
     if not sizes or not np.isfinite(covariance).all():
         return None
-    least = max(ACCEPTANCE.amplitude_sigma, float(np.sqrt(chi2.isf(level, len(sizes)))))
-    if deviations_from_none(apart, covariance) >= least:
+    least = max(ACCEPTANCE.amplitude_sigma, float(np.sqrt(chi2.isf(level, len(sizes) + len(shape)))))
+    known = deviations_from_none(apart, covariance) >= ACCEPTANCE.known_sigma
+    if known and deviations_from_none(apart, there) >= least:
         return None
     first = sizes[0][0]
     return UNCERTAIN.format(first.name.rpartition(".")[2], first.value, first.std_robust)

@@ -100,7 +100,7 @@ def _forward_differences(residual: Callable[[Array], Array], x: Array) -> Array:
     here, steps = residual(x), np.sqrt(np.finfo(float).eps) * np.maximum(1.0, np.abs(x))
     with np.errstate(invalid="ignore"):
         found = [(residual(x + step) - here) / step.max() for step in np.diag(steps)]
-    return np.nan_to_num(np.stack(found, axis=1), nan=0.0, posinf=0.0, neginf=0.0)
+    return np.asarray(np.nan_to_num(np.stack(found, axis=1), nan=0.0, posinf=0.0, neginf=0.0))
 
 
 def _standard_deviations(jacobian: Array) -> Array:

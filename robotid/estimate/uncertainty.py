@@ -209,3 +209,18 @@ def deviations_from_none(apart: Array, covariance: Array) -> float:
     standard = apart / scale
     distance = float(standard @ np.linalg.pinv(covariance / np.outer(scale, scale)) @ standard)
     return float(np.sqrt(max(0.0, distance)))
+
+
+def in_their_shape(covariance: Array, robust: Array, sizes: Sequence[int], shape: Sequence[int]) -> Array:
+    """Robust covariance (k, k) of parameters `sizes` with the parameters `shape` where they were found: where an effect
+    is as good as nothing its shape may be anything, and is not what its size is uncertain by.
+
+    covariance, robust : (p, p) of all parameters, as white noise would have it, and robust; sizes, shape : numbers of
+    parameters.
+    """
+    scale = np.sqrt(np.maximum(np.diag(covariance)[list(shape)], 1e-300))
+    known = covariance[np.ix_(shape, shape)] / np.outer(scale, scale)
+    along = covariance[np.ix_(sizes, shape)] / scale @ np.linalg.pinv(known, hermitian=True) / scale
+    way = np.concatenate([np.eye(len(sizes)), -along], axis=1)
+    at = [*sizes, *shape]
+    return np.asarray(way @ robust[np.ix_(at, at)] @ way.T)

@@ -131,3 +131,19 @@ def test_amplitudes_that_only_their_sum_is_known_of_are_judged_together(correlat
     covariance = 0.15**2 * np.array([[1.0, correlation], [correlation, 1.0]])
     fit = replace(FIT, parameters=both, covariance=covariance, covariance_robust=covariance)
     assert (uncertain(one, fit) is not None) == none
+
+
+@pytest.mark.parametrize(
+    ("deviation", "correlation", "none"), [(0.1, 0.98, False), (0.1, 0.5, True), (0.3, 0.999, True)]
+)
+def test_a_size_is_certain_in_its_shape_or_not_at_all(deviation: float, correlation: float, none: bool) -> None:
+    """What warms up over a time that is longer than the record tells size and time only together; but where the size
+    may be several times itself, nothing is known of it."""
+    names = ("motor.thermal_friction.c", "motor.thermal_friction.T")
+    size, time = estimate(names[0], 0.2, "1"), estimate(names[1], 20.0, "s")
+    both = (replace(size, std_robust=deviation), replace(time, std_robust=10.0))
+    one = replace(cause(1.0), effect="motor.thermal_friction", parameters=both)
+    apart = correlation * deviation * 10.0
+    covariance = np.array([[deviation**2, apart], [apart, 100.0]])
+    fit = replace(FIT, parameters=both, covariance=covariance, covariance_robust=covariance)
+    assert (uncertain(one, fit) is not None) == none

@@ -16,10 +16,12 @@ from robotid.diagnosis.noise.noise_estimate import sensor_noise
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.scoring.projection import Projected, project
 from robotid.diagnosis.scoring.scan import Scan
+from robotid.diagnosis.search.added_signals import added_signals, in_any_proportion
 from robotid.estimate.fitted_model import SimulatedSegment
 from robotid.model.array import Array
 
 GREATEST = 2.0  # times the size by the noise without the effect: one so large no longer looks like noise
+NOISES = 2  # that are estimated: a noise that grows faster than the effect's energy shows at the larger size
 
 
 def least_scored(
@@ -34,14 +36,20 @@ def least_scored(
     size below may be returned.
     """
     plain = _least(projected, at, energy)
-    if plain == inf or data.torque_errors or GREATEST * plain <= asked:
+    if plain == inf or data.torque_errors:
         return plain
-    amplitude = np.full(at.stop - at.start, plain / np.sqrt(at.stop - at.start))
-    noisy = sensor_noise(residuals_with(scans, projected, at, amplitude), data.output)
-    own = [one.with_only(at).whitened_as(segment) for one, segment in zip(scans, noisy, strict=True)]
-    # the noise that it makes is as its energy: s^2 = plain^2 (1 + made s^2 / plain^2)
-    made = max(0.0, (_least(project(own), slice(0, len(amplitude)), energy) / plain) ** 2 - 1.0)
-    return plain / sqrt(max(1.0 - made, GREATEST**-2.0))
+    size = plain
+    for _ in range(NOISES):
+        if GREATEST * plain <= asked:
+            return size
+        noisy = sensor_noise(residuals_with(scans, projected, at, in_any_proportion(at, size)), data.output)
+        own = [one.with_only(at).whitened_as(segment) for one, segment in zip(scans, noisy, strict=True)]
+        # the noise that it makes is as its energy: s^2 = plain^2 (1 + made s^2)
+        made = max(0.0, (_least(project(own), slice(0, at.stop - at.start), energy) / plain) ** 2 - 1.0) / size**2
+        before, size = size, plain / sqrt(max(1.0 - made * plain**2, GREATEST**-2.0))
+        if size <= before:
+            break
+    return size
 
 
 def residuals_with(
@@ -49,16 +57,9 @@ def residuals_with(
 ) -> tuple[SimulatedSegment, ...]:
     """The segments with amplitudes of the columns `at` in their residuals, less what the fit and the first states would
     take of them."""
-    taken = projected.moved(-amplitude, at) - projected.moved(np.zeros(len(amplitude)), at)
-    found = []
-    for one in scans:
-        states, fitted, missing, residual = np.split(one.signals, [one.states, one.known, len(one.signals) - 1])
-        added = amplitude @ missing[at] - taken @ fitted
-        if one.states:
-            white = one.whitening(np.concatenate([states, added[None]]))
-            added = added - np.linalg.lstsq(white[:-1].T, white[-1], rcond=None)[0] @ states
-        found.append(SimulatedSegment(one.segment.record, one.segment.trajectory, residual[0] + added))
-    return tuple(found)
+    added = added_signals(scans, projected, [(at, amplitude)])
+    pairs = zip(scans, added, strict=True)
+    return tuple(SimulatedSegment(s.segment.record, s.segment.trajectory, s.signals[-1] + a[0]) for s, a in pairs)
 
 
 def _least(projected: Projected, at: slice, energy: float) -> float:

@@ -2,8 +2,8 @@
 
 A candidate's column, whitened by what the causes leave and projected on the complement of what the fit has shaped, is
 what one unit of the effect adds to the residual that no parameter can take. The size at which it passes the tests of a
-cause follows without a refit: its energy beside the noise of that colour, its spread from block to block of time, and
-what errors of the torque make of it along the motion, which rests and reverses.
+cause follows without a refit: its energy beside the noise of that colour, its spread from block to block of time,
+what errors of the torque make of it along the motion, which rests and reverses, and what it gains in a fit.
 """
 
 from __future__ import annotations
@@ -25,9 +25,11 @@ from robotid.diagnosis.scoring.ranking import CandidateScan, Round
 from robotid.diagnosis.scoring.scan import Scan, scans
 from robotid.diagnosis.search.coloured import Tried, are_too_few
 from robotid.diagnosis.search.drawn_sizes import covariance_along_the_motion, weights_of
+from robotid.diagnosis.search.least_gained import least_gained
 from robotid.diagnosis.search.least_scored import least_scored
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import SearchResult
+from robotid.diagnosis.settings import VERDICT
 from robotid.model.array import Array
 
 
@@ -46,8 +48,9 @@ def detection_limits(found: SearchResult, criteria: Criteria) -> tuple[Detection
     in_motion = deviations_in_motion(found.noise, by_colour, seen_through, own_columns)
     tried, usual = Tried.of(seen), max(1.0, by_colour.energy / model.samples)
     improvement = criteria.min_improvement_sigma**2 * found.data.samples
+    gained = least_gained(searched, by_search, own_columns, VERDICT.least_gain if found.data.validation else 0.0)
     limits = []
-    for one, own, deviation in zip(missing, own_columns, in_motion, strict=True):
+    for one, own, deviation, gaining in zip(missing, own_columns, in_motion, gained, strict=True):
         k, length = len(one.scored), by_colour.visible_length(own)
         size = inf
         if length > 0.0:
@@ -56,7 +59,8 @@ def detection_limits(found: SearchResult, criteria: Criteria) -> tuple[Detection
             if spread == inf and coloured.validation:  # records that were held out tell of it instead
                 spread = 0.0
             alone = least_energy(k, usual, criteria, 1, model.samples)
-            beside = max(float(np.sqrt(energy)) / length, spread, float(np.sqrt(alone)) * deviation)
+            by_noise = float(np.sqrt(energy)) / length
+            beside = max(by_noise, spread, float(np.sqrt(alone)) * deviation, float(gaining))
             size = max(beside, least_scored(searched, by_search, own, improvement, found.data, beside))
         limits.append(_limit(one, size))
     return tuple(limits)

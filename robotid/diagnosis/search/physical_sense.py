@@ -12,7 +12,7 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.measured_motion import with_angle
 from robotid.diagnosis.search.settings import ACCEPTANCE
-from robotid.estimate.uncertainty import deviations_from_none
+from robotid.estimate.uncertainty import deviations_from_none, in_their_shape
 from robotid.model.array import Array
 from robotid.model.companion import companion_of
 from robotid.model.parameters import Parameter
@@ -47,11 +47,12 @@ def is_not_physical(step: Step, criteria: Criteria) -> str | None:
 
 
 def is_uncertain(step: Step, criteria: Criteria) -> str | None:
-    """A cause's size must differ from nothing: all its amplitudes together, as a sine and a cosine have a size."""
+    """A cause's size must differ from nothing: all its amplitudes together, as a sine and a cosine have a size. In the
+    shape that was found at three deviations; and in any shape it must be known better than to itself."""
     model = step.after
     for effect in step.added:
         sizes = [(name, p) for name, p in declarations(effect) if p.null is not None]
-        if sizes and amplitude_sigmas(model, effect) < ACCEPTANCE.amplitude_sigma:
+        if sizes and _is_uncertain(model, effect):
             symbol = sizes[0][1].symbol
             value, std = model.parameters[sizes[0][0]], deviation(model, sizes[0][0])
             return f"is not certain to be there: {symbol} = {value:.2g}, known to {std:.2g}"
@@ -71,14 +72,16 @@ def deviation(model: RefittedModel, name: str) -> float:
     return float(np.sqrt(max(0.0, model.covariance[at[0], at[0]]))) if at else 0.0
 
 
-def amplitude_sigmas(model: RefittedModel, effect: str) -> float:
-    """How many standard deviations an effect's amplitudes are away from where it vanishes; infinite where none was
-    fitted."""
+def _is_uncertain(model: RefittedModel, effect: str) -> bool:
+    """Whether an effect's amplitudes may be nothing; not where none was fitted."""
     fitted = amplitudes(model, effect)
     if not fitted:
-        return float("inf")
-    at = list(fitted)
-    return deviations_from_none(np.array(list(fitted.values())), model.covariance[np.ix_(at, at)])
+        return False
+    at, apart = list(fitted), np.array(list(fitted.values()))
+    shape = [k for k in model.own_columns(effect) if k not in at]
+    there = in_their_shape(model.covariance, model.covariance, at, shape)
+    known = deviations_from_none(apart, model.covariance[np.ix_(at, at)])
+    return deviations_from_none(apart, there) < ACCEPTANCE.amplitude_sigma or known < ACCEPTANCE.known_sigma
 
 
 def amplitudes(model: RefittedModel, effect: str) -> dict[int, float]:

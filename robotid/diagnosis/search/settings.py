@@ -31,6 +31,7 @@ class AcceptanceSettings:
     settled_noise: float = 0.8  # of its variance before: renewed to no less, and it has settled
     physical_sigma: float = 2.0  # standard deviations outside its physical range at which a parameter makes no sense
     amplitude_sigma: float = 3.0  # standard deviations from nothing: an effect that is less is not certain to be there
+    known_sigma: float = 1.0  # of them in whatever shape: an effect that is less is known less well than to itself
     same_share: float = 0.02  # of the energy explained: causes closer than that are not distinguished
     same_energy: float = 12.0  # noise variances, inflated: as far apart as chance sets two equal models (p = 5e-4)
     max_same_share: float = 0.1  # of the energy explained: causes further apart are distinguished, whatever the noise

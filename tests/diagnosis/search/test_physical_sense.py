@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.sensed_step import step_to
@@ -49,6 +51,16 @@ def test_a_size_within_its_own_uncertainty_is_no_finding() -> None:
     why = is_uncertain(step_to("motor.presliding", {"w": 2e-4, "s0": 30.0, "s1": 0.0}, {"w": 7e-3}), CRITERIA)
     assert why == "is not certain to be there: w = 0.0002, known to 0.007"
     assert is_uncertain(step_to("motor.presliding", {"w": 0.1, "s0": 30.0, "s1": 0.0}, {"w": 7e-3}), CRITERIA) is None
+
+
+def test_a_shape_that_is_hardly_known_leaves_a_size_certain() -> None:
+    """Of what warms up slowly only the slope is known; and less of a size than itself is nothing."""
+    for deviation, why in ((0.25, None), (1.0, "is not certain to be there: c = 0.5, known to 1")):
+        step = step_to(WARM_UP, {"c": 0.5, "T": 20.0}, {"c": 0.01, "T": 1.0})
+        factor, names = step.after.factor.copy(), step.after.parameters.names
+        c, T = (names.index(f"{WARM_UP}.{symbol}") for symbol in "cT")
+        factor[c, T] = -100.0 * deviation
+        assert is_uncertain(replace(step, after=replace(step.after, factor=factor)), CRITERIA) == why
 
 
 def test_sine_and_cosine_are_one_size() -> None:

@@ -425,6 +425,17 @@ def check_three_deviations_from_nothing_are_certain() -> None:
         assert (is_uncertain(step, ANYTHING) is None) is certain
 
 
+@sees(ACCEPTANCE, "known_sigma")
+def check_a_size_is_known_better_than_to_itself_in_whatever_shape() -> None:
+    """Of the two the shape is known so badly that the size may be anything."""
+    for deviation, certain in ((0.9, True), (1.1, False)):
+        step = step_to("motor.thermal_friction", {"c": 1.0, "T": 20.0}, {"c": 0.01, "T": 1.0})
+        factor, names = step.after.factor.copy(), step.after.parameters.names
+        c, T = (names.index(f"motor.thermal_friction.{symbol}") for symbol in "cT")
+        factor[c, T], factor[T, T] = 100.0 * deviation, 1.0
+        assert (is_uncertain(replace(step, after=replace(step.after, factor=factor)), ANYTHING) is None) is certain
+
+
 @sees(ACCEPTANCE, "gain_level")
 def check_one_imitator_in_twenty_passes_for_a_gain() -> None:
     assert proven(Gain(np.ones(3), 0.04))
