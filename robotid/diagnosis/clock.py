@@ -4,7 +4,9 @@ A log holds the torque of one instant for each interval. Where the controller se
 recorded one is late by up to half an interval: what acts has gone on to the next when that is recorded. Stamps that
 vary are those of a recorder with a clock of its own, which reads the torque of the controller's last cycle, begun up to
 an interval before; there all torques may be late by some part of an interval, or early by as much as the stamps vary.
-No cause in the machine is to be sought for either.
+A log on a regular clock may hold the torque of its last interval, too: that late a torque is none of these only where
+something else explains the records better, for no effect of a machine is early.
+No cause in the machine is to be sought for any of these.
 """
 
 from __future__ import annotations
@@ -32,14 +34,17 @@ from robotid.signals.torque_steps import moved
 
 DELAY = "torque.torque_delay"
 HALF = 0.5  # [intervals] by which a torque that is set at every instant is recorded late
+LAST = 1.0  # [intervals] by which it is recorded later still where a log holds the torque of its last interval
 MAX_STEPS = 3  # of an estimate that is linear in a delay
 
 
 @dataclass(frozen=True, slots=True)
 class RecordedLate:
-    """By how much the torque of logs is recorded late [s], early where negative."""
+    """By how much the torque of logs is recorded late [s], early where negative. most : [intervals] that regular clocks
+    explain of it."""
 
     late: float = 0.0
+    most: float = HALF
 
     def corrected(self, record: Record) -> Record:
         """A record with its torque where it acts, as far as its clock explains that it does not; another as it is."""
@@ -49,7 +54,7 @@ class RecordedLate:
         torque, steps = moved(record.tau_m, record.torque_steps, -late)
         if record.torque_steps is not None:
             return replace(record, tau_m=torque, torque_steps=steps)
-        return replace(record, tau_m=torque) if 0.0 < late <= HALF else record
+        return replace(record, tau_m=torque) if 0.0 < late <= self.most else record
 
     @property
     def remark(self) -> str:
@@ -77,15 +82,16 @@ def in_time(evidence: Evidence, criteria: Criteria, log: Log = lambda _: None) -
     first = first_state(evidence, criteria)
     log("scoring the catalogue for cause 1")
     as_it_is = found = InTime(RecordedLate(), evidence, first.scored(criteria))
+    most = HALF + LAST if _leads(as_it_is) else HALF
     for _ in range(MAX_STEPS):
         late, std = _lateness(found, criteria)
         if abs(late) <= ACCEPTANCE.amplitude_sigma * std:
             break
-        total = _as_clocks_are(evidence, found.clock.late + late, std)
+        total = _as_clocks_are(evidence, found.clock.late + late, std, most)
         if total is None:  # the first step of a longer delay may be one that a clock explains
             return as_it_is
         try:
-            clock = RecordedLate(total)
+            clock = RecordedLate(total, most)
             moved_on = evidence.on(clock.corrected)
             if total == found.clock.late or _is_worse(moved_on, found.evidence):
                 break
@@ -105,11 +111,26 @@ def _lateness(found: InTime, criteria: Criteria) -> tuple[float, float]:
     axis' motion explains of the torque where that tells it better, as beside slow errors of the torque or an effect
     that leads the simulation far astray. Nothing where neither tells, or the model has a delay of its own."""
     state = found.start
-    places = list(zip(state.round.candidates, columns_of(state.round.candidates), strict=True))
-    at = next((at for one, at in places if one.name == DELAY), None)
+    places, at = _places(state)
     if at is None or DELAY in criteria.skip:
         return 0.0, np.inf
     return min(_beside_the_best(state, places, at), _by_the_motion(found.evidence), key=lambda delay: delay[1])
+
+
+def _places(state: SearchState) -> tuple[list[tuple[Candidate, slice]], slice | None]:
+    """Where all candidates' columns are, and those of the delay."""
+    places = list(zip(state.round.candidates, columns_of(state.round.candidates), strict=True))
+    return places, next((at for one, at in places if one.name == DELAY), None)
+
+
+def _leads(found: InTime) -> bool:
+    """Whether a torque that is recorded late on regular clocks explains more of the misfit than any effect."""
+    state, (_, at) = found.start, _places(found.start)
+    if at is None or any(run.record.torque_steps is not None for run in found.evidence.fitted):
+        return False
+    regression, best = state.round.projected.beside_fitted(at), state.round.best_of_each
+    last = regression.moment.shape[1] - 1
+    return bool(regression.estimate()[last] < 0.0) and regression.energy_of([last]) > (best[0].energy if best else 0.0)
 
 
 def _by_the_motion(evidence: Evidence) -> tuple[float, float]:
@@ -142,13 +163,14 @@ def _beside_the_best(state: SearchState, places: Sequence[tuple[Candidate, slice
     return -float(regression.estimate()[last]), float(np.sqrt(regression.covariance()[last, last]))
 
 
-def _as_clocks_are(evidence: Evidence, late: float, std: float) -> float | None:
-    """A lateness as far as the clocks of all records explain it, None where they do not."""
+def _as_clocks_are(evidence: Evidence, late: float, std: float, intervals: float) -> float | None:
+    """A lateness as far as the clocks of all records explain it, None where they do not. intervals : by which a torque
+    may be recorded late on a regular clock."""
     records = [run.record for run in evidence.fitted]
     irregular = [(one.sampling_time, one.torque_steps.spread) for one in records if one.torque_steps is not None]
     if irregular:
         return late if all(-interval * spread <= late <= interval for interval, spread in irregular) else None
-    most = HALF * min(one.sampling_time for one in records)
+    most = intervals * min(one.sampling_time for one in records)
     return min(late, most) if 0.0 < late <= most + ACCEPTANCE.amplitude_sigma * std else None
 
 

@@ -45,10 +45,10 @@ def _sizes(cause: Cause) -> list[tuple[Estimate, float]]:
 
 
 def uncertain(cause: Cause, fit: FitResult | None = None, level: float = 1.0) -> str | None:
-    """Why a cause is none whose amplitudes together are less than three standard deviations in a fit in the shape that
-    was found, or not significant at a level among all shapes, or known less well than to themselves, in words; None
-    where they are more. Those are robust ones, for what a model leaves is seldom white. fit : that tells how the
-    amplitudes depend on each other and on the shape, absent: they do not."""
+    """Why a cause is none whose amplitudes together are less than three standard deviations in a fit, be it in the
+    shape that was found, or not significant at a level among all shapes, or known less well than to themselves, in
+    words; None where they are more. Those are robust ones, for what a model leaves is seldom white. fit : that tells
+    how the amplitudes depend on each other and on the shape, absent: they do not."""
     sizes = _sizes(cause)
     names, apart = [one.name for one, _ in sizes], np.array([size for _, size in sizes])
     covariance = there = np.diag([one.std_robust**2 for one, _ in sizes])
@@ -62,8 +62,8 @@ def uncertain(cause: Cause, fit: FitResult | None = None, level: float = 1.0) ->
     if not sizes or not np.isfinite(covariance).all():
         return None
     least = max(ACCEPTANCE.amplitude_sigma, float(np.sqrt(chi2.isf(level, len(sizes) + len(shape)))))
-    known = deviations_from_none(apart, covariance) >= ACCEPTANCE.known_sigma
-    if known and deviations_from_none(apart, there) >= least:
+    known = deviations_from_none(apart, covariance)
+    if known >= ACCEPTANCE.known_sigma and max(known, deviations_from_none(apart, there)) >= least:
         return None
     first = sizes[0][0]
     return UNCERTAIN.format(first.name.rpartition(".")[2], first.value, first.std_robust)

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import median_filter
+from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.optimize import minimize_scalar
 from scipy.signal.windows import hann
 
@@ -48,15 +48,19 @@ def without_tones(record: Record, tones: Iterable[Tone]) -> Record:
 def tones(run: Simulated, output: Quantity) -> Iterator[Tone]:
     """The tones in the torque of a simulated record, the strongest in its residual first.
 
-    A tone stands out of its neighbours in the torque and in the residual, and not in the motion.
+    A tone stands out of its neighbours in the torque and in the residual, and not in the motion. Where others of these
+    neighbours stand out in both torque and motion, the torque repeats itself with the motion, and moves the joint at
+    one of its lines less than at others, as where what hangs on a motor absorbs it.
     """
     record, n = run.record, len(run.record)
     if n < 4 * AROUND:
         return
     torque, left, taper = record.tau_m, run.residual(output), hann(n, sym=False)
     shown = _lines(run.measured(output))
-    possible = (_standing_out(shown) < -np.log(LEVEL)) & (np.arange(1, len(shown) + 1) >= AROUND)
-    level = np.log(len(shown) / LEVEL)
+    level, moved = np.log(len(shown) / LEVEL), _standing_out(shown)
+    repeated = (moved > level) & (_standing_out(_lines(torque)) > level)
+    alone = maximum_filter1d(repeated, 2 * AROUND + 1, mode="constant") == 0
+    possible = alone & (moved < -np.log(LEVEL)) & (np.arange(1, len(shown) + 1) >= AROUND)
     for _ in range(MOST):
         simulated = _lines(left)
         standing = _standing_out(simulated)

@@ -29,6 +29,7 @@ from robotid.signals.record import Record
 from robotid.signals.torque_steps import moved
 
 H = 0.01  # [s]
+SKIPPING = replace(QUICK, skip=(*QUICK.skip, "torque.torque_delay"))
 
 
 def with_torque_moved(made: list[Record], late: float) -> list[Record]:
@@ -95,7 +96,16 @@ def test_a_drive_that_controls_faster_than_it_logs_is_late_by_part_of_an_interva
     assert after < 0.8 * before
 
 
-@pytest.mark.parametrize("late", [1.0, -0.4])
+def test_a_log_may_hold_the_torque_of_its_last_interval() -> None:
+    """A whole interval, which explains more than any effect, for none is early; not beside one that explains more."""
+    found = in_time(evidence(regular(1.0)), QUICK)
+    assert found.clock.late == pytest.approx(SAMPLING_TIME, abs=0.1 * SAMPLING_TIME)
+    assert found.start.misfit < 0.1 * in_time(evidence(regular(1.0)), SKIPPING).start.misfit
+    beside = [replace(one, torque_steps=None) for one in with_torque_moved(records(STRIBECK), 0.6)]
+    assert in_time(evidence(beside), QUICK).clock.late == 0.0
+
+
+@pytest.mark.parametrize("late", [2.0, -0.4])
 def test_what_no_clock_explains_of_a_regular_log_may_have_a_cause(late: float) -> None:
     assert in_time(evidence(regular(late)), QUICK).clock.late == 0.0
 
@@ -110,9 +120,8 @@ def test_an_effect_that_the_model_lacks_is_no_delay() -> None:
 
 
 def test_no_delay_is_taken_out_that_is_not_to_be_looked_for() -> None:
-    skipping = replace(QUICK, skip=(*QUICK.skip, "torque.torque_delay"))
     for made in (with_torque_moved(records({}), 0.3), regular(0.3)):
-        assert in_time(evidence(made), skipping).clock.late == 0.0
+        assert in_time(evidence(made), SKIPPING).clock.late == 0.0
 
 
 def test_of_records_with_unlike_clocks_each_moves_by_what_its_own_explains() -> None:

@@ -147,3 +147,17 @@ def test_a_size_is_certain_in_its_shape_or_not_at_all(deviation: float, correlat
     covariance = np.array([[deviation**2, apart], [apart, 100.0]])
     fit = replace(FIT, parameters=both, covariance=covariance, covariance_robust=covariance)
     assert (uncertain(one, fit) is not None) == none
+
+
+def test_a_size_that_is_certain_beside_its_shape_is_certain() -> None:
+    """Of errors that are far from white, the shape held may tell less."""
+    names = ("motor.stribeck.dFs", "motor.stribeck.vs")
+    both = (
+        replace(estimate(names[0], 0.01, "Nm"), std_robust=0.001),
+        replace(estimate(names[1], 4.0, "rad/s"), std_robust=1.0),
+    )
+    one = replace(cause(1.0), parameters=both)
+    plain = np.array([[1e-6, 0.9e-3], [0.9e-3, 1.0]])
+    robust = np.array([[1e-6, -0.9e-3], [-0.9e-3, 9.0]])
+    fit = replace(FIT, parameters=both, covariance=plain, covariance_robust=robust)
+    assert uncertain(one, fit, 1e-4) is None

@@ -145,9 +145,9 @@ def accept_best(state: SearchState, refits: Sequence[CandidateRefit], steps: Ste
     """The state with the best cause of a round that stands all tests, and with those before it rejected.
 
     One that is rejected only because it may be noise, or because its gain may be chance, is a twin of what explains no
-    more and is accepted: by chance alone the one passes and the other does not. Where there is no cause at all, the
-    first that only makes no sense, or that only rings by itself, imitates what is missing. steps : from this state, or
-    from one with the same model and round.
+    more and is accepted: by chance alone the one passes and the other does not. Where there is no cause yet, the first
+    that only makes no sense, or that only rings by itself, imitates what is missing, if it explains clearly more than
+    what is accepted. steps : from this state, or from one with the same model and round.
     """
     rejected = list[RejectedCause]()
     for k, one in enumerate(refits):
@@ -156,17 +156,32 @@ def accept_best(state: SearchState, refits: Sequence[CandidateRefit], steps: Ste
         if why is None:
             doubted = [before for before in refits[:k] if _is_doubted(steps.to(before), step, criteria)]
             standing = [one, *doubted, *refits[k + 1 :]]
+            if not state.causes:
+                rejected = _with_imitation(rejected, refits, steps, criteria, step.share / ACCEPTANCE.imitation_share)
             state = state.with_rejected(*rejected)
             named = _simplest_alike(state, standing, steps, criteria)
             others = [other for other in standing if other is not named]
             return state.with_cause(as_cause(state, [named, *others], steps.to(named), criteria))
         rejected.append(RejectedCause(one.effect, step.share, step.gain, why))
-    senseless = (k for k, one in enumerate(refits) if _is_only_senseless(steps.to(one), criteria))
-    first = None if state.causes else next(senseless, None)
-    if first is not None:
-        undriven = is_not_physical(steps.to(refits[first]), criteria) is None
-        rejected[first] = replace(rejected[first], imitates=True, undriven=undriven)
-    return state.with_rejected(*rejected)
+    return state.with_rejected(*(rejected if state.causes else _with_imitation(rejected, refits, steps, criteria)))
+
+
+def _with_imitation(
+    rejected: Sequence[RejectedCause],
+    refits: Sequence[CandidateRefit],
+    steps: Steps,
+    criteria: Criteria,
+    least: float = -np.inf,
+) -> list[RejectedCause]:
+    """The first refits of a round, rejected, the first that is only senseless as an imitation. least : share of the
+    misfit that it explains more than."""
+    found = list(rejected)
+    for k, (one, why) in enumerate(zip(refits, rejected, strict=False)):  # those after the first that stands are none
+        step = steps.to(one)
+        if why.explained > least and _is_only_senseless(step, criteria):
+            found[k] = replace(why, imitates=True, undriven=is_not_physical(step, criteria) is None)
+            break
+    return found
 
 
 def _simplest_alike(

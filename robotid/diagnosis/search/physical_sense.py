@@ -81,7 +81,7 @@ def _is_uncertain(model: RefittedModel, effect: str) -> bool:
     shape = [k for k in model.own_columns(effect) if k not in at]
     there = in_their_shape(model.covariance, model.covariance, at, shape)
     known = deviations_from_none(apart, model.covariance[np.ix_(at, at)])
-    return deviations_from_none(apart, there) < ACCEPTANCE.amplitude_sigma or known < ACCEPTANCE.known_sigma
+    return known < ACCEPTANCE.known_sigma or deviations_from_none(apart, there) < ACCEPTANCE.amplitude_sigma
 
 
 def amplitudes(model: RefittedModel, effect: str) -> dict[int, float]:

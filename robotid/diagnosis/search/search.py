@@ -60,6 +60,7 @@ from robotid.diagnosis.search.unexplained import (
     is_imitated,
     with_unexplained,
     without_imitations,
+    without_parts,
 )
 from robotid.errors import NumericsError
 from robotid.interrupt import OutOfTime, check, deadline
@@ -394,6 +395,7 @@ def _completed(
     try:
         if imitated is not None:
             result = without_imitations(result, imitated, start.data)
+        result = without_parts(result)
         left, coloured = _noise_left(result)
         if result.causes and coloured.noise_reached and not explains_more(result.first, result.last, left, coloured):
             result = replace(result.without_causes([NOTHING] * len(result.causes)), data=start.data)

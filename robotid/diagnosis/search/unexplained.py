@@ -122,6 +122,20 @@ def without_imitations(result: SearchResult, better: FittedCurve, before: Evalua
     return replace(found, data=data, curve=curve, curve_share=share)
 
 
+def without_parts(result: SearchResult) -> SearchResult:
+    """The result with its causes rejected where what makes no sense explains clearly more than all of them: they are a
+    part of what that imitates."""
+    like = next((one for one in result.rejected if one.imitates), None)
+    if like is None or not result.causes:
+        return result
+    first, data = result.first, result.data
+    explained = share_removed(first, first, result.last, data, plain=is_plain(first, data))
+    if explained >= ACCEPTANCE.imitation_share * like.explained:
+        return result
+    why = f"only a part: {like.effect}, which makes no sense here, explains {100 * like.explained:.0f} % of the misfit"
+    return result.without_causes([why] * len(result.causes))
+
+
 def _share(curve: FittedCurve, first: RefittedModel, data: EvaluationData) -> float:
     """Share of the first model's misfit that a curve explains."""
     return float(np.clip(curve.energy / max(misfit_energy(first, data), 1e-9), 0.0, 1.0))

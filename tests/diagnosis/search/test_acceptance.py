@@ -211,6 +211,24 @@ def test_what_stands_every_test_but_that_of_sense_imitates_what_is_missing() -> 
     assert after.rejected[0].imitates
 
 
+@pytest.mark.parametrize(("share", "imitates"), [(0.6, True), (0.8, False)])
+def test_what_makes_no_sense_and_explains_clearly_more_than_a_cause_imitates_what_is_missing(
+    share: float, imitates: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """share : that the cause explains, of what the other does."""
+    state, idle, both = idle_then_stribeck()
+    state = state.scored(QUICK)
+    first, second = (s for s in state.round.best_of_each if s.candidate.name in {"motor.stribeck", "motor.cogging"})
+    refits = [CandidateRefit(first, both), CandidateRefit(second, idle)]
+    monkeypatch.setattr(Step, "share", property(lambda step: 0.9 if step.after is both else 0.9 * share))
+    monkeypatch.setattr(acceptance, "objection", lambda step, _: "makes no sense" if step.after is both else None)
+    monkeypatch.setattr(acceptance, "_is_only_senseless", lambda step, _: step.after is both)
+    monkeypatch.setattr(acceptance, "_is_doubted", lambda *_: False)
+    after = accept_best(state, refits, Steps(state), QUICK)
+    assert [cause.effect for cause in after.causes] == [second.candidate.name]
+    assert after.rejected[0].imitates is imitates
+
+
 def test_what_fails_another_test_imitates_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(acceptance, "OBJECTIONS", (lambda *_: "no", acceptance.is_not_physical))
     monkeypatch.setattr(acceptance, "is_not_physical", lambda *_: "makes no sense")

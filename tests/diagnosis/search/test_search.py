@@ -30,7 +30,8 @@ from robotid.diagnosis.nonparametric.curve_fit import fit_curves
 from robotid.diagnosis.results import Diagnosis, Event
 from robotid.diagnosis.search import search as searching
 from robotid.diagnosis.search.events import SeenEvent
-from robotid.diagnosis.search.state import SearchResult, SearchState, is_plain, share_removed
+from robotid.diagnosis.search.state import RejectedCause, SearchResult, SearchState, is_plain, share_removed
+from robotid.diagnosis.search.unexplained import without_parts
 from robotid.diagnosis.verdict import verdict
 from robotid.estimate.fitted_model import fitted_model
 from robotid.signals.record import Record
@@ -340,3 +341,15 @@ def test_causes_that_explain_nothing_by_the_noise_they_leave_are_none(monkeypatc
     assert found.causes == ()
     assert found.last is found.first
     assert found.rejected[0].why == searching.NOTHING
+
+
+@pytest.mark.parametrize(("share", "kept"), [(1.2, True), (2.0, False)])
+def test_causes_that_explain_clearly_less_than_what_makes_no_sense_are_a_part_of_it(share: float, kept: bool) -> None:
+    found = searched(records(STRIBECK), QUICK)
+    assert [cause.effect for cause in found.causes] == ["motor.stribeck"]
+    senseless = RejectedCause("motor.cogging", share, 1.0, "makes no sense", imitates=True)
+    again = without_parts(replace(found, rejected=(senseless,)))
+    assert bool(again.causes) is kept
+    assert again.imitated is not kept
+    why = f"only a part: motor.cogging, which makes no sense here, explains {100 * share:.0f} % of the misfit"
+    assert kept or again.rejected[0].why == why
