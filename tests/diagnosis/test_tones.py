@@ -86,6 +86,16 @@ def test_what_follows_the_angle_is_none_though_a_constant_speed_makes_it_one_in_
     assert {tone.record for run in runs for tone in tones(run, "speed")} >= {"slow", "wide"}
 
 
+@pytest.mark.parametrize(("beside", "found"), [(41.0, False), (52.0, True)])
+def test_a_line_among_others_that_move_the_joint_is_one_of_these(beside: float, found: bool) -> None:
+    """Of a torque that repeats with the motion, one line may hardly move a motor whose arm absorbs it."""
+    driven = [
+        replace(one, tau_m=one.tau_m + hum(one, 0.1, beside), dphi_m=one.dphi_m + hum(one, 0.5, beside))
+        for one in humming(records({}), 0.1)
+    ]
+    assert bool([one for one in heard(driven) if one.frequency == pytest.approx(39.1, abs=0.3)]) is found
+
+
 def test_what_has_few_periods_is_no_tone() -> None:
     assert heard(humming(records({}), 0.2, 3.0)) == []
 
