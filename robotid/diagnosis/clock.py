@@ -4,9 +4,9 @@ A log holds the torque of one instant for each interval. Where the controller se
 recorded one is late by up to half an interval: what acts has gone on to the next when that is recorded. Stamps that
 vary are those of a recorder with a clock of its own, which reads the torque of the controller's last cycle, begun up to
 an interval before; there all torques may be late by some part of an interval, or early by as much as the stamps vary.
-A log on a regular clock may hold the torque of its last interval, too: that late a torque is none of these only where
-something else explains the records better, for no effect of a machine is early.
-No cause in the machine is to be sought for any of these.
+A log on a regular clock may hold the torque of its last interval, too; so late it is taken for that only where nothing
+explains the records better, for no effect of a machine is early. No cause in the machine is to be sought for any of
+these.
 """
 
 from __future__ import annotations

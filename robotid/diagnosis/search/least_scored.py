@@ -36,12 +36,10 @@ def least_scored(
     size below may be returned.
     """
     plain = _least(projected, at, energy)
-    if plain == inf or data.torque_errors:
+    if plain == inf or data.torque_errors or GREATEST * plain <= asked:
         return plain
     size = plain
     for _ in range(NOISES):
-        if GREATEST * plain <= asked:
-            return size
         noisy = sensor_noise(residuals_with(scans, projected, at, in_any_proportion(at, size)), data.output)
         own = [one.with_only(at).whitened_as(segment) for one, segment in zip(scans, noisy, strict=True)]
         # the noise that it makes is as its energy: s^2 = plain^2 (1 + made s^2)
