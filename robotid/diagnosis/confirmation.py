@@ -23,7 +23,7 @@ from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.settings import VERDICT
 from robotid.diagnosis.verdict import is_partial, without_cause
 from robotid.estimate.result import Estimate, FitResult
-from robotid.estimate.uncertainty import deviations_from_none, in_their_shape
+from robotid.estimate.uncertainty import deviations_with_shape
 from robotid.model.structure import changed, is_change, rests_on
 
 NOT_CONFIRMED = "a fit does not confirm it: the held-out records gain nothing by it"
@@ -51,19 +51,18 @@ def uncertain(cause: Cause, fit: FitResult | None = None, level: float = 1.0) ->
     how the amplitudes depend on each other and on the shape, absent: they do not."""
     sizes = _sizes(cause)
     names, apart = [one.name for one, _ in sizes], np.array([size for _, size in sizes])
-    covariance = there = np.diag([one.std_robust**2 for one, _ in sizes])
-    shape = list[int]()
-    if fit is not None:
-        of_all = [one.name for one in fit.parameters]
+    if fit is None:
+        robust = covariance = np.diag([one.std_robust**2 for one, _ in sizes])
+        at, shape = list(range(len(sizes))), list[int]()
+    else:
+        robust, covariance, of_all = fit.covariance_robust, fit.covariance, [one.name for one in fit.parameters]
         at = [of_all.index(name) for name in names]
         shape = [of_all.index(one.name) for one in cause.parameters if one.name not in names]
-        covariance = fit.covariance_robust[np.ix_(at, at)]
-        there = in_their_shape(fit.covariance, fit.covariance_robust, at, shape)
-    if not sizes or not np.isfinite(covariance).all():
+    if not sizes or not np.isfinite(robust[np.ix_(at, at)]).all():
         return None
     least = max(ACCEPTANCE.amplitude_sigma, float(np.sqrt(chi2.isf(level, len(sizes) + len(shape)))))
-    known = deviations_from_none(apart, covariance)
-    if known >= ACCEPTANCE.known_sigma and max(known, deviations_from_none(apart, there)) >= least:
+    known, certain = deviations_with_shape(apart, covariance, robust, at, shape)
+    if known >= ACCEPTANCE.known_sigma and certain >= least:
         return None
     first = sizes[0][0]
     return UNCERTAIN.format(first.name.rpartition(".")[2], first.value, first.std_robust)

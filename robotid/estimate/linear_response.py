@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -72,14 +73,11 @@ def fit_response(
             error = weight * np.log(linear_response(joint, theta, frf.omega) / frf.response)
         return np.concatenate([error.real, error.imag, [tightness * np.log(total_inertia(joint, now) / total[0])]])
 
-    def derivatives(logarithms: Array) -> Array:
-        return _forward_differences(residual, logarithms)
-
     solutions = [
         least_squares(
             residual,
             np.log([start[name] for name in free]),
-            derivatives,
+            partial(_forward_differences, residual),
             bounds=(-30.0, 50.0),
             loss="soft_l1",
             x_scale="jac",

@@ -211,6 +211,15 @@ def deviations_from_none(apart: Array, covariance: Array) -> float:
     return float(np.sqrt(max(0.0, distance)))
 
 
+def deviations_with_shape(
+    apart: Array, covariance: Array, robust: Array, sizes: Sequence[int], shape: Sequence[int]
+) -> tuple[float, float]:
+    """How many robust standard deviations an effect's sizes (k,) are away from where they vanish beside its shape, and
+    how many in the shape that was found, if that tells more. The other arguments are those of `in_their_shape`."""
+    beside = deviations_from_none(apart, robust[np.ix_(sizes, sizes)])
+    return beside, max(beside, deviations_from_none(apart, in_their_shape(covariance, robust, sizes, shape)))
+
+
 def in_their_shape(covariance: Array, robust: Array, sizes: Sequence[int], shape: Sequence[int]) -> Array:
     """Robust covariance (k, k) of parameters `sizes` with the parameters `shape` where they were found: where an effect
     is as good as nothing its shape may be anything, and is not what its size is uncertain by.

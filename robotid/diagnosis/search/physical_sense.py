@@ -12,7 +12,7 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.measured_motion import with_angle
 from robotid.diagnosis.search.settings import ACCEPTANCE
-from robotid.estimate.uncertainty import deviations_from_none, in_their_shape
+from robotid.estimate.uncertainty import deviations_with_shape
 from robotid.model.array import Array
 from robotid.model.companion import companion_of
 from robotid.model.parameters import Parameter
@@ -77,11 +77,10 @@ def _is_uncertain(model: RefittedModel, effect: str) -> bool:
     fitted = amplitudes(model, effect)
     if not fitted:
         return False
-    at, apart = list(fitted), np.array(list(fitted.values()))
-    shape = [k for k in model.own_columns(effect) if k not in at]
-    there = in_their_shape(model.covariance, model.covariance, at, shape)
-    known = deviations_from_none(apart, model.covariance[np.ix_(at, at)])
-    return known < ACCEPTANCE.known_sigma or deviations_from_none(apart, there) < ACCEPTANCE.amplitude_sigma
+    covariance, apart = model.covariance, np.array(list(fitted.values()))
+    shape = [k for k in model.own_columns(effect) if k not in fitted]
+    known, certain = deviations_with_shape(apart, covariance, covariance, list(fitted), shape)
+    return known < ACCEPTANCE.known_sigma or certain < ACCEPTANCE.amplitude_sigma
 
 
 def amplitudes(model: RefittedModel, effect: str) -> dict[int, float]:
