@@ -16,7 +16,7 @@ from scipy.linalg import lstsq
 from scipy.optimize import nnls
 
 from robotid.estimate.noise.lines import Innovations, Residual, band_edges, band_means
-from robotid.estimate.noise.settings import SETTINGS, SMALLEST, LevelSettings
+from robotid.estimate.noise.settings import MEDIAN, SETTINGS, SMALLEST, LevelSettings
 from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 from robotid.model.array import Array, Index
 from robotid.parallel import each
@@ -38,20 +38,49 @@ def fit_levels(
     """
     telling = [k for k, one in enumerate(residuals) if one.signal.any()]
     if 0 < len(telling) < len(residuals):
-        seen = _fitted((residuals, settings, near), telling)
-        found = dict(zip(telling, seen, strict=True))
-        silent = (replace(seen[0], output=max(one.least, SMALLEST)) for one in residuals)
-        return tuple(found.get(k, one) for k, one in enumerate(silent))
-    levels = _start(residuals, settings) if near is None else tuple(near)
+        some = _fitted((residuals, settings, near), telling)
+        known = dict(zip(telling, some, strict=True))
+        silent = (replace(some[0], output=max(one.least, SMALLEST)) for one in residuals)
+        return tuple(known.get(k, one) for k, one in enumerate(silent))
+    levels = _start(residuals, [*map(_finest, residuals)], settings) if near is None else tuple(near)
     if not telling:
         return levels
+    found, energy = _swept(residuals, levels, settings)
+    if settings.sweeps == 1 or 1.0 / settings.unlikely < energy < settings.unlikely:
+        return found
+    other, _ = _swept(residuals, _start(residuals, [*map(_all_of_output, residuals)], settings), settings)
+    return min(found, other, key=lambda one: _unlikelihood_of_left(residuals, one, settings))
+
+
+def _swept(
+    residuals: Sequence[Residual], levels: tuple[NoiseLevels, ...], settings: LevelSettings
+) -> tuple[tuple[NoiseLevels, ...], float]:
+    """Levels whitened and fitted again until they stay, and the mean square of the innovations: at the likeliest it is
+    1, for a factor on all levels is free."""
+    energy = 1.0
     for _ in range(settings.sweeps):
-        after = _refine(residuals, levels, settings)
+        seen = whitened(residuals, levels, settings)
+        after = min(choices(residuals, seen, settings), key=lambda one: one.criterion).levels
         done = all(_alike(a, b, settings.settled) for a, b in zip(levels, after, strict=True))
-        levels = after
+        levels, energy = after, float(np.average([one.energy for one in seen], weights=[*map(_samples, residuals)]))
         if done:
             break
-    return levels
+    return levels, energy
+
+
+def _samples(one: Residual) -> int:
+    return len(one.signal)
+
+
+def _unlikelihood_of_left(
+    residuals: Sequence[Residual], levels: Sequence[NoiseLevels], settings: LevelSettings
+) -> float:
+    """Minus twice the logarithm of the likelihood of the innovations, without what has been taken out of them."""
+    total = 0.0
+    for one, level, seen in zip(residuals, levels, whitened(residuals, levels, settings), strict=True):
+        at_once = innovations_filter(one.response, level).at_once
+        total += _samples(one) * (seen.energy - 2.0 * float(np.log(at_once)))
+    return total
 
 
 def fit_levels_by_record(
@@ -86,18 +115,26 @@ def _fitted(
     return fit_levels([residuals[k] for k in at], settings, None if near is None else [near[k] for k in at])
 
 
-def _start(residuals: Sequence[Residual], settings: LevelSettings) -> tuple[NoiseLevels, ...]:
-    """The output noise by the finest differences, and the torque's white noise that makes the innovations likeliest."""
-    outputs = [
-        max(one.least, float(np.median(np.diff(one.sensed, 2) ** 2)) / (0.455 * 6.0), 1e-300) for one in residuals
-    ]
-    best, cost = tuple(NoiseLevels(output) for output in outputs), np.inf
+def _finest(one: Residual) -> float:
+    """The variance of the output's noise by the finest differences."""
+    return max(one.least, float(np.median(np.diff(one.sensed, 2) ** 2)) / (MEDIAN * 6.0), SMALLEST)
+
+
+def _all_of_output(one: Residual) -> float:
+    """The same where it is all that makes a residual. Of an encoder so coarse that most samples show no difference at
+    all, the finest are next to nothing."""
+    return max(one.least, float(np.mean(innovations_filter(one.response, NoiseLevels(1.0))(one.signal) ** 2)), SMALLEST)
+
+
+def _start(residuals: Sequence[Residual], outputs: Sequence[float], settings: LevelSettings) -> tuple[NoiseLevels, ...]:
+    """The torque's white noise that makes the innovations likeliest beside outputs of these variances."""
+    best, cost = tuple(map(NoiseLevels, outputs)), np.inf
     n = max(len(one.signal) for one in residuals)
     for omega in 2 * np.pi * np.geomspace(1 / n, 0.5, settings.crossings):
         ratios = [o / one.response.squared(np.array([omega]))[0] for o, one in zip(outputs, residuals, strict=True)]
         torque = float(np.median(ratios))
         tried = tuple(NoiseLevels(output, torque) for output in outputs)
-        value = sum(_unlikelihood(one, level) for one, level in zip(residuals, tried, strict=True))
+        value = sum(map(_unlikelihood, residuals, tried))
         if value < cost:
             best, cost = tried, value
     return best
@@ -107,8 +144,7 @@ def _unlikelihood(one: Residual, levels: NoiseLevels) -> float:
     """Minus twice the logarithm of the innovations' likelihood."""
     whiten = innovations_filter(one.response, levels)
     innovations = whiten(one.signal)
-    first = whiten.sections[:, 0].prod() / whiten.sections[:, 3].prod()
-    return float(innovations @ innovations) - 2.0 * len(innovations) * float(np.log(abs(first)))
+    return float(innovations @ innovations) - 2.0 * len(innovations) * float(np.log(whiten.at_once))
 
 
 def _alike(a: NoiseLevels, b: NoiseLevels, settled: float) -> bool:
@@ -127,14 +163,6 @@ class _Lines:
     torque: Array
     red: Array
     count: Array
-
-
-def _refine(
-    residuals: Sequence[Residual], levels: Sequence[NoiseLevels], settings: LevelSettings
-) -> tuple[NoiseLevels, ...]:
-    """The choice that the criterion asks for."""
-    found = choices(residuals, whitened(residuals, levels, settings), settings)
-    return min(found, key=lambda one: one.criterion).levels
 
 
 def whitened(

@@ -64,12 +64,14 @@ def whitened_lines(
 @dataclass(frozen=True, slots=True, eq=False)
 class Innovations:
     """Periodogram of a whitened residual at the frequencies omega (f,) [rad per sample] that tell of its noise, and the
-    squared gain (f,) by which noise of the output gets there. basis (r, n) : what has been taken out of it."""
+    squared gain (f,) by which noise of the output gets there. basis (r, n) : what has been taken out of it; energy :
+    mean square of the rest."""
 
     omega: Array
     power: Array
     gain: Array
     basis: Array
+    energy: float
 
     @classmethod
     def of(cls, one: Residual, whiten: InnovationsFilter, settings: LevelSettings) -> Innovations:
@@ -83,8 +85,9 @@ class Innovations:
         seen = np.flatnonzero(left > 1.0 - settings.full)
         if one.columns is None:
             seen = seen[seen >= settings.skipped]
-        power = periodogram(_clipped(innovations, settings.clip))
-        return cls(omega[seen], power[seen], whiten.squared(omega[seen]) * left[seen], basis)
+        innovations = _clipped(innovations, settings.clip)
+        power, energy = periodogram(innovations), float(innovations @ innovations) / max(1, n - len(basis))
+        return cls(omega[seen], power[seen], whiten.squared(omega[seen]) * left[seen], basis, energy)
 
     def of_the_torque(self, one: Residual, corners: Array) -> tuple[Array, Array]:
         """What noise of the torque of unit variance adds to the periodogram: white (f,), and red of every corner,

@@ -31,6 +31,7 @@ class LevelSettings:
     scales: int = 37
     full: float = 0.8
     band: float = 0.03
+    unlikely: float = 1.5
     left_out: float = 0.02
     clip: float = np.inf
     bands: int = 8

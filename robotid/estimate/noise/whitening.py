@@ -101,6 +101,11 @@ class InnovationsFilter:
         return self.output_variance / (1.0 if derivation is None else derivation.gain)
 
     @property
+    def at_once(self) -> float:
+        """By what a sample counts in its own innovation."""
+        return float(abs(self.sections[:, 0].prod() / self.sections[:, 3].prod()))
+
+    @property
     def output_variance(self) -> float:
         """Variance of the output's own noise, in the output's unit squared."""
         return self.levels.output * (1.0 if self.derivation is None else self.derivation.gain)
