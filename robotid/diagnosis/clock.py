@@ -6,7 +6,7 @@ vary are those of a recorder with a clock of its own, which reads the torque of 
 an interval before; there all torques may be late by some part of an interval, or early by as much as the stamps vary.
 A log on a regular clock may hold the torque of its last interval, too; so late it is taken for that only where nothing
 explains the records better, for no effect of a machine is early. No cause in the machine is to be sought for any of
-these.
+these. What is not late but smoothed, as by the filter of a drive, is no matter of clocks, and has an effect of its own.
 """
 
 from __future__ import annotations
@@ -15,13 +15,19 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from robotid.catalogue import is_late
+from robotid.channels.torque_filter import TorqueFilter
 from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.refit.refit import refit
+from robotid.diagnosis.refit.refitted_model import extended
 from robotid.diagnosis.scoring.blocked_regression import gain_of
 from robotid.diagnosis.scoring.candidate import Candidate, columns_of
+from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.carry_over import proven
-from robotid.diagnosis.search.data import Evidence, first_state
+from robotid.diagnosis.search.data import Evidence, first_state, unweighted
+from robotid.diagnosis.search.refits import start_values
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import AcceptedCause, Log, SearchState
 from robotid.errors import NumericsError
@@ -32,9 +38,11 @@ from robotid.signals.plausibility.delay import torque_delay
 from robotid.signals.record import Record
 from robotid.signals.torque_steps import moved
 
-DELAY = "torque.torque_delay"
+DELAY, FILTER = "torque.torque_delay", f"torque.{TorqueFilter.name}"
 HALF = 0.5  # [intervals] by which a torque that is set at every instant is recorded late
 LAST = 1.0  # [intervals] by which it is recorded later still where a log holds the torque of its last interval
+NEAR = 0.02  # [intervals] to which a lateness is sought by fits
+UNUSABLE = 1e300  # squared error of a model that cannot be simulated
 MAX_STEPS = 3  # of an estimate that is linear in a delay
 
 
@@ -82,7 +90,11 @@ def in_time(evidence: Evidence, criteria: Criteria, log: Log = lambda _: None) -
     first = first_state(evidence, criteria)
     log("scoring the catalogue for cause 1")
     as_it_is = found = InTime(RecordedLate(), evidence, first.scored(criteria))
-    most = HALF + LAST if _leads(as_it_is) else HALF
+    by_fits = None if _leads(as_it_is) else _late_by_fits(as_it_is, criteria)
+    most = HALF + LAST if by_fits is not None or _leads(as_it_is) else HALF
+    if by_fits is not None:
+        moved_on = evidence.on(by_fits.corrected)
+        found = InTime(by_fits, moved_on, first_state(moved_on, criteria).scored(criteria))
     for _ in range(MAX_STEPS):
         late, std = _lateness(found, criteria)
         if abs(late) <= ACCEPTANCE.amplitude_sigma * std:
@@ -98,7 +110,7 @@ def in_time(evidence: Evidence, criteria: Criteria, log: Log = lambda _: None) -
             found = InTime(clock, moved_on, first_state(moved_on, criteria).scored(criteria))
         except NumericsError:
             break
-    return found
+    return as_it_is if _is_smoothed(evidence, found) else found
 
 
 def is_undone(clock: RecordedLate, causes: Sequence[AcceptedCause]) -> bool:
@@ -126,11 +138,76 @@ def _places(state: SearchState) -> tuple[list[tuple[Candidate, slice]], slice | 
 def _leads(found: InTime) -> bool:
     """Whether a torque that is recorded late on regular clocks explains more of the misfit than any effect."""
     state, (_, at) = found.start, _places(found.start)
-    if at is None or any(run.record.torque_steps is not None for run in found.evidence.fitted):
+    if at is None or _is_irregular(found.evidence):
         return False
-    regression, best = state.round.projected.beside_fitted(at), state.round.best_of_each
+    regression, best = state.round.projected.beside_fitted(at), _best_in_machine(state)
     last = regression.moment.shape[1] - 1
-    return bool(regression.estimate()[last] < 0.0) and regression.energy_of([last]) > (best[0].energy if best else 0.0)
+    return bool(regression.estimate()[last] < 0.0) and regression.energy_of([last]) > (best.energy if best else 0.0)
+
+
+def _late_by_fits(found: InTime, criteria: Criteria) -> RecordedLate | None:
+    """The lateness on regular clocks with which the model fits best, None unless it explains more than a fit with the
+    effect that promises most: where the fit is far off, promises are no measure of what a fit with either leaves."""
+    best, interval = _best_in_machine(found.start), min(run.record.sampling_time for run in found.evidence.fitted)
+    late, std = _lateness(found, criteria)
+    surely = late - ACCEPTANCE.amplitude_sigma * std > HALF * interval
+    if not surely or best is None or _is_irregular(found.evidence):
+        return None
+
+    def moved_by(intervals: float) -> RecordedLate:
+        return RecordedLate(intervals * interval, HALF + LAST)
+
+    def energy(intervals: float) -> float:
+        try:
+            return _energy(found.evidence.on(moved_by(intervals).corrected))
+        except NumericsError:
+            return UNUSABLE
+
+    likeliest = minimize_scalar(energy, bounds=(0.0, HALF + LAST), method="bounded", options={"xatol": NEAR})
+    explains_more = likeliest.fun < min(UNUSABLE, _energy_with(found.evidence, found.start, best))
+    return moved_by(float(likeliest.x)) if explains_more else None
+
+
+def _best_in_machine(state: SearchState) -> Score | None:
+    """The effect that explains most and does not only shift the torque in time."""
+    in_machine = (s for s in state.round.best_of_each if s.candidate.name not in (DELAY, FILTER))
+    return next(in_machine, None)
+
+
+def _is_irregular(evidence: Evidence) -> bool:
+    return any(run.record.torque_steps is not None for run in evidence.fitted)
+
+
+def _energy(evidence: Evidence) -> float:
+    """Squared error of the model on the records of its fit."""
+    return float(sum(np.sum(np.square(one)) for one in _residuals(evidence)))
+
+
+def _energy_with(evidence: Evidence, state: SearchState, score: Score) -> float:
+    """The same of the model fitted with an effect, from where its score promises the end; infinite where that cannot be
+    simulated."""
+    structure, start = extended(state.model, score.candidate.name, start_values(state.model, score, 1.0))
+    data = unweighted(evidence.model, [run.record for run in evidence.fitted], evidence.horizon)
+    try:
+        return float(refit(structure, [start], data).energy)
+    except NumericsError:
+        return float("inf")
+
+
+def _is_smoothed(evidence: Evidence, found: InTime) -> bool:
+    """Whether a torque that is recorded later than half an interval was rather recorded through a filter as slow as
+    that, by the simulations of the model fitted to the torque before either, from block to block."""
+    late, interval = found.clock.late, min(run.record.sampling_time for run in evidence.fitted)
+    if late <= HALF * interval or _is_irregular(evidence):
+        return False
+
+    def unfiltered(record: Record) -> Record:
+        return replace(record, tau_m=TorqueFilter().apply(record.tau_m, record.sampling_time, [late]))
+
+    try:
+        return _is_worse(found.evidence, evidence.on(unfiltered))
+    except NumericsError:
+        return False
 
 
 def _by_the_motion(evidence: Evidence) -> tuple[float, float]:
@@ -152,7 +229,8 @@ def _by_the_motion(evidence: Evidence) -> tuple[float, float]:
 def _beside_the_best(state: SearchState, places: Sequence[tuple[Candidate, slice]], at: slice) -> tuple[float, float]:
     """The delay [s] beside what scores best, with its standard deviation; nothing where that does not carry over from
     block to block. places : of all candidates' columns; at : those of the delay."""
-    best = next((s.candidate for s in state.round.scores if not getattr(s.candidate, "is_late", False)), None)
+    scored = (s.candidate for s in state.round.scores if s.candidate.name != FILTER)
+    best = next((one for one in scored if not getattr(one, "is_late", False)), None)
     beside = [k for one, own in places if one is best for k in range(own.start, own.stop)]
     fitted = len(state.round.projected.fitted)
     columns = [*range(fitted), *(fitted + k for k in beside), fitted + at.start]

@@ -28,10 +28,10 @@ class PortRange:
 class Physical:
     """Where a parameter makes sense.
 
-    least : in its own unit. of_duration : a least share of the longest record. within_speed, within_travel : it is a
-    speed or a way that the motion must reach. periods : it counts periods a turn, of which the motion must cover so
-    many. bends : it is an inverse way, of which the motion must cover so many. why : what it would otherwise be, in
-    words that follow its value.
+    least : in its own unit. of_duration : a share of the longest record, which will do where it is less.
+    within_speed, within_travel : it is a speed or a way that the motion must reach. periods : it counts periods a turn,
+    of which the motion must cover so many. bends : it is an inverse way, of which the motion must cover so many. why :
+    what it would otherwise be, in words that follow its value.
     """
 
     why: str
@@ -44,7 +44,7 @@ class Physical:
 
     def range(self, offered: PortRange) -> tuple[float, float]:
         """Least and largest value that make sense on these records; without any travel, nothing is periodic."""
-        low = max(self.least, self.of_duration * offered.duration)
+        low = min(self.least, self.of_duration * offered.duration) if self.of_duration else self.least
         if self.periods or self.bends:
             covered = max(self.periods * TURN, self.bends)
             low = max(low, covered / offered.travel if offered.travel > 0.0 else inf)
@@ -59,9 +59,8 @@ class Physical:
         """The range in words."""
         parts = []
         if self.least:
-            parts.append(f"at least {self.least:g}")
-        if self.of_duration:
-            parts.append(f"at least {self.of_duration:g} of the longest record")
+            shorter = f", or {self.of_duration:g} of the longest record" if self.of_duration else ""
+            parts.append(f"at least {self.least:g}{shorter}")
         if self.within_speed:
             parts.append("a speed that the motion reaches")
         if self.within_travel:

@@ -81,3 +81,12 @@ def test_a_channel_says_whether_a_held_torque_changes_within_intervals(name: str
     after = one.on_parts(4).apply(np.repeat(torque(), 4), H / 4, values).reshape(-1, 4)
     assert bool(np.ptp(after, axis=1).any()) == channel.has_memory
     np.testing.assert_allclose(after.mean(axis=1), one.apply(torque(), H, values), atol=1e-12)
+
+
+def test_a_filter_through_which_a_torque_was_recorded_is_undone() -> None:
+    u, T = torque(), 0.7 * H
+    smoothed = np.empty_like(u)
+    smoothed[0] = u[0]
+    for k in range(1, len(u)):
+        smoothed[k] = smoothed[k - 1] + H / (T + H) * (u[k] - smoothed[k - 1])
+    np.testing.assert_allclose(CHANNELS["torque_filter"].apply(smoothed, H, [T]), u, atol=1e-13)

@@ -12,11 +12,11 @@ from support.plain_models import plain_data, plain_model
 from support.small_bench import QUICK, SAMPLING_TIME, STRIBECK, begun, evidence, fitted, records
 
 from robotid.catalogue import assemble
-from robotid.diagnosis import procedure
+from robotid.diagnosis import clock, procedure
 from robotid.diagnosis.clock import InTime, RecordedLate, in_time
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.procedure import diagnose
-from robotid.diagnosis.search.data import Evidence
+from robotid.diagnosis.search.data import Evidence, first_state
 from robotid.diagnosis.search.state import AcceptedCause, SearchResult
 from robotid.estimate.fitted_model import fitted_model, simulate_record
 from robotid.estimate.grey_box import FitOptions, fit_model
@@ -176,3 +176,34 @@ def test_a_delay_that_causes_undo_was_none(monkeypatch: pytest.MonkeyPatch) -> N
     assert asked[1:] == [0.0]
     assert clock.late == 0.0
     assert [one.effect for one in found.causes] == ["motor.stribeck"]
+
+
+def through_a_filter(made: list[Record], intervals: float) -> list[Record]:
+    """Records whose torque a drive has smoothed, by a time constant of so many intervals."""
+    smoothed = [lfilter([1.0], [1.0 + intervals, -intervals], one.tau_m) for one in made]
+    return [replace(one, tau_m=torque, torque_steps=None) for one, torque in zip(made, smoothed, strict=True)]
+
+
+@pytest.mark.parametrize("intervals", [0.8, 1.2])
+def test_a_torque_that_was_recorded_through_a_filter_is_not_late(intervals: float) -> None:
+    made = through_a_filter(records({}), intervals)
+    assert in_time(evidence(made), QUICK).clock.late == 0.0
+    found = diagnose(fitted(made), made, QUICK)
+    (cause,) = found.causes
+    assert cause.effect == "torque.torque_filter"
+    assert cause.parameters[0].value == pytest.approx(intervals * SAMPLING_TIME, rel=0.05)
+
+
+def begun_on(seen: Evidence) -> InTime:
+    """Where the search for a lateness begins."""
+    return InTime(RecordedLate(), seen, first_state(seen, QUICK).scored(QUICK))
+
+
+def test_a_lateness_whose_promise_means_nothing_is_judged_by_fits() -> None:
+    """As of a model that the late torque leads so far astray that an effect promises more than it keeps."""
+    seen = evidence(regular(1.0))
+    by_fits = clock._late_by_fits(begun_on(seen), QUICK)
+    assert by_fits is not None
+    assert by_fits.late == pytest.approx(SAMPLING_TIME, abs=0.1 * SAMPLING_TIME)
+    lacking = evidence(records(STRIBECK))
+    assert clock._late_by_fits(begun_on(lacking), QUICK) is None
