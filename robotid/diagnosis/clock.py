@@ -27,9 +27,10 @@ from robotid.diagnosis.scoring.candidate import Candidate, columns_of
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.carry_over import proven
 from robotid.diagnosis.search.data import Evidence, first_state, unweighted
+from robotid.diagnosis.search.physical_sense import deviation
 from robotid.diagnosis.search.refits import start_values
 from robotid.diagnosis.search.settings import ACCEPTANCE
-from robotid.diagnosis.search.state import AcceptedCause, Log, SearchState
+from robotid.diagnosis.search.state import AcceptedCause, Log, SearchResult, SearchState
 from robotid.errors import NumericsError
 from robotid.model.array import Array
 from robotid.model.port import Port
@@ -116,6 +117,18 @@ def in_time(evidence: Evidence, criteria: Criteria, log: Log = lambda _: None) -
 def is_undone(clock: RecordedLate, causes: Sequence[AcceptedCause]) -> bool:
     """Whether the causes move the torque that was moved: what they explain besides looked like a delay."""
     return clock.late != 0.0 and any(is_late(cause.effect) for cause in causes)
+
+
+def found_late(evidence: Evidence, found: SearchResult) -> RecordedLate:
+    """By how much a torque is recorded late on regular clocks where a search has found a filter that is no slower than
+    clocks explain: beside what else is missing it may not show before."""
+    interval = min(run.record.sampling_time for run in evidence.fitted)
+    if _is_irregular(evidence) or all(cause.effect != FILTER for cause in found.causes):
+        return RecordedLate()
+    name = f"{FILTER}.{TorqueFilter.parameters[0].symbol}"
+    time, std = found.last.parameters[name], deviation(found.last, name)
+    within = time - ACCEPTANCE.amplitude_sigma * std <= HALF * interval
+    return RecordedLate(min(time, HALF * interval) if within else 0.0)
 
 
 def _lateness(found: InTime, criteria: Criteria) -> tuple[float, float]:

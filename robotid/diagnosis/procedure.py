@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from robotid.diagnosis.clock import RecordedLate, in_time, is_undone
+from robotid.diagnosis.clock import RecordedLate, found_late, in_time, is_undone
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.applied import without_events
 from robotid.diagnosis.experiment import Experiments, with_experiments
@@ -158,6 +159,13 @@ def _sought(
         log(moved.clock.remark)
     with deadline(until):
         found, clock, pieces = search(moved.evidence, criteria, log, moved.start), moved.clock, None
+        unseen = RecordedLate() if clock.late or found.late else found_late(evidence, found)
+        if unseen.late:
+            log(unseen.remark)
+            with deadline(None), suppress(NumericsError):
+                moved = replace(moved, clock=unseen, evidence=evidence.on(unseen.corrected))
+        if moved.clock.late and not clock.late:
+            found, clock = search(moved.evidence, criteria, log), unseen
         if is_undone(clock, found.causes):
             log("a cause moves the torque again: searching with the torque as it was recorded")
             found, clock = search(evidence, criteria, log), RecordedLate()

@@ -207,3 +207,14 @@ def test_a_lateness_whose_promise_means_nothing_is_judged_by_fits() -> None:
     assert by_fits.late == pytest.approx(SAMPLING_TIME, abs=0.1 * SAMPLING_TIME)
     lacking = evidence(records(STRIBECK))
     assert clock._late_by_fits(begun_on(lacking), QUICK) is None
+
+
+def test_a_filter_no_slower_than_clocks_explain_is_a_torque_that_is_recorded_late(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As where something larger is missing, beside which it does not show before the search has found that."""
+    monkeypatch.setattr(clock, "_lateness", lambda *_: (0.0, np.inf))
+    made = [replace(one, torque_steps=None) for one in with_torque_moved(records(STRIBECK), 0.4)]
+    found = diagnose(fitted(made), made, QUICK)
+    assert [cause.effect for cause in found.causes] == ["motor.stribeck"]
+    assert found.late == pytest.approx(0.4 * SAMPLING_TIME, abs=0.1 * SAMPLING_TIME)
