@@ -28,15 +28,16 @@ class PortRange:
 class Physical:
     """Where a parameter makes sense.
 
-    least : in its own unit. of_duration : a share of the longest record, which will do where it is less.
-    within_speed, within_travel : it is a speed or a way that the motion must reach. periods : it counts periods a turn,
-    of which the motion must cover so many. bends : it is an inverse way, of which the motion must cover so many. why :
-    what it would otherwise be, in words that follow its value.
+    least : in its own unit. of_duration : a least share of the longest record; enough : in its own unit, beyond which
+    that share is not asked for. within_speed, within_travel : it is a speed or a way that the motion must reach.
+    periods : it counts periods a turn, of which the motion must cover so many. bends : it is an inverse way, of which
+    the motion must cover so many. why : what it would otherwise be, in words that follow its value.
     """
 
     why: str
     least: float = 0.0
     of_duration: float = 0.0
+    enough: float = inf
     within_speed: bool = False
     within_travel: bool = False
     periods: float = 0.0
@@ -44,7 +45,7 @@ class Physical:
 
     def range(self, offered: PortRange) -> tuple[float, float]:
         """Least and largest value that make sense on these records; without any travel, nothing is periodic."""
-        low = min(self.least, self.of_duration * offered.duration) if self.of_duration else self.least
+        low = max(self.least, min(self.of_duration * offered.duration, self.enough))
         if self.periods or self.bends:
             covered = max(self.periods * TURN, self.bends)
             low = max(low, covered / offered.travel if offered.travel > 0.0 else inf)
@@ -59,8 +60,10 @@ class Physical:
         """The range in words."""
         parts = []
         if self.least:
-            shorter = f", or {self.of_duration:g} of the longest record" if self.of_duration else ""
-            parts.append(f"at least {self.least:g}{shorter}")
+            parts.append(f"at least {self.least:g}")
+        if self.of_duration:
+            enough = f" or {self.enough:g}" if self.enough < inf else ""
+            parts.append(f"at least {self.of_duration:g} of the longest record{enough}")
         if self.within_speed:
             parts.append("a speed that the motion reaches")
         if self.within_travel:

@@ -31,7 +31,7 @@ class ThermalFriction(Term):
             guess=10.0,
             bounds=(1e-2, 1e5),
             grid=(1.0, 3.0, 10.0, 30.0, 100.0, 300.0),
-            physical=Physical("nothing warms up so fast", least=10.0, of_duration=0.2),
+            physical=Physical("nothing warms up so fast", least=2.0, of_duration=0.2, enough=10.0),
         ),
     )
     formula = "c exp(-t/T) (Fc sgn(v) + Fv v + ...)"

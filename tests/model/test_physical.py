@@ -15,8 +15,10 @@ OFFERED = PortRange(duration=100.0, speed=5.0, travel=4 * pi)
 @pytest.mark.parametrize(
     ("physical", "limits"),
     [
-        (Physical("x", least=10.0, of_duration=0.2), (10.0, inf)),
-        (Physical("x", least=30.0, of_duration=0.2), (20.0, inf)),
+        (Physical("x", least=10.0, of_duration=0.2), (20.0, inf)),
+        (Physical("x", least=30.0, of_duration=0.2), (30.0, inf)),
+        (Physical("x", least=2.0, of_duration=0.2, enough=10.0), (10.0, inf)),
+        (Physical("x", least=2.0, of_duration=0.05, enough=10.0), (5.0, inf)),
         (Physical("x", within_speed=True), (0.0, 5.0)),
         (Physical("x", within_travel=True), (0.0, 4 * pi)),
         (Physical("x", periods=3.0), (1.5, inf)),
@@ -32,7 +34,8 @@ def test_without_travel_nothing_is_periodic() -> None:
 
 
 def test_the_range_is_stated_in_words() -> None:
-    assert Physical("x", least=10.0, of_duration=0.2).text == "at least 10, or 0.2 of the longest record"
+    assert Physical("x", least=10.0, of_duration=0.2).text == "at least 10, at least 0.2 of the longest record"
+    assert Physical("x", of_duration=0.2, enough=10.0).text == "at least 0.2 of the longest record or 10"
     assert Physical("x", periods=3.0).text == "the motion covers at least 3 periods"
 
 
