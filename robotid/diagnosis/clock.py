@@ -90,12 +90,11 @@ def in_time(evidence: Evidence, criteria: Criteria, log: Log = lambda _: None) -
     log("measuring the noise")
     first = first_state(evidence, criteria)
     log("scoring the catalogue for cause 1")
-    as_it_is = found = InTime(RecordedLate(), evidence, first.scored(criteria))
-    by_fits = None if _leads(as_it_is) else _late_by_fits(as_it_is, criteria)
-    most = HALF + LAST if by_fits is not None or _leads(as_it_is) else HALF
-    if by_fits is not None:
-        moved_on = evidence.on(by_fits.corrected)
-        found = InTime(by_fits, moved_on, first_state(moved_on, criteria).scored(criteria))
+    as_it_is = InTime(RecordedLate(), evidence, first.scored(criteria))
+    leads = _leads(as_it_is)
+    by_fits = None if leads else _late_by_fits(as_it_is, criteria)
+    most = HALF + LAST if leads or by_fits is not None else HALF
+    found = by_fits or as_it_is
     for _ in range(MAX_STEPS):
         late, std = _lateness(found, criteria)
         if abs(late) <= ACCEPTANCE.amplitude_sigma * std:
@@ -158,13 +157,15 @@ def _leads(found: InTime) -> bool:
     return bool(regression.estimate()[last] < 0.0) and regression.energy_of([last]) > (best.energy if best else 0.0)
 
 
-def _late_by_fits(found: InTime, criteria: Criteria) -> RecordedLate | None:
-    """The lateness on regular clocks with which the model fits best, None unless it explains more than a fit with the
-    effect that promises most: where the fit is far off, promises are no measure of what a fit with either leaves."""
-    best, interval = _best_in_machine(found.start), min(run.record.sampling_time for run in found.evidence.fitted)
+def _late_by_fits(found: InTime, criteria: Criteria) -> InTime | None:
+    """The evidence at the lateness on regular clocks with which the model fits best, None unless it explains more than
+    a fit with the effect that promises most: where a model is far off, promises are no measure of what either leaves.
+    """
+    evidence, best = found.evidence, _best_in_machine(found.start)
+    interval = min(run.record.sampling_time for run in evidence.fitted)
     late, std = _lateness(found, criteria)
     surely = late - ACCEPTANCE.amplitude_sigma * std > HALF * interval
-    if not surely or best is None or _is_irregular(found.evidence):
+    if not surely or best is None or _is_irregular(evidence):
         return None
 
     def moved_by(intervals: float) -> RecordedLate:
@@ -172,13 +173,19 @@ def _late_by_fits(found: InTime, criteria: Criteria) -> RecordedLate | None:
 
     def energy(intervals: float) -> float:
         try:
-            return _energy(found.evidence.on(moved_by(intervals).corrected))
+            return _energy(evidence.on(moved_by(intervals).corrected))
         except NumericsError:
             return UNUSABLE
 
     likeliest = minimize_scalar(energy, bounds=(0.0, HALF + LAST), method="bounded", options={"xatol": NEAR})
-    explains_more = likeliest.fun < min(UNUSABLE, _energy_with(found.evidence, found.start, best))
-    return moved_by(float(likeliest.x)) if explains_more else None
+    if likeliest.fun >= min(UNUSABLE, _energy_with(evidence, found.start, best)):
+        return None
+    clock = moved_by(float(likeliest.x))
+    try:
+        moved_on = evidence.on(clock.corrected)
+        return InTime(clock, moved_on, first_state(moved_on, criteria).scored(criteria))
+    except NumericsError:
+        return None
 
 
 def _best_in_machine(state: SearchState) -> Score | None:
@@ -202,7 +209,7 @@ def _energy_with(evidence: Evidence, state: SearchState, score: Score) -> float:
     structure, start = extended(state.model, score.candidate.name, start_values(state.model, score, 1.0))
     data = unweighted(evidence.model, [run.record for run in evidence.fitted], evidence.horizon)
     try:
-        return float(refit(structure, [start], data).energy)
+        return refit(structure, [start], data).energy
     except NumericsError:
         return float("inf")
 

@@ -204,7 +204,7 @@ def test_a_lateness_whose_promise_means_nothing_is_judged_by_fits() -> None:
     seen = evidence(regular(1.0))
     by_fits = clock._late_by_fits(begun_on(seen), QUICK)
     assert by_fits is not None
-    assert by_fits.late == pytest.approx(SAMPLING_TIME, abs=0.1 * SAMPLING_TIME)
+    assert by_fits.clock.late == pytest.approx(SAMPLING_TIME, abs=0.1 * SAMPLING_TIME)
     lacking = evidence(records(STRIBECK))
     assert clock._late_by_fits(begun_on(lacking), QUICK) is None
 
