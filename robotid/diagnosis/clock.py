@@ -12,6 +12,7 @@ these. What is not late but smoothed, as by the filter of a drive, is no matter 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,6 +33,7 @@ from robotid.diagnosis.search.refits import start_values
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import AcceptedCause, Log, SearchResult, SearchState
 from robotid.errors import NumericsError
+from robotid.interrupt import deadline
 from robotid.model.array import Array
 from robotid.model.port import Port
 from robotid.numerals import plain
@@ -118,16 +120,21 @@ def is_undone(clock: RecordedLate, causes: Sequence[AcceptedCause]) -> bool:
     return clock.late != 0.0 and any(is_late(cause.effect) for cause in causes)
 
 
-def found_late(evidence: Evidence, found: SearchResult) -> RecordedLate:
+def found_late(evidence: Evidence, found: SearchResult) -> tuple[RecordedLate, Evidence] | None:
     """By how much a torque is recorded late on regular clocks where a search has found a filter that is no slower than
-    clocks explain: beside what else is missing it may not show before."""
-    interval = min(run.record.sampling_time for run in evidence.fitted)
+    clocks explain, for beside what else is missing it may not show before; and the evidence with the torque where it
+    acts. None where that is not so, or where the model cannot be simulated then."""
+    most = HALF * _interval(evidence)
     if _is_irregular(evidence) or all(cause.effect != FILTER for cause in found.causes):
-        return RecordedLate()
+        return None
     name = f"{FILTER}.{TorqueFilter.parameters[0].symbol}"
     time, std = found.last.parameters[name], deviation(found.last, name)
-    within = time - ACCEPTANCE.amplitude_sigma * std <= HALF * interval
-    return RecordedLate(min(time, HALF * interval) if within else 0.0)
+    if time - ACCEPTANCE.amplitude_sigma * std > most:
+        return None
+    clock = RecordedLate(min(time, most))
+    with deadline(None), suppress(NumericsError):
+        return clock, evidence.on(clock.corrected)
+    return None
 
 
 def _lateness(found: InTime, criteria: Criteria) -> tuple[float, float]:
@@ -162,7 +169,7 @@ def _late_by_fits(found: InTime, criteria: Criteria) -> InTime | None:
     a fit with the effect that promises most: where a model is far off, promises are no measure of what either leaves.
     """
     evidence, best = found.evidence, _best_in_machine(found.start)
-    interval = min(run.record.sampling_time for run in evidence.fitted)
+    interval = _interval(evidence)
     late, std = _lateness(found, criteria)
     surely = late - ACCEPTANCE.amplitude_sigma * std > HALF * interval
     if not surely or best is None or _is_irregular(evidence):
@@ -178,7 +185,7 @@ def _late_by_fits(found: InTime, criteria: Criteria) -> InTime | None:
             return UNUSABLE
 
     likeliest = minimize_scalar(energy, bounds=(0.0, HALF + LAST), method="bounded", options={"xatol": NEAR})
-    if likeliest.fun >= min(UNUSABLE, _energy_with(evidence, found.start, best)):
+    if likeliest.fun >= _energy_with(evidence, found.start, best):
         return None
     clock = moved_by(float(likeliest.x))
     try:
@@ -198,27 +205,31 @@ def _is_irregular(evidence: Evidence) -> bool:
     return any(run.record.torque_steps is not None for run in evidence.fitted)
 
 
+def _interval(evidence: Evidence) -> float:
+    """The shortest sampling interval of the fitted records [s]."""
+    return min(run.record.sampling_time for run in evidence.fitted)
+
+
 def _energy(evidence: Evidence) -> float:
     """Squared error of the model on the records of its fit."""
     return float(sum(np.sum(np.square(one)) for one in _residuals(evidence)))
 
 
 def _energy_with(evidence: Evidence, state: SearchState, score: Score) -> float:
-    """The same of the model fitted with an effect, from where its score promises the end; infinite where that cannot be
-    simulated."""
+    """The same of the model fitted with an effect, from where its score promises the end."""
     structure, start = extended(state.model, score.candidate.name, start_values(state.model, score, 1.0))
     data = unweighted(evidence.model, [run.record for run in evidence.fitted], evidence.horizon)
     try:
         return refit(structure, [start], data).energy
     except NumericsError:
-        return float("inf")
+        return UNUSABLE
 
 
 def _is_smoothed(evidence: Evidence, found: InTime) -> bool:
     """Whether a torque that is recorded later than half an interval was rather recorded through a filter as slow as
     that, by the simulations of the model fitted to the torque before either, from block to block."""
-    late, interval = found.clock.late, min(run.record.sampling_time for run in evidence.fitted)
-    if late <= HALF * interval or _is_irregular(evidence):
+    late = found.clock.late
+    if late <= HALF * _interval(evidence) or _is_irregular(evidence):
         return False
 
     def unfiltered(record: Record) -> Record:
@@ -268,7 +279,7 @@ def _as_clocks_are(evidence: Evidence, late: float, std: float, intervals: float
     irregular = [(one.sampling_time, one.torque_steps.spread) for one in records if one.torque_steps is not None]
     if irregular:
         return late if all(-interval * spread <= late <= interval for interval, spread in irregular) else None
-    most = intervals * min(one.sampling_time for one in records)
+    most = intervals * _interval(evidence)
     return min(late, most) if 0.0 < late <= most + ACCEPTANCE.amplitude_sigma * std else None
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -158,19 +157,18 @@ def _sought(
     if moved.clock.late:
         log(moved.clock.remark)
     with deadline(until):
-        found, clock, pieces = search(moved.evidence, criteria, log, moved.start), moved.clock, None
-        unseen = RecordedLate() if clock.late or found.late else found_late(evidence, found)
-        if unseen.late:
-            log(unseen.remark)
-            with deadline(None), suppress(NumericsError):
-                moved = replace(moved, clock=unseen, evidence=evidence.on(unseen.corrected))
-        if moved.clock.late and not clock.late:
-            found, clock = search(moved.evidence, criteria, log), unseen
+        clock, seen, pieces = moved.clock, moved.evidence, None
+        found = search(seen, criteria, log, moved.start)
+        unseen = None if clock.late or found.late else found_late(evidence, found)
+        if unseen is not None:
+            clock, seen = unseen
+            log(clock.remark)
+            found = search(seen, criteria, log)
         if is_undone(clock, found.causes):
             log("a cause moves the torque again: searching with the torque as it was recorded")
             found, clock = search(evidence, criteria, log), RecordedLate()
         else:
-            found, pieces = _in_pieces(moved.evidence, found, criteria, log)
+            found, pieces = _in_pieces(seen, found, criteria, log)
         return _Sought(clock, without_contradicted(found, measured), pieces)
 
 

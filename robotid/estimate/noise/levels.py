@@ -46,7 +46,7 @@ def fit_levels(
     if not telling:
         return levels
     found, energy = _swept(residuals, levels, settings)
-    if settings.sweeps == 1 or 1.0 / settings.unlikely < energy < settings.unlikely:
+    if 1.0 / settings.unlikely < energy < settings.unlikely:
         return found
     other, _ = _swept(residuals, _start(residuals, [*map(_all_of_output, residuals)], settings), settings)
     return min(found, other, key=lambda one: _unlikelihood_of_left(residuals, one, settings))
@@ -62,14 +62,11 @@ def _swept(
         seen = whitened(residuals, levels, settings)
         after = min(choices(residuals, seen, settings), key=lambda one: one.criterion).levels
         done = all(_alike(a, b, settings.settled) for a, b in zip(levels, after, strict=True))
-        levels, energy = after, float(np.average([one.energy for one in seen], weights=[*map(_samples, residuals)]))
+        samples = [len(one.signal) for one in residuals]
+        levels, energy = after, float(np.average([one.energy for one in seen], weights=samples))
         if done:
             break
     return levels, energy
-
-
-def _samples(one: Residual) -> int:
-    return len(one.signal)
 
 
 def _unlikelihood_of_left(
@@ -79,7 +76,7 @@ def _unlikelihood_of_left(
     total = 0.0
     for one, level, seen in zip(residuals, levels, whitened(residuals, levels, settings), strict=True):
         at_once = innovations_filter(one.response, level).at_once
-        total += _samples(one) * (seen.energy - 2.0 * float(np.log(at_once)))
+        total += len(one.signal) * (seen.energy - 2.0 * float(np.log(at_once)))
     return total
 
 
