@@ -209,3 +209,10 @@ class Diagnosis(Displayed):
     def is_cut_short(self) -> bool:
         """Whether the time was up before all effects that scored were examined."""
         return any(one.why == NOT_EXAMINED for one in self.rejected)
+
+    @property
+    def is_hidden(self) -> bool:
+        """Whether it is unknown because all that the model leaves may be noise, and so much that nothing would show in
+        it."""
+        found = bool(self.causes) or self.shape is not None or bool(self.apart) or self.is_cut_short
+        return self.verdict == "unknown" and not found and self.misfit <= self.noise_floor

@@ -208,7 +208,7 @@ class OutputError:
 
     def steps_of(self, trajectories: Sequence[Trajectory]) -> Sequence[Steps | None]:
         """The same of some trajectories of this joint and of its parameters."""
-        few = len(trajectories) > 1 and not self.joint.changes
+        few = len(trajectories) > 1 and self.joint.is_one_in(record.name for record in self.records)
         among = shared_dynamics(trajectories) if few else None
         if among is None:
             return [None] * len(trajectories)

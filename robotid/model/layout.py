@@ -8,7 +8,7 @@ than the angles they are the difference of.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from typing import Literal, Self
 
@@ -206,6 +206,10 @@ class Layout:
             theta[k] += theta[i] if where == record else 0.0
         theta[first:] = 0.0
         return theta
+
+    def is_one_in(self, records: Iterable[str]) -> bool:
+        """Whether its parameters are the same in all these records, by name."""
+        return not self.changes or len(set(records)) == 1
 
     def sources(self, columns: Sequence[int], record: str) -> list[int | None]:
         """The parameter that each column moves in a record: itself, what a difference adds to, or None."""

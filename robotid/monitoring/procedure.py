@@ -167,17 +167,15 @@ def _single_change(
 ) -> tuple[ParameterShift | None, tuple[str, ...], float]:
     """The parameter whose change explains a log best, what explains it as well, and the share of what is new that it
     explains. usual : energy a sample on the records of the fit."""
-    pairs = [changes_of(model, segment) for segment in segments]
-    before = sum(energy for energy, _ in pairs)
-    names = [name for name in model.parameters.names if all(name in {c.parameter for c in cs} for _, cs in pairs)]
-    left = {n: sum(c.energy for _, cs in pairs for c in cs if c.parameter == n) for n in names}
+    before, changes = changes_of(model, segments)
+    left = {change.parameter: change.energy for change in changes}
     if not left:
         return None, (), 0.0
     new = max(before - usual * sum(len(s.record) for s in segments), np.finfo(np.float64).tiny)
     ranked = sorted(left, key=lambda n: left[n])
     best = ranked[0]
     twins = tuple(n for n in ranked if left[n] - left[best] < SAME_SHARE * (before - left[best]))
-    value = float(np.median([c.value for _, cs in pairs for c in cs if c.parameter == best]))
+    value = next(change.value for change in changes if change.parameter == best)
     at = model.parameters.names.index(best)
     shift = replace(_shift(model, one, model.columns.index(at)), shift=value)
     return shift, twins, (before - left[best]) / new

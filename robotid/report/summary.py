@@ -230,6 +230,10 @@ def _lacks(f: Findings, d: Diagnosis) -> Iterator[str]:
         yield f"Without it {d.model} leaves {_only_noise(f, d, noise)}"
         yield from _invisible(d)
         return
+    if d.is_hidden:
+        yield f"What it leaves, {noise} RMS, may be noise, and so much that whatever is missing would not show."
+        yield from _much_worse_elsewhere(f, d)
+        return
     yield f"beyond noise of {noise} it is wrong by {significant(d.misfit, 2)} {unit} RMS{_place(f, d)}."
     yield from _happened(f, d)
     if d.causes:

@@ -64,7 +64,8 @@ def simulate_together(
 
     Arguments and errors as of `simulate`, a start for each record.
     """
-    few = len(records) > 1 and not joint.changes and sum(map(len, records)) <= TOGETHER
+    alike = joint.is_one_in(record.name for record in records)
+    few = len(records) > 1 and alike and sum(map(len, records)) <= TOGETHER
     every = beside_all([joint.along(record) for record in records]) if few else None
     courses = (
         _simulating(joint, theta, record, start, max_failed_windows, every, k)

@@ -21,6 +21,7 @@ from robotid.diagnosis.search.torque_errors import torque_errors
 from robotid.diagnosis.verdict import verdict
 from robotid.estimate.fitted_model import fitted_model
 from robotid.numerals import plain
+from robotid.report.tables.diagnose import sentence
 
 CHANGE = "record_change.check.motor.coulomb.Fc"
 
@@ -69,6 +70,8 @@ def test_a_motion_that_torque_errors_throw_off_is_not_known_to_be_clean(monkeypa
         monkeypatch.setattr(verdicts, "is_swamped", lambda _, swamped=swamped: swamped)
         d = verdict(fitted_model(fitted(made)), simulated(made), found, QUICK)
         assert (d.verdict, any("would not show" in one for one in d.remarks)) == (word, swamped)
+        assert d.is_hidden is swamped
+        assert ("would hide whatever is missing" in sentence(d)) is swamped
 
 
 def test_errors_of_a_fifth_of_the_torque_hide_what_is_missing() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -47,6 +47,32 @@ def segment_fit(segment: Segment, trajectory: Trajectory, output: Quantity) -> S
     residual = y - simulated
     energy = segment.energy(residual)
     return SegmentFit(segment.record, trajectory, residual, segment.whitening, energy, fit_percent(y, simulated))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RecordFit:
+    """A record, or a part of it, as a model simulates it: in one segment, or piece by piece."""
+
+    segments: tuple[SegmentFit, ...]
+    output: Quantity
+
+    @property
+    def samples(self) -> int:
+        """Of all segments."""
+        return sum(len(one.residual) for one in self.segments)
+
+    @property
+    def energy(self) -> float:
+        """Energy of the whitened residuals, in variances of the noise."""
+        return float(sum(one.energy for one in self.segments))
+
+    @property
+    def fit_percent(self) -> float:
+        """Fit of the segments together [%]: of one in which the motor rests, a percentage means nothing."""
+        if len(self.segments) == 1:
+            return self.segments[0].fit_percent
+        measured = np.concatenate([measured_output(one.record, self.output) for one in self.segments])
+        return fit_percent(measured, measured - np.concatenate([one.residual for one in self.segments]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,12 +150,12 @@ class RefittedModel:
 
     @property
     def validation_fit_percent(self) -> float:
-        """Mean fit over the validation records [%], nan without any. Pieces of a record count together: of one in which
-        the motor rests, a percentage means nothing."""
+        """Mean fit over the validation records [%], nan without any."""
         found: dict[str, list[SegmentFit]] = {}
         for one in self.validation:
             found.setdefault(one.record.name, []).append(one)
-        return float(np.mean([_fit_of(own, self.output) for own in found.values()])) if found else float("nan")
+        fits = [RecordFit(tuple(own), self.output).fit_percent for own in found.values()]
+        return float(np.mean(fits)) if fits else float("nan")
 
     @property
     def trajectories(self) -> Trajectories:
@@ -167,14 +193,6 @@ class RefittedModel:
             return 0.0
         covariance = self.covariance[np.ix_(own, own)] / max(1.0, self.energy / self.samples)
         return float(distance @ np.linalg.pinv(covariance, hermitian=True) @ distance)
-
-
-def _fit_of(pieces: Sequence[SegmentFit], output: Quantity) -> float:
-    """Fit of the pieces of a record together [%]."""
-    if len(pieces) == 1:
-        return pieces[0].fit_percent
-    measured = np.concatenate([measured_output(one.record, output) for one in pieces])
-    return fit_percent(measured, measured - np.concatenate([one.residual for one in pieces]))
 
 
 def extended(model: RefittedModel, effect: str, values: Mapping[str, float]) -> tuple[Structure, Parameters]:

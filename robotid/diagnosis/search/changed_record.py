@@ -1,5 +1,5 @@
 """A record with some of a model's parameters changed: the changes that its first part asks for, and what they leave of
-its second. Each part has half of what is wrong."""
+its second. Each part has half of what is wrong, and may be one segment or many pieces."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from robotid.diagnosis.noise.whitening import Segment
-from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, carried, segment_fit
+from robotid.diagnosis.refit.refitted_model import RecordFit, RefittedModel, SegmentFit, carried, segment_fit
 from robotid.diagnosis.refit.settings import REFIT
 from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandidate, record_changes
 from robotid.diagnosis.search.agreement import is_loud
 from robotid.diagnosis.search.settings import CHANGES
 from robotid.errors import NumericsError
-from robotid.estimate.least_squares import SolveOptions, solve
+from robotid.estimate.least_squares import Solution, SolveOptions, solve
 from robotid.estimate.residual import Evaluation, OutputError
 from robotid.estimate.sensing import joint_for
-from robotid.model.array import Array
+from robotid.estimate.separately import solve_by_pieces
 from robotid.model.port import Port
 from robotid.model.structure import changed
 from robotid.parallel import each
@@ -32,7 +32,7 @@ class Changed:
 
     candidates: tuple[RecordChangeCandidate, ...]
     values: tuple[float, ...]
-    after: SegmentFit
+    after: RecordFit
 
     def first(self, k: int) -> tuple[tuple[RecordChangeCandidate, ...], tuple[float, ...]]:
         """The first k changes, and their values."""
@@ -46,15 +46,15 @@ class Halves:
     found with changes, by their names."""
 
     model: RefittedModel
-    first: Segment
-    before: SegmentFit
+    first: tuple[Segment, ...]
+    before: RecordFit
     usual: float
     known: dict[tuple[str, ...], Changed | None] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, model: RefittedModel, segment: Segment, residual: Array, usual: float) -> Halves | None:
-        """The halves of a segment by its residual (n,); None where its second one is simulated well, or not at all."""
-        first, second = _parts(segment, residual)
+    def of(cls, model: RefittedModel, seen: RecordFit, usual: float) -> Halves | None:
+        """The halves of a record as it is simulated; None where its second one is simulated well, or not at all."""
+        first, second = _parts(seen.segments)
         before = simulated(model, second)
         found = None if before is None else cls(model, first, before, usual)
         return found if found is not None and found.asks_for_more(found.before) else None
@@ -67,7 +67,7 @@ class Halves:
     @property
     def candidates(self) -> tuple[RecordChangeCandidate, ...]:
         """Every parameter that may differ on the record."""
-        return record_changes(self.model.joint, self.model.columns, [self.first.record.name])
+        return record_changes(self.model.joint, self.model.columns, [self.first[0].record.name])
 
     @property
     def payload(self) -> tuple[RecordChangeCandidate, ...]:
@@ -76,18 +76,17 @@ class Halves:
         outermost = max(map(_place, found), key=[*Port].index, default=None)
         return tuple(one for one in found if _place(one) == outermost)
 
-    def asks_for_more(self, after: SegmentFit) -> bool:
+    def asks_for_more(self, after: RecordFit) -> bool:
         """Whether what is left of the second part is clearly worse than usual."""
-        return is_loud([after], self.usual, self.model.output)
+        return is_loud(after.segments, self.usual, self.model.output)
 
-    def beyond(self, after: SegmentFit) -> float:
+    def beyond(self, after: RecordFit) -> float:
         """Energy of what is left of the second part beyond the usual."""
-        return after.energy - self.usual * len(after.residual)
+        return after.energy - self.usual * after.samples
 
     def with_values(self, candidates: Sequence[RecordChangeCandidate], values: Sequence[float]) -> Changed | None:
         """The record with changes of these values; None where it diverges."""
-        second = Segment(self.before.record, self.before.whitening)
-        after = simulated(self.model, second, candidates, values)
+        after = simulated(self.model, segments_of(self.before), candidates, values)
         return None if after is None else Changed(tuple(candidates), tuple(values), after)
 
     def with_changes(self, candidates: Sequence[RecordChangeCandidate]) -> Changed | None:
@@ -105,7 +104,7 @@ class Halves:
         names = [tuple(one.name for one in candidates) for candidates in sets]
         missing = {key: candidates for key, candidates in zip(names, sets, strict=True) if key not in self.known}
         shared = replace(self, model=replace(self.model, fitted=(), validation=()), known={})
-        found = each(_with_changes, shared, list(missing.values()), samples=len(self.first.record))
+        found = each(_with_changes, shared, list(missing.values()), samples=sum(len(one.record) for one in self.first))
         self.known.update(zip(missing, found, strict=True))
         return [self.known[key] for key in names]
 
@@ -129,23 +128,37 @@ def _place(candidate: RecordChangeCandidate) -> Port:
     return Port(changed(candidate.name)[1].partition(".")[0])
 
 
-def _parts(segment: Segment, residual: Array) -> tuple[Segment, Segment]:
-    """A segment in two, each with half the energy of its residual (n,): the second tests what the first asks for, which
-    no part does that rests or hardly shows it. None is shorter than a share of the whole."""
-    record, left = segment.record, np.cumsum(np.square(segment.whitening(residual)))
-    shortest = max(round(CHANGES.shortest_part * len(record)), min(SHORTEST_PIECE, len(record) // 2))
-    cut = int(np.clip(np.searchsorted(left, left[-1] / 2.0), shortest, len(record) - shortest))
-    return replace(segment, record=record.piece(0, cut)), replace(segment, record=record.piece(cut, len(record)))
+def segments_of(seen: RecordFit) -> tuple[Segment, ...]:
+    """The segments of a record, to be simulated anew."""
+    return tuple(Segment(one.record, one.whitening) for one in seen.segments)
+
+
+def _parts(seen: Sequence[SegmentFit]) -> tuple[tuple[Segment, ...], tuple[Segment, ...]]:
+    """A record in two parts, each with half the energy of its residual: the second tests what the first asks for, which
+    no part does that rests or hardly shows it. None is shorter than a share of the whole; a piece of which one part
+    would have hardly a sample stays as it is."""
+    left = np.cumsum(np.concatenate([np.square(one.whitened) for one in seen]))
+    shortest = max(round(CHANGES.shortest_part * len(left)), min(SHORTEST_PIECE, len(left) // 2))
+    cut = int(np.clip(np.searchsorted(left, left[-1] / 2.0), shortest, len(left) - shortest))
+    first, second = list[Segment](), list[Segment]()
+    for one in seen:
+        n, record = len(one.record), one.record
+        least, at = min(SHORTEST_PIECE, n // 2), min(n, max(0, cut))
+        at = 0 if at < least else n if n - at < least else at
+        first += [Segment(record.piece(0, at), one.whitening)] if at else []
+        second += [Segment(record.piece(at, n), one.whitening)] if at < n else []
+        cut -= n
+    return tuple(first), tuple(second)
 
 
 def _fitted_values(
-    model: RefittedModel, segment: Segment, candidates: Sequence[RecordChangeCandidate]
+    model: RefittedModel, segments: Sequence[Segment], candidates: Sequence[RecordChangeCandidate]
 ) -> tuple[float, ...] | None:
-    """The changes that a segment asks for, all other parameters fixed; None where it diverges. From none, and from what
-    the plain squared error asks for, which noise that passes for slow errors hides where the segment is far off."""
-    plain = run(model, segment, candidates, whitened=False)
+    """The changes that segments ask for, all other parameters fixed; None where they diverge. From none, and from what
+    the plain squared error asks for, which noise that passes for slow errors hides where the record is far off."""
+    plain = run(model, segments, candidates, whitened=False)
     starts = [None] if plain is None else [None, _values(plain, candidates)]
-    found = [end for end in (run(model, segment, candidates, start=start) for start in starts) if end is not None]
+    found = [end for end in (run(model, segments, candidates, start=start) for start in starts) if end is not None]
     return _values(min(found, key=lambda end: end.cost), candidates) if found else None
 
 
@@ -156,42 +169,54 @@ def _values(end: Evaluation, candidates: Sequence[RecordChangeCandidate]) -> tup
 
 def simulated(
     model: RefittedModel,
-    segment: Segment,
+    segments: Sequence[Segment],
     candidates: Sequence[RecordChangeCandidate] = (),
     values: Sequence[float] = (),
-) -> SegmentFit | None:
-    """A segment with all parameters fixed, its first states free; None where it diverges."""
-    end = run(model, segment, candidates, values)
-    return None if end is None else segment_fit(segment, end.trajectories[0], model.output)
+) -> RecordFit | None:
+    """A record with all parameters fixed, its first states free; None where it diverges."""
+    end = run(model, segments, candidates, values)
+    return None if end is None else record_fit(model, segments, end)
+
+
+def record_fit(model: RefittedModel, segments: Sequence[Segment], end: Evaluation) -> RecordFit:
+    """What the end of a run leaves of a record."""
+    pairs = zip(segments, end.trajectories, strict=True)
+    return RecordFit(tuple(segment_fit(one, trajectory, model.output) for one, trajectory in pairs), model.output)
 
 
 def run(
     model: RefittedModel,
-    segment: Segment,
+    segments: Sequence[Segment],
     candidates: Sequence[RecordChangeCandidate] = (),
     values: Sequence[float] | None = None,
     *,
     start: Sequence[float] | None = None,
     whitened: bool = True,
 ) -> Evaluation | None:
-    """A segment with the parameters fixed but for changes, which are sought unless their values are given. start : of
-    those that are sought; whitened : by the noise of the segment."""
+    """A record with the parameters fixed but for changes, which are sought unless their values are given. start : of
+    those that are sought; whitened : by the noise of the segments."""
     structure, names = model.structure, [one.name for one in candidates]
     for name in names:
         structure = structure.extended(name)
     parameters = carried(model.parameters, structure, dict(zip(names, values or start or (), strict=False)))
     sought = [values is None and name in names for name in parameters.names]
+    records = tuple(one.record for one in segments)
     problem = OutputError(
-        joint_for(structure, model.output, (segment.record,)),
+        joint_for(structure, model.output, records),
         replace(parameters, free=np.array(sought)),
-        (segment.record,),
+        records,
         model.output,
-        np.ones(1),
+        np.ones(len(records)),
         bool(model.unknowns.first_states),
-        (segment.whitening,) if whitened else (),
+        tuple(one.whitening for one in segments) if whitened else (),
         REFIT.patience,
     )
+
+    def solver(begun: Evaluation | None) -> Solution:
+        unknowns = problem.start() if begun is None else begun.unknowns
+        return solve(problem, unknowns, SolveOptions(CHANGES.max_iterations, REFIT.tolerance), initial=begun)
+
     try:
-        return solve(problem, problem.start(), SolveOptions(CHANGES.max_iterations, REFIT.tolerance)).evaluation
+        return solve_by_pieces(problem, None, solver).evaluation
     except NumericsError:
         return None

@@ -5,11 +5,12 @@ A record differs from a model that is right elsewhere, and by more than the othe
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
-from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
+from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.record_change_candidate import record_changes
 from robotid.diagnosis.search.changed_record import run
 from robotid.diagnosis.search.settings import CHANGES
@@ -45,25 +46,28 @@ def _is_wrong_elsewhere(result: SearchResult, coloured: EvaluationData) -> bool:
 
 
 def _as_much_elsewhere(cause: AcceptedCause, result: SearchResult) -> str | None:
-    """Why a change is none where another record asks for a good part of it, in words; None where none does. Of records
-    in pieces each is too short to tell."""
+    """Why a change is none where another record asks for a good part of it, in words; None where none does."""
     _, parameter = changed(cause.effect)
     size, model = abs(result.last.parameters[cause.effect]), result.last
-    others = [one for one in (*model.fitted, *model.validation) if one.record.name not in _differing(result)]
-    if len({one.record.name for one in others}) < max(1, len(others)):
+    others: dict[str, list[Segment]] = {}
+    for one in (*model.fitted, *model.validation):
+        others.setdefault(one.record.name, []).append(Segment(one.record, one.whitening))
+    others = {name: own for name, own in others.items() if name not in _differing(result)}
+    if not others:
         return None
-    asked = each(_asked_for, (replace(model, fitted=(), validation=()), parameter), others, samples=model.samples)
-    name, most = max(zip((one.record.name for one in others), asked, strict=True), key=lambda pair: pair[1])
+    shared = replace(model, fitted=(), validation=()), parameter
+    asked = each(_asked_for, shared, [*others.values()], samples=model.samples)
+    name, most = max(zip(others, asked, strict=True), key=lambda pair: pair[1])
     if CHANGES.apart * most < size:
         return None
     return AS_MUCH_ELSEWHERE.format(parameter, name, 100.0 * most / max(size, 1e-300))
 
 
-def _asked_for(around: tuple[RefittedModel, str], one: SegmentFit) -> float:
-    """How much a segment asks a parameter to differ, all others fixed; nothing where it cannot be simulated."""
+def _asked_for(around: tuple[RefittedModel, str], segments: Sequence[Segment]) -> float:
+    """How much a record asks a parameter to differ, all others fixed; nothing where it cannot be simulated."""
     model, parameter = around
-    own = [c for c in record_changes(model.joint, model.columns, [one.record.name]) if changed(c.name)[1] == parameter]
-    end = run(model, Segment(one.record, one.whitening), own)
+    every = record_changes(model.joint, model.columns, [segments[0].record.name])
+    end = run(model, segments, [one for one in every if changed(one.name)[1] == parameter])
     return 0.0 if end is None else abs(float(end.unknowns[0]))
 
 

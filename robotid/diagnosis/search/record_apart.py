@@ -62,10 +62,9 @@ def _apart(around: tuple[RefittedModel, EvaluationData], name: str) -> _Apart | 
     others = refit_to_confirm(model.structure, model.parameters, alone, near)
     if others is None:
         return None
-    longest = max((data.fitted[k] for k in own), key=lambda one: len(one.record))
-    seen = simulated(others, longest)
-    halves = None if seen is None else Halves.of(others, longest, seen.residual, others.energy / others.samples)
+    seen = simulated(others, [data.fitted[k] for k in own])
+    halves = None if seen is None else Halves.of(others, seen, others.energy / others.samples)
     asked = [] if halves is None else halves.with_one_more(halves.unchanged, halves.candidates)
     if halves is None or not asked:
         return None
-    return _Apart(others.parameters, asked[0], gain_by_blocks((halves.before,), (asked[0].after,)).p_value)
+    return _Apart(others.parameters, asked[0], gain_by_blocks(halves.before.segments, asked[0].after.segments).p_value)

@@ -3,26 +3,24 @@ inertia and a weight. Found on their first part, tested on the second, and sized
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cache
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
-from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, segment_fit
+from robotid.diagnosis.refit.refitted_model import RecordFit, RefittedModel, SegmentFit, segment_fit
 from robotid.diagnosis.scoring.record_change_candidate import record_changes
 from robotid.diagnosis.scoring.score_test import significance
 from robotid.diagnosis.search.agreement import Together
 from robotid.diagnosis.search.carry_over import gain_by_blocks
-from robotid.diagnosis.search.changed_record import Changed, Halves, run, simulated
+from robotid.diagnosis.search.changed_record import Changed, Halves, record_fit, run, segments_of, simulated
 from robotid.diagnosis.search.coloured import blocks_with, by_noise, left_by
 from robotid.diagnosis.search.drawn_sizes import DrawnSizes
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.diagnosis.search.settings import ACCEPTANCE, CHANGES
-from robotid.model.array import Array
 from robotid.model.units import on_axis
 
 
@@ -60,53 +58,40 @@ def find_record_changes(
 
     usual : energy a sample on the fitted segments, what the fit could still take left out; level : of significance.
     """
-    found: dict[str, tuple[RecordChange, ...]] = {}
-
-    @cache
-    def joined(record: str) -> _Joined:
-        return _Joined(Together.of(model, data, {record}), usual, level)
-
-    for segment, seen in zip(data.validation, model.validation, strict=True):
-        if segment.record.name not in found:  # else another piece of it has shown them
-            changes = _of_record(model, joined, segment, seen.residual, usual, level)
-            if changes:
-                found[segment.record.name] = changes
-    return tuple(change for changes in found.values() for change in changes)
+    found: dict[str, list[SegmentFit]] = {}
+    for segment, one in zip(data.validation, model.validation, strict=True):
+        found.setdefault(segment.record.name, []).append(segment_fit(segment, one.trajectory, model.output))
+    records = [RecordFit(tuple(own), model.output) for own in found.values()]
+    return tuple(change for seen in records for change in _of_record(model, data, seen, usual, level))
 
 
 def _of_record(
-    model: RefittedModel,
-    joined: Callable[[str], _Joined],
-    segment: Segment,
-    residual: Array,
-    usual: float,
-    level: float,
+    model: RefittedModel, data: EvaluationData, seen: RecordFit, usual: float, level: float
 ) -> tuple[RecordChange, ...]:
-    """What changed on one record: what a payload changes, or anything, of which the simpler is taken. joined : the
-    records of the fit with that one, by its name."""
-    halves = Halves.of(model, segment, residual, usual)
+    """What changed on one record: what a payload changes, or anything, of which the simpler is taken."""
+    halves = Halves.of(model, seen, usual)
     if halves is None:
         return ()
     payload = [*_payload(halves, level)]
     others = [*_growing(halves, level, 1 if payload else CHANGES.most)]  # one of any other kind is simpler still
     if not payload and not others:
         return ()
-    both = joined(segment.record.name)
+    both = Together.of(model, data, {seen.segments[0].record.name})
     for standing in sorted(filter(None, (payload, others)), key=_simplest):
         for one in reversed(standing):
-            found = both.sized(one.changes)
+            found = _sized(both, one.changes, usual, level)
             if found is not None:
-                found = _fewer(both, found) or found
-                return _with_gains(halves, segment, found.changes)
+                found = _fewer(both, found, usual, level) or found
+                return _with_gains(halves, seen, found.changes)
     return ()
 
 
-def _fewer(both: _Joined, found: _Sized) -> _Sized | None:
+def _fewer(both: Together, found: _Sized, usual: float, level: float) -> _Sized | None:
     """The changes that are certain to be there, where they explain as much without the others."""
     certain = tuple(one for one in found.changes if not abs(one.value) < ACCEPTANCE.amplitude_sigma * one.std)
     if not 0 < len(certain) < len(found.changes):
         return None
-    fewer = both.sized(certain)
+    fewer = _sized(both, certain, usual, level)
     as_good = fewer is not None and fewer.removed > (1.0 - CHANGES.same_share) * found.removed
     return fewer if as_good else None
 
@@ -167,7 +152,7 @@ def _asked_for(halves: Halves, at: Changed) -> list[Changed]:
     return [one for one in found if one.after.fit_percent > at.after.fit_percent]
 
 
-def _last_change(halves: Halves, before: SegmentFit, asked: Sequence[Changed], least: float) -> RecordChange:
+def _last_change(halves: Halves, before: RecordFit, asked: Sequence[Changed], least: float) -> RecordChange:
     """The last change of the best of those that are asked for, not tested yet. before : what the record leaves without
     it; least : energy that it leaves with any of those before."""
     best, misfit = asked[0], halves.beyond(halves.before)
@@ -183,12 +168,12 @@ def _last_change(halves: Halves, before: SegmentFit, asked: Sequence[Changed], l
     )
 
 
-def _p_value(before: SegmentFit, after: SegmentFit, parameters: int, usual: float, tried: int) -> float:
+def _p_value(before: RecordFit, after: RecordFit, parameters: int, usual: float, tried: int) -> float:
     """Of so many parameters being the same on a record, by the noise and by the scatter from block to block, where they
     are the best of so many fits."""
     removed, whole = (before.energy - after.energy) / usual, before.energy / usual
-    by_noise = significance(removed, parameters, whole, len(before.residual), tried)
-    return max(by_noise, min(1.0, tried * gain_by_blocks((before,), (after,)).p_value))
+    by_noise = significance(removed, parameters, whole, before.samples, tried)
+    return max(by_noise, min(1.0, tried * gain_by_blocks(before.segments, after.segments).p_value))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -199,26 +184,7 @@ class _Sized:
     removed: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Joined:
-    """The records of a fit together with one that was held out. usual, level : as of `find_record_changes`; refused :
-    names of changes that were none there, which are not fitted again for another piece of the record."""
-
-    both: Together
-    usual: float
-    level: float
-    refused: set[frozenset[str]] = field(default_factory=set)
-
-    def sized(self, changes: tuple[RecordChange, ...]) -> _Sized | None:
-        """Changes as a fit to all these records finds them, None where parameters may be the same."""
-        names = frozenset(one.effect for one in changes)
-        found = None if names in self.refused else _apart(self.both, changes, self.usual, self.level)
-        if found is None:
-            self.refused.add(names)
-        return found
-
-
-def _apart(both: Together, changes: tuple[RecordChange, ...], usual: float, level: float) -> _Sized | None:
+def _sized(both: Together, changes: tuple[RecordChange, ...], usual: float, level: float) -> _Sized | None:
     """Changes as a fit to all records finds them, None where parameters may be the same there: the fit without changes
     must leave a misfit that they explain. Else the model's own records have only determined them badly."""
     same = both.same
@@ -249,36 +215,35 @@ def _apart(both: Together, changes: tuple[RecordChange, ...], usual: float, leve
     return _Sized(tuple(replace(change, value=value, std=std) for change, value, std in sized), removed)
 
 
-def _with_gains(halves: Halves, segment: Segment, changes: tuple[RecordChange, ...]) -> tuple[RecordChange, ...]:
-    """Changes with what each gains on the whole segment beside those before it."""
-    candidates = {one.name: one for one in halves.candidates}
+def _with_gains(halves: Halves, seen: RecordFit, changes: tuple[RecordChange, ...]) -> tuple[RecordChange, ...]:
+    """Changes with what each gains on the whole record beside those before it."""
+    candidates, segments = {one.name: one for one in halves.candidates}, segments_of(seen)
     at, values, fits = [candidates[one.effect] for one in changes], [one.value for one in changes], list[float]()
     for k in range(len(changes) + 1):
-        seen = simulated(halves.model, segment, at[:k], values[:k])
-        if seen is None:
+        after = simulated(halves.model, segments, at[:k], values[:k])
+        if after is None:
             return changes
-        fits.append(seen.fit_percent)
+        fits.append(after.fit_percent)
     return tuple(replace(one, gain=b - a) for one, (a, b) in zip(changes, pairwise(fits), strict=True))
 
 
 @dataclass(frozen=True, slots=True)
-class SegmentChange:
-    """A parameter, by name, as a whole segment asks for it: its difference, and the energy that is left with it."""
+class ParameterChange:
+    """A parameter, by name, as a whole record asks for it: its difference, and the energy that is left with it."""
 
     parameter: str
     value: float
     energy: float
 
 
-def changes_of(model: RefittedModel, segment: Segment) -> tuple[float, tuple[SegmentChange, ...]]:
-    """The energy that a model leaves of a segment, and the change of each of its parameters by itself, those with
-    which it diverges left out. Infinite energy where the model itself diverges."""
-    before = simulated(model, segment)
+def changes_of(model: RefittedModel, segments: Sequence[Segment]) -> tuple[float, tuple[ParameterChange, ...]]:
+    """The energy that a model leaves of a record, and the change of each of its parameters by itself, those with which
+    it diverges left out. Infinite energy where the model itself diverges."""
+    before = simulated(model, segments)
     found = []
-    for candidate in record_changes(model.joint, model.columns, [segment.record.name]):
-        end = run(model, segment, (candidate,))
+    for candidate in record_changes(model.joint, model.columns, [segments[0].record.name]):
+        end = run(model, segments, (candidate,))
         if end is not None:
-            after = segment_fit(segment, end.trajectories[0], model.output)
-            name = model.joint.names[candidate.column]
-            found.append(SegmentChange(name, float(end.unknowns[0]), after.energy))
+            after = record_fit(model, segments, end)
+            found.append(ParameterChange(model.joint.names[candidate.column], float(end.unknowns[0]), after.energy))
     return np.inf if before is None else before.energy, tuple(found)

@@ -100,6 +100,8 @@ def sentence(diagnosis: Diagnosis) -> str:
     if d.apart:
         wrong = rms(max(d.records[name].misfit for name in d.apart), 2)
         return f"{d.model} leaves noise on the records of its fit and is wrong by {wrong} {unit} on {listed(d.apart)}"
+    if d.is_hidden:
+        return f"{d.model} leaves {rms(d.noise_floor, 2)} {unit} that may be noise, and would hide whatever is missing"
     place = "" if d.shape is None else f"; it {_on_axis(d, ordering_of(d.shape))}"
     known = f"{d.model} lacks {causes}, and more" if causes else f"{d.model} is wrong by {rms(d.misfit, 2)} {unit}"
     return f"{known} that {no_effect(d)} explains{place}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -13,11 +14,13 @@ from support.small_bench import AXIS, TRUTH, Criteria, FitOptions, records_of
 
 from robotid.catalogue import assemble
 from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
-from robotid.diagnosis.procedure import diagnose
+from robotid.diagnosis.procedure import DiagnosisOptions, diagnose
+from robotid.diagnosis.refit.refitted_model import RecordFit
 from robotid.diagnosis.results import Diagnosis
 from robotid.diagnosis.search import changed_record, record_changes
 from robotid.diagnosis.search.changed_record import Halves, _parts
 from robotid.estimate.grey_box import fit_model
+from robotid.model.array import Array
 from robotid.report.tables.diagnose import sentence
 
 WEIGHT = {"motor.gravity.G": 0.8, "motor.gravity.H": 0.1}
@@ -25,11 +28,12 @@ WEIGHT = {"motor.gravity.G": 0.8, "motor.gravity.H": 0.1}
 
 @pytest.mark.parametrize(("gain", "asked"), [(0.1, 3), (-0.3, 0)])
 def test_a_change_with_which_the_fit_falls_is_none(gain: float, asked: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    before, model = plain_segment(2000.0), plain_model(1000.0)
-    after = plain_segment(1000.0, fit_percent=before.fit_percent + gain)
+    one, model = plain_segment(2000.0), plain_model(1000.0)
+    before = RecordFit((one,), "speed")
+    after = RecordFit((plain_segment(1000.0, fit_percent=one.fit_percent + gain),), "speed")
     monkeypatch.setattr(changed_record, "_fitted_values", lambda *_: (0.1,))
     monkeypatch.setattr(changed_record, "simulated", lambda *_: after)
-    halves = Halves(model, Segment(before.record, UNIT_WHITENING), before, 1.0)
+    halves = Halves(model, (Segment(one.record, UNIT_WHITENING),), before, 1.0)
     assert len(record_changes._asked_for(halves, halves.unchanged)) == asked
 
 
@@ -81,16 +85,42 @@ def test_a_set_of_changes_that_leaves_something_is_none() -> None:
     assert len(found.causes) <= 1
 
 
-def test_a_change_is_sought_and_tested_where_it_shows() -> None:
-    segment = Segment(plain_segment(1.0).record, UNIT_WHITENING)
-    n = len(segment.record)
-    residual = np.where(np.arange(n) < n // 2, 1.0, 0.0)  # it rests in the second half
-    first, second = _parts(segment, residual)
-    assert abs(len(first.record) - n // 4) <= 1
-    assert len(first.record) + len(second.record) == n
+def split(samples: int, energy: Array, pieces: int = 1) -> tuple[list[int], list[int]]:
+    """How many samples the segments of both parts of a record have, whose residual has such an energy."""
+    whole = plain_segment(1.0)
+    edges = np.linspace(0, samples, pieces + 1).astype(int).tolist()
+    seen = [replace(whole, record=whole.record.piece(a, b), residual=np.sqrt(energy[a:b])) for a, b in pairwise(edges)]
+    first, second = _parts(seen)
+    return [len(one.record) for one in first], [len(one.record) for one in second]
+
+
+def test_each_part_has_half_of_what_is_wrong() -> None:
+    n = 400
+    energy = np.where(np.arange(n) < n // 2, 1.0, 0.0)  # it rests in the second half
+    (first,), (second,) = split(n, energy)
+    assert abs(first - n // 4) <= 1
+    assert first + second == n
 
 
 def test_a_short_piece_is_halved() -> None:
-    segment = Segment(plain_segment(1.0).record.piece(0, 12), UNIT_WHITENING)
-    first, second = _parts(segment, np.eye(12)[0])
-    assert (len(first.record), len(second.record)) == (6, 6)
+    assert split(12, np.eye(12)[0]) == ([6], [6])
+
+
+def test_pieces_go_to_one_part_or_the_other() -> None:
+    assert split(300, np.ones(300), 3) == ([100, 49], [51, 100])
+    assert split(330, np.where(np.arange(330) < 210, 1.0, 0.0), 3) == ([110], [110, 110])  # five more are no segment
+
+
+@pytest.mark.parametrize("horizon", [None, 0.5])
+def test_a_change_is_found_in_pieces_of_a_record_as_in_all_of_it(horizon: float | None) -> None:
+    plant = assemble(AXIS, angle=True)
+    other = TRUTH | {"motor.inertia.J": 1.3 * TRUTH["motor.inertia.J"]}
+    made = [*records_of(plant, TRUTH)[:2], records_of(plant, other)[2]]
+    joint = assemble(AXIS)
+    fit = fit_model("m", joint, joint.parameters().with_values(TRUTH), made[:2], FitOptions(horizon=horizon))
+    found = diagnose(fit, made, options=DiagnosisOptions(horizon))
+    (cause,) = found.causes
+    assert cause.effect == "record_change.check.motor.inertia.J"
+    (one,) = cause.parameters
+    assert one.value == pytest.approx(0.3 * TRUTH["motor.inertia.J"], abs=3.0 * one.std)
+    assert 10.0 * one.std < one.value

@@ -173,6 +173,10 @@ def test_rounding_is_shown_as_nothing(capsys: pytest.CaptureFixture[str]) -> Non
             UNKNOWN,
             "m3 is wrong by 0.13 rad/s that no effect of the catalogue explains; it follows the motor angle best",
         ),
+        (
+            replace(CLEAN, verdict="unknown"),
+            "m3 leaves 0.01 rad/s that may be noise, and would hide whatever is missing",
+        ),
     ],
     ids=[
         "clean",
@@ -183,6 +187,7 @@ def test_rounding_is_shown_as_nothing(capsys: pytest.CaptureFixture[str]) -> Non
         "named, with a larger plain error",
         "cut short",
         "unknown",
+        "hidden by noise",
     ],
 )
 def test_the_verdict_in_a_sentence(diagnosis: Diagnosis, sentence: str) -> None:

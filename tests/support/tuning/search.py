@@ -12,7 +12,7 @@ import pytest
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
 from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
-from robotid.diagnosis.refit.refitted_model import RefittedModel
+from robotid.diagnosis.refit.refitted_model import RecordFit, RefittedModel
 from robotid.diagnosis.scoring.blocked_regression import Gain
 from robotid.diagnosis.scoring.catalogue_candidates import term_candidate
 from robotid.diagnosis.scoring.projection import Projected
@@ -333,8 +333,9 @@ def check_a_record_with_twice_the_usual_energy_asks_for_a_reason() -> None:
 def standing_changes(*explained: list[float]) -> list[tuple[record_changes.RecordChange, ...]]:
     """The changes of a record that stand, where parameters explain these shares of its misfit: the first by themselves,
     those of every further list beside the best of those before."""
-    model, before = plain_model(1000.0), plain_segment(40_000.0)
-    halves = Halves(model, Segment(before.record, UNIT_WHITENING), before, 1.0)
+    model, one = plain_model(1000.0), plain_segment(40_000.0)
+    before = RecordFit((one,), "speed")
+    halves = Halves(model, (Segment(one.record, UNIT_WHITENING),), before, 1.0)
 
     def asked_for(_: Halves, at: Changed) -> list[Changed]:
         found = []
@@ -343,7 +344,7 @@ def standing_changes(*explained: list[float]) -> list[tuple[record_changes.Recor
             candidate = RecordChangeCandidate(name, (0.0,), "a", number, model.joint.declared[0])
             energy = at.after.energy - share * halves.beyond(before)
             after = plain_segment(energy, fit_percent=at.after.fit_percent + 1.0)
-            found.append(Changed((*at.candidates, candidate), (*at.values, 0.1), after))
+            found.append(Changed((*at.candidates, candidate), (*at.values, 0.1), RecordFit((after,), "speed")))
         return found
 
     with pytest.MonkeyPatch.context() as patch:
@@ -390,10 +391,10 @@ def check_a_record_that_differs_thrice_as_much_as_any_other_is_another() -> None
 
 @sees(CHANGES, "shortest_part")
 def check_a_part_of_a_record_is_at_least_an_eighth_of_it() -> None:
-    segment = Segment(plain_segment(1.0).record, UNIT_WHITENING)
+    segment = plain_segment(1.0)
     burst = np.zeros(len(segment.record))
     burst[:2] = 1.0
-    first, second = changed_record._parts(segment, burst)
+    (first,), (second,) = changed_record._parts([replace(segment, residual=burst)])
     assert len(first.record) / len(second.record) == pytest.approx(1 / 7, rel=0.02)
 
 
@@ -401,13 +402,13 @@ def check_a_part_of_a_record_is_at_least_an_eighth_of_it() -> None:
 def check_a_change_is_fitted_in_six_iterations() -> None:
     asked = list[Any]()
 
-    def solve(problem: Any, start: Array, options: Any) -> Any:
+    def solve(problem: Any, start: Array, options: Any, **_: Any) -> Any:
         asked.append(options)
         return SimpleNamespace(evaluation=None)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(changed_record, "solve", solve)
-        changed_record.run(plain_model(1000.0), Segment(plain_segment(1.0).record, UNIT_WHITENING))
+        changed_record.run(plain_model(1000.0), [Segment(plain_segment(1.0).record, UNIT_WHITENING)])
     assert 5 <= asked[0].max_iterations <= 8  # of one parameter, where the model is right but for it
 
 
