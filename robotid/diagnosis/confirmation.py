@@ -92,10 +92,16 @@ def unconfirmed(diagnosis: Diagnosis, fit: FitResult | None = None, criteria: Cr
         beside = RESTS.format(", ".join(found))
         found |= {one.effect: beside for one in diagnosis.causes if one.explained_of}
     idle = [one for one in diagnosis.causes if is_idle(one) and not one.explained_of]
+    return unsized(diagnosis, fit, criteria) | {one.effect: NOT_CONFIRMED for one in idle} | found
+
+
+def unsized(diagnosis: Diagnosis, fit: FitResult | None = None, criteria: Criteria | None = None) -> dict[str, str]:
+    """The causes that a fit tells no size of, by name, and why: arguments as of `unconfirmed`. Of several each may be
+    so only beside the others, where they act alike."""
+    causes = [cause for cause in diagnosis.causes if not is_change(cause.effect)]
     level = (criteria or Criteria()).significance / max(1, len(causes) + len(diagnosis.limits))
     sought = {one.effect: uncertain(one, fit, level) for one in causes if not one.explained_of}
-    unknown = {effect: why for effect, why in sought.items() if why is not None}
-    return unknown | {one.effect: NOT_CONFIRMED for one in idle} | found
+    return {effect: why for effect, why in sought.items() if why is not None}
 
 
 def without_causes(diagnosis: Diagnosis, why: Mapping[str, str]) -> Diagnosis:

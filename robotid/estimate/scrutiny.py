@@ -21,6 +21,7 @@ from robotid.estimate.cutoff import choose_cutoff
 from robotid.estimate.first_states import first_state_limits
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.linear_response import total_inertia
+from robotid.estimate.residual import TRIAL_PATIENCE, measured_output, observed
 from robotid.estimate.result import End, FitResult
 from robotid.estimate.rigid import RigidResult, fit_rigid, torque_error
 from robotid.interrupt import INTERRUPTS
@@ -33,8 +34,10 @@ from robotid.model.units import unit_of
 from robotid.numerals import plain
 from robotid.progress import Iteration
 from robotid.signals.differentiate import ParallelFilter
-from robotid.signals.record import SHORTEST_PIECE, Record
+from robotid.signals.metrics import fit_percent
+from robotid.signals.record import SHORTEST_PIECE, Quantity, Record
 from robotid.simulation.first_guess import measured_guess
+from robotid.simulation.simulate import simulate
 
 LEFT_OUT = "what a frequency response asks for was left out of the start; the fit that starts from it simulates better"
 FAR_START = "fitted once more from what the initialisation found, far from the start that was given"
@@ -123,6 +126,9 @@ def scrutinised_fit(task: FitTask) -> ScrutinisedFit:
     """
     if task.options.choose_horizon:
         return _in_chosen_pieces(task)
+    hopeless = _hopeless_as_whole(task)
+    if hopeless is not None:
+        return ScrutinisedFit(hopeless)
     try:
         first, begun = _first_fit(task)
     except NumericsError:
@@ -345,8 +351,36 @@ def _noted(found: ScrutinisedFit, note: str) -> ScrutinisedFit:
     return replace(found, fit=replace(found.fit, remarks=(*found.fit.remarks, note)))
 
 
+def _hopeless_as_whole(task: FitTask) -> FitResult | None:
+    """The fit over pieces where an open simulation is unstable, and even with what they find one of whole records ends
+    farther from some than rest would: no fit of these would come to an end soon, or near. None where that is not so."""
+    if task.options.horizon is not None:
+        return None
+    found = _over_stable_pieces(task, "no simulation of whole records stays near them")
+    if found is None or found.end is End.INTERRUPTED:
+        return found
+    theta = task.parameters.with_values({p.name: p.value for p in found.parameters}).values
+    near = (_stays_near(task.joint, theta, record, task.options.output) for record in task.records)
+    return None if all(near) else found
+
+
+def _stays_near(joint: Joint, theta: Array, record: Record, output: Quantity) -> bool:
+    """Whether an open simulation of a whole record, from its measured first state, is nearer to it than rest is."""
+    try:
+        trajectory = simulate(joint, theta, record, max_failed_windows=TRIAL_PATIENCE)
+    except NumericsError:
+        return False
+    return fit_percent(measured_output(record, output), observed(trajectory, output)) > 0.0
+
+
 def _in_pieces(first: FitResult, task: FitTask) -> FitResult | None:
     """The fit over pieces in which an error cannot grow far, where an open simulation is unstable and they serve."""
+    return _over_stable_pieces(task, f"the fit of whole records is {min(first.fit_percent.values()):.1f} %")
+
+
+def _over_stable_pieces(task: FitTask, whole: str) -> FitResult | None:
+    """The fit over pieces in which an error cannot grow far; None where it does not in whole records, or the fit is
+    poor. whole : why these are not fitted, in words."""
     instability = _instability(task.joint, task.parameters, task.records)
     horizon = instability.horizon if instability.growth >= SETTINGS.unstable else None
     if horizon is None:
@@ -354,10 +388,9 @@ def _in_pieces(first: FitResult, task: FitTask) -> FitResult | None:
     found = task.with_options(horizon=horizon).attempt()
     if found is None or min(found.fit_percent.values()) < SETTINGS.poor_fit:
         return None
-    least = min(first.fit_percent.values())
     remark = (
         f"an error of the open simulation grows by a factor of e in {1 / instability.rate:.2g} s on this motion, and"
-        f" the fit of whole records is {least:.1f} %: fitted, validated and diagnosed in pieces of {horizon:g} s"
+        f" {whole}: fitted, validated and diagnosed in pieces of {horizon:g} s"
     )
     return _as_cut(found, horizon, remark, task)
 

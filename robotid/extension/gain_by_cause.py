@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from robotid.diagnosis.confirmation import unconfirmed, without_causes
+from robotid.diagnosis.confirmation import unconfirmed, unsized, without_causes
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.results import Diagnosis
 from robotid.errors import NumericsError
@@ -81,5 +81,17 @@ def _confirmed(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria) ->
         for cause in diagnosis.causes
     )
     judged = replace(diagnosis, causes=causes, refitted={p.name: p.value for p in last.parameters})
-    none = unconfirmed(judged, last, criteria)
+    none, alike = unconfirmed(judged, last, criteria), unsized(judged, last, criteria)
+    doubted = [effect for effect in effects if effect in alike and none[effect] == alike[effect]]
+    if len(doubted) > 1:  # each may have no size only beside the others
+        task = task.without_sizes(doubted)
+        first = _first_to_go(task, effects, doubted)
+        none = {effect: why for effect, why in none.items() if effect not in doubted or effect in first}
     return _confirmed(without_causes(judged, none), task, criteria) if none else replace(judged, extended=last)
+
+
+def _first_to_go(task: ExtensionTask, effects: Sequence[str], doubted: Sequence[str]) -> Sequence[str]:
+    """Of effects that a fit tells no size of, the one without which a fit leaves least; all where none ends."""
+    found = tried_with(task, [others_than(effects, effect) for effect in doubted])
+    left = {effect: one.fit.misfit for effect, one in zip(doubted, found, strict=True) if one is not None}
+    return [min(left, key=lambda effect: left[effect])] if left else doubted

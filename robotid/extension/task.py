@@ -22,7 +22,7 @@ from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.result import FitResult
 from robotid.extension.results import Score
 from robotid.extension.scored_starts import scored_starts
-from robotid.model.structure import Structure, changed, is_change, rests_on
+from robotid.model.structure import Structure, belongs, changed, is_change, rests_on
 from robotid.parallel import ahead, each
 from robotid.signals.metrics import fit_percent
 from robotid.signals.record import Record
@@ -64,6 +64,11 @@ class ExtensionTask:
         """The joint with further effects."""
         return reduce(with_effect, effects, self.before.structure)
 
+    def without_sizes(self, effects: Sequence[str]) -> ExtensionTask:
+        """The same task, where the sizes of some effects are not known: no start has a value of theirs."""
+        kept = ({k: v for k, v in one.items() if not any(belongs(k, e) for e in effects)} for one in self.starts)
+        return replace(self, starts=tuple(kept))
+
     def fit_with(self, effects: Sequence[str]) -> FitResult:
         """The model with further effects, fitted on the records of its fit. Ones that no start has a value of begin as
         their score promises where that suits the records better than what they begin as by default, and also beside
@@ -72,7 +77,7 @@ class ExtensionTask:
         if self.known is not None and self.known.structure == self.structure_with(effects):
             return self.known
         sized = {name for start in self.starts for name in start}
-        new = [effect for effect in effects if not any(name.startswith(f"{effect}.") for name in sized)]
+        new = [effect for effect in effects if not any(belongs(name, effect) for name in sized)]
         if not new:
             return self._fitted(effects, self.starts)
         scored = scored_starts(self._model, self._used, new, self.horizon)

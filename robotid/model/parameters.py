@@ -23,7 +23,8 @@ class Parameter:
     physical : where it makes sense; a fit that ends elsewhere imitates another effect.
     estimated : False for a number that says what the effect is, such as a count of periods that physics knows to be
     whole: fits leave it as it is. centres : it is a value of the companion about which the formula is written; the
-    diagnosis takes the mean. carried : a payload adds to it.
+    diagnosis takes the mean. carried : a payload adds to it. barrier : value of a shape at which the effect does what
+    another one does, so that no fit gets from one side of it to the other.
     """
 
     symbol: str
@@ -39,6 +40,7 @@ class Parameter:
     estimated: bool = True
     centres: bool = False
     carried: bool = False
+    barrier: float | None = None
 
     @property
     def is_shape(self) -> bool:

@@ -26,7 +26,13 @@ class PowerFriction(Term):
         # Not zero: there the fit could not see alpha.
         Parameter("Fp", "Nm", "friction at 1 rad/s", guess=0.01, bounds=(-1e6, 1e6), null=0.0),
         Parameter(
-            "alpha", "1", "power", guess=0.5, bounds=(0.01, 2.0), grid=(0.2, 0.35, 0.5, 0.65, 0.8, 1.25, 1.5, 1.75)
+            "alpha",
+            "1",
+            "power",
+            guess=0.5,
+            bounds=(0.01, 2.0),
+            grid=(0.2, 0.35, 0.5, 0.65, 0.8, 1.25, 1.5, 1.75),
+            barrier=1.0,  # viscous friction
         ),
     )
     formula = "Fp |v|^alpha sgn(v)"

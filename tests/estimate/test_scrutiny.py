@@ -13,6 +13,7 @@ from support.mistaken_logs import FLEXIBLE, RATIO, swing
 from robotid.catalogue import assemble
 from robotid.diagnosis.procedure import DiagnosisOptions, diagnose
 from robotid.errors import NumericsError
+from robotid.estimate import scrutiny
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.identify import starting_parameters
 from robotid.estimate.result import FitResult
@@ -170,6 +171,21 @@ def test_an_unstable_motion_is_fitted_in_pieces() -> None:
     assert found["arm.gravity.G"].value == pytest.approx(1.0, rel=0.02)
     assert found.horizon == 1.0
     assert "fitted, validated and diagnosed in pieces of 1 s" in found.remarks[-1]
+
+
+def test_whole_records_that_no_simulation_follows_are_not_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fit of these took minutes, and ended worse than rest."""
+    joint, begin, log = pendulum(samples=6000)
+    horizons, fit = list[float | None](), scrutiny.fit_model
+
+    def watched(*arguments: Any) -> FitResult:
+        horizons.append(arguments[4].horizon)
+        return fit(*arguments)
+
+    monkeypatch.setattr(scrutiny, "fit_model", watched)
+    found = scrutinised_fit(FitTask("m", joint, begin, [log], FitOptions())).fit
+    assert (found.horizon, horizons) == (1.0, [1.0])
+    assert "no simulation of whole records stays near them: fitted, validated and diagnosed in" in found.remarks[-1]
 
 
 def test_a_weight_that_is_not_declared_chooses_the_pieces_in_which_it_can_be_found() -> None:

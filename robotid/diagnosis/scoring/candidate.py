@@ -79,8 +79,11 @@ class Candidate(ABC):
 
     @property
     def variant(self) -> tuple[float, ...]:
-        """Which of several laws of one name it is: its shapes that no fit estimates."""
-        return tuple(v for v, p in zip(self.values, self.parameters, strict=True) if p.is_shape and not p.estimated)
+        """Which of several laws of one name it is: its shapes that no fit estimates, and the sides of barriers on which
+        it is."""
+        shapes = [(v, p) for v, p in zip(self.values, self.parameters, strict=True) if p.is_shape]
+        sides = (float(v > p.barrier) for v, p in shapes if p.barrier is not None)
+        return (*(v for v, p in shapes if not p.estimated), *sides)
 
     @property
     def family(self) -> Hashable:

@@ -49,7 +49,7 @@ def changed_apart(state: SearchState, criteria: Criteria) -> list[CandidateRefit
         refitted = on_the_whole(scores[name], structure, start, state)
         if refitted is not None:
             refits.append(replace(refitted, confirmed=one.p_value))
-    return in_order(refits, state.data, criteria)
+    return in_order(refits, state, criteria)
 
 
 def _apart(around: tuple[RefittedModel, EvaluationData], name: str) -> _Apart | None:

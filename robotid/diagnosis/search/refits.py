@@ -72,7 +72,7 @@ def refit_hopeful(state: SearchState, criteria: Criteria, log: Log) -> RefitRoun
         found = _refits(chosen, state, log)
         if found.refits:
             refits = _with_extremes(found.refits, state, log)
-            ordered = simpler_first(in_order(refits, state.data, criteria), state)
+            ordered = simpler_first(in_order(refits, state, criteria), state)
             return RefitRound(tuple(ordered), found.unexamined)
         if found.unexamined:
             return found
@@ -308,20 +308,22 @@ def is_complete(explained: float, misfit: float) -> bool:
     return misfit > 0.0 and explained > CHOICE.complete_share * misfit
 
 
-def in_order(refits: Sequence[CandidateRefit], data: EvaluationData, criteria: Criteria) -> list[CandidateRefit]:
+def in_order(refits: Sequence[CandidateRefit], state: SearchState, criteria: Criteria) -> list[CandidateRefit]:
     """By the information criterion, each effect once; but what has fewer parameters goes before the best where the
-    difference is below the least improvement. Of several laws of one effect, the one that carries over best stands for
-    it, where there are records to carry over to."""
+    difference is below the least improvement, and a small part of what the best explains. Of several laws of one
+    effect, the one that carries over best stands for it, where there are records to carry over to."""
     if not refits:
         return []
     each: dict[str, CandidateRefit] = {}
     for one in sorted(refits, key=lambda one: information_criterion(one.model)):
         known = each.setdefault(one.effect, one)
         law = one.score.candidate.variant
-        if data.validation and law != known.score.candidate.variant and _carries_further(one, known):
+        if state.data.validation and law != known.score.candidate.variant and _carries_further(one, known):
             each[one.effect] = one
     ordered = sorted(each.values(), key=lambda one: information_criterion(one.model))
-    least = ordered[0].model.energy + criteria.min_improvement_sigma**2 * data.samples
+    explained = max(0.0, state.model.energy - ordered[0].model.energy)
+    slack = min(criteria.min_improvement_sigma**2 * state.data.samples, ACCEPTANCE.max_same_share * explained)
+    least = ordered[0].model.energy + slack
     return sorted(ordered, key=lambda one: len(one.model.columns) if one.model.energy <= least else np.inf)
 
 

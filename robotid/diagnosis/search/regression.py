@@ -66,7 +66,7 @@ def asked_for(state: SearchState, criteria: Criteria) -> list[CandidateRefit]:
         _refitted(one, carried(start, one.structure, one.values), state)
         for one in _best_of_each(alike)[: criteria.max_refits]
     )
-    return in_order([one for one in refits if one is not None], state.data, criteria)
+    return in_order([one for one in refits if one is not None], state, criteria)
 
 
 def _regression(

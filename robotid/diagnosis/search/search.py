@@ -313,7 +313,8 @@ def _by_each_noise(
     names nothing, and leaves more than noise of any colour, or mostly errors of the torque, beside which slow ones have
     been given too much weight; unless a free curve explains all of it. What a later search names stands only where it
     does not imitate a curve that an earlier one has found. Where none names anything, what rings by itself says more
-    than a curve that explains less.
+    than a curve that explains less; and where a record that was held out is simulated far worse than those of the fit,
+    one that tells what differs there says more than one that does not.
 
     white : the first state beside white errors, scored, where it is known.
     """
@@ -332,9 +333,10 @@ def _by_each_noise(
             return next((one for one in found[:-1] if is_imitated(one, last)), last)
         if last.late or is_complete(last) or (leaves_only_noise(last) and not prevail(last)):
             return last
-        noise = next(filter(leaves_only_noise, found), None)
-        if noise is not None and errors == "coloured":
-            return noise
+        noise = [one for one in found if leaves_only_noise(one)]
+        if noise and errors == "coloured":
+            told = [one for one in noise if one.changes] if noise[0].agreement.apart else []
+            return (told or noise)[0]
     curve = next((one for one in found if one.curve is not None), found[0])
     shaken = next((one for one in found if one.shaken_share), curve)
     return shaken if shaken.shaken_share > curve.curve_share else curve

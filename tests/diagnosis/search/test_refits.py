@@ -198,8 +198,32 @@ def test_of_several_laws_the_one_that_carries_over_stands_for_the_effect(
 ) -> None:
     """The cosine fits better, the sine leaves less of what was held out."""
     laws = [lever(np.pi / 2, 700.0, 4000.0), lever(0.0, 760.0, 1700.0)]
-    (found,) = in_order(laws, Kept(validation), Criteria())  # type: ignore[arg-type]
+    (found,) = in_order(laws, before(1000.0, validation), Criteria())
     assert found.score.candidate.variant == (psi,)
+
+
+def before(energy: float, validation: tuple[int, ...] = ()) -> Any:
+    """What ordering asks of the state without any of the refits."""
+    return SimpleNamespace(data=Kept(validation), model=SimpleNamespace(energy=energy))
+
+
+@pytest.mark.parametrize(("energy", "first"), [(2000.0, "motor.quadratic_friction"), (1050.0, "motor.power_friction")])
+def test_a_simpler_effect_goes_first_where_little_of_what_the_best_explains_is_lost(energy: float, first: str) -> None:
+    """Of a misfit that is small beside the noise, the least improvement may be most of it."""
+
+    def refitted(name: str, values: tuple[float, ...], left: float) -> CandidateRefit:
+        score = Score(term_candidate(Port.MOTOR, TERMS[name], values), 1.0, (1.0,), np.eye(3)[:, :1], np.zeros(3))
+        return CandidateRefit(score, Stand(left, 0.0, columns=(0,) * len(values)))  # type: ignore[arg-type]
+
+    both = [refitted("quadratic_friction", (0.0,), 830.0), refitted("power_friction", (0.0, 0.5), 780.0)]
+    assert in_order(both, before(energy), Criteria(min_improvement_sigma=0.3))[0].effect == first
+
+
+def test_an_effect_is_refitted_on_either_side_of_what_it_does_as_another() -> None:
+    """A power of one is viscous friction; no fit gets from a power above it to one below."""
+    powers = [term_candidate(Port.MOTOR, TERMS["power_friction"], (0.0, alpha)) for alpha in (1.75, 1.5, 0.5)]
+    scores = [Score(one, 10.0, (1.0,), np.eye(3)[:, :1], np.zeros(3)) for one in powers]
+    assert [one.candidate.values[1] for one in refits._variants(scores[:1], scores)] == [0.5]
 
 
 def test_an_effect_at_a_bound_stands_behind_the_simpler_ones_that_it_becomes() -> None:

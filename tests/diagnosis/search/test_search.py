@@ -29,7 +29,9 @@ from robotid.diagnosis.noise.noise_estimate import TorqueErrors
 from robotid.diagnosis.nonparametric.curve_fit import fit_curves
 from robotid.diagnosis.results import Diagnosis, Event
 from robotid.diagnosis.search import search as searching
+from robotid.diagnosis.search.agreement import Agreement
 from robotid.diagnosis.search.events import SeenEvent
+from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.search.state import RejectedCause, SearchResult, SearchState, is_plain, share_removed
 from robotid.diagnosis.search.unexplained import without_parts
 from robotid.diagnosis.verdict import verdict
@@ -203,6 +205,9 @@ def test_what_differs_on_a_record_held_out_is_told_with_its_size() -> None:
         (False, {"white": "torque errors", None: "cause"}, ["white", "coloured"], "white"),
         (False, {"white": "torque errors", "coloured": "cause"}, ["white", "coloured"], "coloured"),
         (False, {"coloured": "torque errors"}, ["white", "coloured"], "coloured"),
+        (True, {None: "torque errors", "coloured": "changed"}, [None, "coloured"], None),
+        (True, {None: "apart", "coloured": "changed"}, [None, "coloured"], "coloured"),
+        (True, {None: "apart", "coloured": "torque errors"}, [None, "coloured"], None),
         (False, {None: "cause"}, ["white", "coloured", None], None),
         (False, {None: "curve"}, ["white", "coloured", None], None),
         (False, {}, ["white", "coloured", None], "white"),
@@ -227,7 +232,12 @@ def test_causes_are_sought_by_another_noise_where_one_names_nothing_and_leaves_m
         curve = fit_curves(one.first, one.data)[0] if named.get(by) == "curve" else None
         causes = one.causes if named.get(by) == "cause" else ()
         last = one.last if causes else one.first
-        return ended.setdefault(by, replace(one, data=state.data, last=last, causes=causes, curve=curve))
+        found = replace(one, data=state.data, last=last, causes=causes, curve=curve)
+        if named.get(by) == "apart":
+            found = replace(found, agreement=Agreement(apart=("check",)))
+        if named.get(by) == "changed":
+            found = replace(found, changes=(RecordChange("record_change.check.J", 1.0, "", 1.0, 1.0, 0.0, ()),))
+        return ended.setdefault(by, found)
 
     monkeypatch.setattr(searching, "first_state", first_state)
     monkeypatch.setattr(searching, "settled_state", lambda *_: first_state(torque_errors="coloured"))
@@ -236,8 +246,8 @@ def test_causes_are_sought_by_another_noise_where_one_names_nothing_and_leaves_m
     def seen(*words: str) -> Callable[[SearchResult], bool]:
         return lambda found: named.get(found.data.torque_errors) in words
 
-    monkeypatch.setattr(searching, "leaves_only_noise", seen("noise", "torque errors"))
-    monkeypatch.setattr(searching, "prevail", seen("torque errors"))
+    monkeypatch.setattr(searching, "leaves_only_noise", seen("noise", "torque errors", "apart", "changed"))
+    monkeypatch.setattr(searching, "prevail", seen("torque errors", "apart", "changed"))
     assert searched(made, QUICK) is ended[stands]
     assert [*ended] == tried
 

@@ -1,0 +1,55 @@
+"""What a fit as the pipeline makes it confirms of causes that act alike."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from support.small_bench import AXIS, TRUTH, FitOptions, records_of
+
+from robotid.catalogue import assemble
+from robotid.diagnosis.results import Cause, Diagnosis
+from robotid.diagnosis.verdict import not_explained
+from robotid.estimate.fitted_model import fitted_model, simulate_records
+from robotid.estimate.grey_box import fit_model
+from robotid.extension import gain_by_cause
+from robotid.extension.gain_by_cause import with_gains
+from robotid.extension.task import extension_task
+
+UNCERTAIN = "a fit does not confirm it: its size is not known"
+POWER, QUADRATIC = "motor.power_friction", "motor.quadratic_friction"
+HIDDEN = {f"{POWER}.Fp": 0.1, f"{POWER}.alpha": 0.5}
+
+
+def found(effects: tuple[str, ...], values: dict[str, float]) -> Diagnosis:
+    """What is left of causes that a search has named on an axis whose friction grows like the root of the speed.
+    values : at which the search has left their parameters."""
+    plant = assemble(AXIS.extended(POWER), angle=True)
+    made = records_of(plant, TRUTH | HIDDEN)
+    joint = assemble(AXIS)
+    fit = fit_model("m", joint, joint.parameters().with_values(TRUTH), made[:2], FitOptions())
+    model = fitted_model(fit)
+    empty = not_explained(model, list(simulate_records(model, made)))
+    causes = tuple(Cause(effect, (), 0.4, 1.0, 1e-9, (effect,), None, ()) for effect in effects)
+    named = replace(empty, verdict="named", causes=causes, refitted=empty.refitted | values, remaining_share=0.2)
+    return with_gains(named, extension_task(named, fit, made))
+
+
+def test_of_causes_that_act_alike_the_one_that_explains_less_goes_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each had no size beside the other, and none was left."""
+
+    def beside_another(diagnosis: Diagnosis, *_: object) -> dict[str, str]:
+        return {one.effect: UNCERTAIN for one in diagnosis.causes} if len(diagnosis.causes) > 1 else {}
+
+    for name in ("unconfirmed", "unsized"):
+        monkeypatch.setattr(gain_by_cause, name, beside_another)
+    astray = {f"{QUADRATIC}.Fq": 1e-5, f"{POWER}.Fp": -1e-3, f"{POWER}.alpha": 1.6}
+    left = found((QUADRATIC, POWER), astray)
+    (cause,) = left.causes
+    assert cause.effect == POWER
+    size, power = cause.parameters
+    assert size.value == pytest.approx(0.1, abs=3.0 * size.std_robust)
+    assert power.value == pytest.approx(0.5, abs=3.0 * power.std_robust)
+    (rejected,) = left.rejected
+    assert rejected.effect == QUADRATIC
+    assert rejected.why == UNCERTAIN
