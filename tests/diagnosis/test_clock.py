@@ -194,14 +194,6 @@ def test_a_torque_that_was_recorded_through_a_filter_is_not_late(intervals: floa
     assert cause.parameters[0].value == pytest.approx(intervals * SAMPLING_TIME, rel=0.05)
 
 
-def test_a_speed_that_was_recorded_through_a_filter_is_named() -> None:
-    made = [replace(one, dphi_m=lfilter([1.0], [2.0, -1.0], one.dphi_m)) for one in records({})]
-    found = diagnose(fitted(made), made, QUICK)
-    (cause,) = found.causes
-    assert cause.effect == "speed.sensor_filter"
-    assert cause.parameters[0].value == pytest.approx(SAMPLING_TIME, rel=0.05)
-
-
 def begun_on(seen: Evidence) -> InTime:
     """Where the search for a lateness begins."""
     return InTime(RecordedLate(), seen, first_state(seen, QUICK).scored(QUICK))
