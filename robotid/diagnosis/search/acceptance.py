@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 
 import numpy as np
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import refit
-from robotid.diagnosis.refit.refitted_model import RefittedModel, carried, reduced
+from robotid.diagnosis.refit.refitted_model import RefittedModel, reduced
 from robotid.diagnosis.scoring.confounding import confounded_with
 from robotid.diagnosis.scoring.ranking import Round
 from robotid.diagnosis.scoring.score_test import Score
@@ -29,7 +28,6 @@ from robotid.diagnosis.search.refits import (
     from_the_start,
     indistinguishable_energy,
     refit_hopeful,
-    start_values,
 )
 from robotid.diagnosis.search.regression import asked_for
 from robotid.diagnosis.search.settings import ACCEPTANCE
@@ -386,7 +384,7 @@ def drop_worthless(state: SearchState, criteria: Criteria, log: Log) -> SearchSt
         if stands_firm(one, lost_without(one, state)):
             continue
         log(f"trying without {one.effect}")
-        lean = _without(state.model, one.effect, state.data, _promised_instead(state, one))
+        lean = _without(state.model, one.effect, state.data)
         if lean is None:
             continue
         step = Step(state.first, lean, state.model, state.data)
@@ -427,24 +425,10 @@ def _dropped(state: SearchState, one: AcceptedCause, lean: RefittedModel) -> Sea
     return replace(state, causes=causes, model=lean)
 
 
-def _promised_instead(state: SearchState, one: AcceptedCause) -> dict[str, float]:
-    """What the score promised of the last cause where another was named, as values to start from; none where it was
-    not scored there. Beside the other it may have become something that explains nothing alone."""
-    k = state.causes.index(one)
-    score = state.rounds[k].by_effect.get(state.causes[-1].effect) if k < len(state.rounds) else None
-    if score is None or len(score.moved) != len(one.before.columns):
-        return {}
-    return start_values(one.before, score, 1.0)
-
-
-def _without(
-    model: RefittedModel, effect: str, data: EvaluationData, promised: Mapping[str, float] = MappingProxyType({})
-) -> RefittedModel | None:
-    """A model refitted without an effect, None where it cannot be. promised : values from which that starts where they
-    suit the records better than those that the model has."""
+def _without(model: RefittedModel, effect: str, data: EvaluationData) -> RefittedModel | None:
+    """A model refitted without an effect, None where it cannot be."""
     structure, parameters = reduced(model, effect)
-    bold = [carried(parameters, structure, promised)] if promised else []
     try:
-        return refit(structure, [*bold, parameters], data, model.trajectories)
+        return refit(structure, [parameters], data, model.trajectories)
     except NumericsError:
         return None
