@@ -77,7 +77,7 @@ class ExtensionTask:
         if self.known is not None and self.known.structure == self.structure_with(effects):
             return self.known
         sized = {name for start in self.starts for name in start}
-        new = [effect for effect in effects if not any(belongs(name, effect) for name in sized)]
+        new = [effect for effect in effects if not any(name.startswith(f"{effect}.") for name in sized)]
         if not new:
             return self._fitted(effects, self.starts)
         scored = scored_starts(self._model, self._used, new, self.horizon)
