@@ -32,10 +32,9 @@ from robotid.simulation.trajectory import Trajectory
 
 INVOLVED = 0.1  # component of an unidentifiable direction from which a parameter is named
 ROUNDING = 1e-14  # of a signal's RMS: no simulation is closer to it than that
-ROUGHLY = LevelSettings(
-    sweeps=1, unlikely=np.inf
-)  # the noise of a filter that only has to make a residual nearly white
 UNIDENTIFIABLE = 1e-7  # smallest singular value, relative to the largest, of the Jacobian with unit columns
+ROUGHLY = LevelSettings(sweeps=1, unlikely=np.inf)
+"""For the noise of a filter that only has to make a residual nearly white."""
 
 
 def covariances(problem: OutputError, solution: Solution, sigma: Array) -> tuple[Array, Array, dict[int, str]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -73,6 +73,14 @@ class RecordFit:
             return self.segments[0].fit_percent
         measured = np.concatenate([measured_output(one.record, self.output) for one in self.segments])
         return fit_percent(measured, measured - np.concatenate([one.residual for one in self.segments]))
+
+
+def by_record(segments: Iterable[SegmentFit], output: Quantity) -> dict[str, RecordFit]:
+    """Simulated segments, the pieces of each record together, by its name."""
+    found: dict[str, list[SegmentFit]] = {}
+    for one in segments:
+        found.setdefault(one.record.name, []).append(one)
+    return {name: RecordFit(tuple(own), output) for name, own in found.items()}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -151,10 +159,7 @@ class RefittedModel:
     @property
     def validation_fit_percent(self) -> float:
         """Mean fit over the validation records [%], nan without any."""
-        found: dict[str, list[SegmentFit]] = {}
-        for one in self.validation:
-            found.setdefault(one.record.name, []).append(one)
-        fits = [RecordFit(tuple(own), self.output).fit_percent for own in found.values()]
+        fits = [one.fit_percent for one in by_record(self.validation, self.output).values()]
         return float(np.mean(fits)) if fits else float("nan")
 
     @property

@@ -17,7 +17,15 @@ import numpy as np
 from robotid.diagnosis.noise.drawn import drawn_residuals
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import refit_to_confirm
-from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit, Trajectories, carried, segment_fit
+from robotid.diagnosis.refit.refitted_model import (
+    RecordFit,
+    RefittedModel,
+    SegmentFit,
+    Trajectories,
+    by_record,
+    carried,
+    segment_fit,
+)
 from robotid.diagnosis.search.settings import CHANGES
 from robotid.model.array import Array
 from robotid.signals.record import Quantity
@@ -70,23 +78,25 @@ def agreement(model: RefittedModel, data: EvaluationData, usual: float) -> Agree
 
     usual : energy a sample on the fitted segments, by the noise of `data`.
     """
-    pairs = zip(data.validation, model.validation, strict=True)
-    names = _loud([segment_fit(segment, one.trajectory, data.output) for segment, one in pairs], usual, data.output)
+    names = _loud(held_out(model, data), usual)
     if not names:
         return Agreement()
     together = Together.of(model, data, names).same
-    loud = None if together is None else _loud(together.fitted, usual, data.output)
+    loud = None if together is None else _loud(by_record(together.fitted, data.output), usual)
     if loud is None or set(loud).difference(names):
         return Agreement(apart=names)
     return Agreement(tuple(name for name in names if name not in loud), loud)
 
 
-def _loud(segments: Sequence[SegmentFit], usual: float, output: Quantity) -> tuple[str, ...]:
+def held_out(model: RefittedModel, data: EvaluationData) -> dict[str, RecordFit]:
+    """The validation records as a model simulates them, by the noise of `data`, by name."""
+    pairs = zip(data.validation, model.validation, strict=True)
+    return by_record((segment_fit(segment, one.trajectory, data.output) for segment, one in pairs), data.output)
+
+
+def _loud(records: Mapping[str, RecordFit], usual: float) -> tuple[str, ...]:
     """Names of records with clearly more energy a sample than usual, by the noise through which they are whitened."""
-    found: dict[str, list[SegmentFit]] = {}
-    for one in segments:
-        found.setdefault(one.record.name, []).append(one)
-    return tuple(name for name, own in found.items() if is_loud(own, usual, output))
+    return tuple(name for name, own in records.items() if is_loud(own.segments, usual, own.output))
 
 
 def is_loud(segments: Sequence[SegmentFit], usual: float, output: Quantity) -> bool:

@@ -142,11 +142,16 @@ def _parts(seen: Sequence[SegmentFit]) -> tuple[tuple[Segment, ...], tuple[Segme
     cut = int(np.clip(np.searchsorted(left, left[-1] / 2.0), shortest, len(left) - shortest))
     first, second = list[Segment](), list[Segment]()
     for one in seen:
-        n, record = len(one.record), one.record
-        least, at = min(SHORTEST_PIECE, n // 2), min(n, max(0, cut))
-        at = 0 if at < least else n if n - at < least else at
-        first += [Segment(record.piece(0, at), one.whitening)] if at else []
-        second += [Segment(record.piece(at, n), one.whitening)] if at < n else []
+        n, at = len(one.record), min(len(one.record), max(0, cut))
+        least = min(SHORTEST_PIECE, n // 2)
+        if at < least:
+            at = 0
+        elif n - at < least:
+            at = n
+        if at > 0:
+            first.append(Segment(one.record.piece(0, at), one.whitening))
+        if at < n:
+            second.append(Segment(one.record.piece(at, n), one.whitening))
         cut -= n
     return tuple(first), tuple(second)
 

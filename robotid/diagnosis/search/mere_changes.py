@@ -10,9 +10,9 @@ from dataclasses import replace
 
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
-from robotid.diagnosis.refit.refitted_model import RefittedModel
+from robotid.diagnosis.refit.refitted_model import RefittedModel, by_record
 from robotid.diagnosis.scoring.record_change_candidate import record_changes
-from robotid.diagnosis.search.changed_record import run
+from robotid.diagnosis.search.changed_record import run, segments_of
 from robotid.diagnosis.search.settings import CHANGES
 from robotid.diagnosis.search.state import AcceptedCause, SearchResult
 from robotid.diagnosis.settings import VERDICT
@@ -49,10 +49,8 @@ def _as_much_elsewhere(cause: AcceptedCause, result: SearchResult) -> str | None
     """Why a change is none where another record asks for a good part of it, in words; None where none does."""
     _, parameter = changed(cause.effect)
     size, model = abs(result.last.parameters[cause.effect]), result.last
-    others: dict[str, list[Segment]] = {}
-    for one in (*model.fitted, *model.validation):
-        others.setdefault(one.record.name, []).append(Segment(one.record, one.whitening))
-    others = {name: own for name, own in others.items() if name not in _differing(result)}
+    every, differing = by_record((*model.fitted, *model.validation), model.output), _differing(result)
+    others = {name: segments_of(seen) for name, seen in every.items() if name not in differing}
     if not others:
         return None
     shared = replace(model, fitted=(), validation=()), parameter

@@ -11,10 +11,10 @@ import numpy as np
 
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
-from robotid.diagnosis.refit.refitted_model import RecordFit, RefittedModel, SegmentFit, segment_fit
+from robotid.diagnosis.refit.refitted_model import RecordFit, RefittedModel
 from robotid.diagnosis.scoring.record_change_candidate import record_changes
 from robotid.diagnosis.scoring.score_test import significance
-from robotid.diagnosis.search.agreement import Together
+from robotid.diagnosis.search.agreement import Together, held_out
 from robotid.diagnosis.search.carry_over import gain_by_blocks
 from robotid.diagnosis.search.changed_record import Changed, Halves, record_fit, run, segments_of, simulated
 from robotid.diagnosis.search.coloured import blocks_with, by_noise, left_by
@@ -58,10 +58,7 @@ def find_record_changes(
 
     usual : energy a sample on the fitted segments, what the fit could still take left out; level : of significance.
     """
-    found: dict[str, list[SegmentFit]] = {}
-    for segment, one in zip(data.validation, model.validation, strict=True):
-        found.setdefault(segment.record.name, []).append(segment_fit(segment, one.trajectory, model.output))
-    records = [RecordFit(tuple(own), model.output) for own in found.values()]
+    records = held_out(model, data).values()
     return tuple(change for seen in records for change in _of_record(model, data, seen, usual, level))
 
 

@@ -335,8 +335,8 @@ def _by_each_noise(
             return last
         noise = [one for one in found if leaves_only_noise(one)]
         if noise and errors == "coloured":
-            told = [one for one in noise if one.changes] if noise[0].agreement.apart else []
-            return (told or noise)[0]
+            changed = [one for one in noise if one.changes] if noise[0].agreement.apart else []
+            return (changed or noise)[0]
     curve = next((one for one in found if one.curve is not None), found[0])
     shaken = next((one for one in found if one.shaken_share), curve)
     return shaken if shaken.shaken_share > curve.curve_share else curve

@@ -15,9 +15,9 @@ class LevelSettings:
     factor from one corner of the red noise to the next; fine_step : the same in a mean over the corners. reach, scales
     : decades on either side of the likeliest level of the torque's noise, and how many levels in them, over which its
     mean is taken. full : leverage from which a frequency tells nothing. band : relative width of the bands over which
-    spectra are averaged. unlikely : factor by which the
-    mean square of the innovations is off 1 where levels are not the likeliest, and are sought from another start.
-    left_out : share of belief in the least likely levels that a mean over them leaves out.
+    spectra are averaged. unlikely : factor by which the mean square of the innovations is off 1 where levels are not
+    the likeliest, and are sought from another start. left_out : share of belief in the least likely levels that a mean
+    over them leaves out.
     clip : robust standard deviations beyond which an innovation counts no more than there, so that bursts, as a model
     that reverses at the wrong time leaves them, do not pass for noise; infinite, and all count. bands, lines, slack :
     into how many parts the highest octave of a torque is cut at most, how many frequencies each has at least, and the
