@@ -9,16 +9,15 @@ makes up for that.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.remarks import without_name
-from robotid.diagnosis.results import Cause, Diagnosis, Rejected, Verdict
-from robotid.diagnosis.search.physical_sense import declarations
+from robotid.diagnosis.results import Cause, DetectionLimit, Diagnosis, Rejected, Verdict
+from robotid.diagnosis.search.physical_sense import declarations, least_deviations
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.settings import VERDICT
 from robotid.diagnosis.verdict import is_partial, without_cause
@@ -44,11 +43,22 @@ def _sizes(cause: Cause) -> list[tuple[Estimate, float]]:
     return [(one, one.value - nulls[one.name]) for one in cause.parameters if one.name in nulls]
 
 
-def uncertain(cause: Cause, fit: FitResult | None = None, level: float = 1.0) -> str | None:
-    """Why a cause is none whose amplitudes together are less than three standard deviations in a fit, be it in the
-    shape that was found, or not significant at a level among all shapes, or known less well than to themselves, in
-    words; None where they are more. Those are robust ones, for what a model leaves is seldom white. fit : that tells
-    how the amplitudes depend on each other and on the shape, absent: they do not."""
+@dataclass(frozen=True, slots=True)
+class _Certainty:
+    """How many deviations the amplitudes of a cause are from where they vanish in a fit: beside its shape, and in the
+    shape that was found if that is more; and how many parameters it has."""
+
+    known: float
+    certain: float
+    parameters: int
+
+    def share(self, level: float) -> float:
+        """Of the size that would be told from none, at a level among all shapes and known better than to itself."""
+        return min(self.known / ACCEPTANCE.known_sigma, self.certain / least_deviations(self.parameters, level))
+
+
+def _certainty(cause: Cause, fit: FitResult | None) -> _Certainty | None:
+    """None where a cause has no amplitude, or a fit does not tell how well it knows it."""
     sizes = _sizes(cause)
     names, apart = [one.name for one, _ in sizes], np.array([size for _, size in sizes])
     if fit is None:
@@ -60,11 +70,19 @@ def uncertain(cause: Cause, fit: FitResult | None = None, level: float = 1.0) ->
         shape = [of_all.index(one.name) for one in cause.parameters if one.name not in names]
     if not sizes or not np.isfinite(robust[np.ix_(at, at)]).all():
         return None
-    least = max(ACCEPTANCE.amplitude_sigma, float(np.sqrt(chi2.isf(level, len(sizes) + len(shape)))))
     known, certain = deviations_with_shape(apart, covariance, robust, at, shape)
-    if known >= ACCEPTANCE.known_sigma and certain >= least:
+    return _Certainty(known, certain, len(sizes) + len(shape))
+
+
+def uncertain(cause: Cause, fit: FitResult | None = None, level: float = 1.0) -> str | None:
+    """Why a cause is none whose amplitudes together are less than three standard deviations in a fit, be it in the
+    shape that was found, or not significant at a level among all shapes, or known less well than to themselves, in
+    words; None where they are more. Those are robust ones, for what a model leaves is seldom white. fit : that tells
+    how the amplitudes depend on each other and on the shape, absent: they do not."""
+    found = _certainty(cause, fit)
+    if found is None or found.share(level) >= 1.0:
         return None
-    first = sizes[0][0]
+    first, _ = _sizes(cause)[0]
     return UNCERTAIN.format(first.name.rpartition(".")[2], first.value, first.std_robust)
 
 
@@ -86,7 +104,7 @@ def unconfirmed(diagnosis: Diagnosis, fit: FitResult | None = None, criteria: Cr
     """The causes that are none after all, by name, and why: those of quite another size on records that were held out,
     all that differs beside these, what gains nothing, and what a fit tells no size of. fit : with all that can be
     fitted, as of `uncertain`; criteria : of the search."""
-    causes = [cause for cause in diagnosis.causes if not is_change(cause.effect)]
+    causes = _effects(diagnosis)
     found = {one.effect: why for one in causes if (why := another_size(one, diagnosis)) is not None}
     if found:
         beside = RESTS.format(", ".join(found))
@@ -98,10 +116,34 @@ def unconfirmed(diagnosis: Diagnosis, fit: FitResult | None = None, criteria: Cr
 def unsized(diagnosis: Diagnosis, fit: FitResult | None = None, criteria: Criteria | None = None) -> dict[str, str]:
     """The causes that a fit tells no size of, by name, and why: arguments as of `unconfirmed`. Of several each may be
     so only beside the others, where they act alike."""
-    causes = [cause for cause in diagnosis.causes if not is_change(cause.effect)]
-    level = (criteria or Criteria()).significance / max(1, len(causes) + len(diagnosis.limits))
+    causes, level = _effects(diagnosis), _level(diagnosis, criteria)
     sought = {one.effect: uncertain(one, fit, level) for one in causes if not one.explained_of}
     return {effect: why for effect, why in sought.items() if why is not None}
+
+
+def with_limits(
+    diagnosis: Diagnosis, effects: Collection[str], fit: FitResult, criteria: Criteria | None = None
+) -> Diagnosis:
+    """The diagnosis with the detection limits of causes that a fit tells no size of, which are about to go: the size
+    that it would tell from none. effects : their names; the other arguments are those of `unconfirmed`."""
+    level, limits = _level(diagnosis, criteria), {one.effect: one for one in diagnosis.limits}
+    for cause in (one for one in _effects(diagnosis) if one.effect in effects):
+        found, sizes = _certainty(cause, fit), _sizes(cause)
+        if found is not None:
+            size = float(np.linalg.norm([apart for _, apart in sizes])) / max(found.share(level), 1e-300)
+            symbol = sizes[0][0].name.rpartition(".")[2]
+            limits[cause.effect] = DetectionLimit(cause.effect, symbol, size, sizes[0][0].unit)
+    return replace(diagnosis, limits=tuple(limits[name] for name in sorted(limits)))
+
+
+def _effects(diagnosis: Diagnosis) -> list[Cause]:
+    """The causes that are no changes of a record."""
+    return [cause for cause in diagnosis.causes if not is_change(cause.effect)]
+
+
+def _level(diagnosis: Diagnosis, criteria: Criteria | None) -> float:
+    """Of significance for one of all effects that were sought."""
+    return (criteria or Criteria()).significance / max(1, len(_effects(diagnosis)) + len(diagnosis.limits))
 
 
 def without_causes(diagnosis: Diagnosis, why: Mapping[str, str]) -> Diagnosis:

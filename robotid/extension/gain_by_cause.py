@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from robotid.diagnosis.confirmation import unconfirmed, unsized, without_causes
+from robotid.diagnosis.confirmation import unconfirmed, unsized, with_limits, without_causes
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.results import Diagnosis
 from robotid.errors import NumericsError
@@ -87,7 +87,10 @@ def _confirmed(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria) ->
         task = task.without_sizes(doubted)
         first = _first_to_go(task, effects, doubted)
         none = {effect: why for effect, why in none.items() if effect not in doubted or effect in first}
-    return _confirmed(without_causes(judged, none), task, criteria) if none else replace(judged, extended=last)
+    if not none:
+        return replace(judged, extended=last)
+    judged = with_limits(judged, alike.keys() & none.keys(), last, criteria)
+    return _confirmed(without_causes(judged, none), task, criteria)
 
 
 def _first_to_go(task: ExtensionTask, effects: Sequence[str], doubted: Sequence[str]) -> Sequence[str]:

@@ -8,7 +8,15 @@ import numpy as np
 import pytest
 from support.diagnosed import FIT, NAMED, PAYLOAD, STRIBECK, estimate
 
-from robotid.diagnosis.confirmation import NOT_CONFIRMED, is_idle, uncertain, unconfirmed, without_causes
+from robotid.diagnosis.confirmation import (
+    NOT_CONFIRMED,
+    is_idle,
+    uncertain,
+    unconfirmed,
+    unsized,
+    with_limits,
+    without_causes,
+)
 from robotid.diagnosis.results import Cause
 
 
@@ -98,6 +106,24 @@ def test_a_cause_whose_size_no_fit_tells_is_none(deviation: float, none: bool) -
     assert first.value == 0.2
     assert set(unconfirmed(replace(NAMED, causes=(one, PAYLOAD)))) == ({one.effect} if none else set())
     assert not none or f"dFs = 0.2, known to {deviation:g}" in unconfirmed(replace(NAMED, causes=(one,)))[one.effect]
+
+
+def test_the_limit_of_a_cause_that_goes_for_its_size_is_the_size_that_the_fit_would_tell() -> None:
+    """The limits of a search are those of effects that it has not found."""
+    (first, shape), deviation = cause(0.03).parameters, 0.06
+    covariance = np.diag([deviation**2, 0.01])
+    fit = replace(FIT, parameters=(first, shape), covariance=covariance, covariance_robust=covariance)
+    found = replace(NAMED, causes=(cause(0.03), PAYLOAD))
+    assert set(unsized(found, fit)) == {"motor.stribeck"}
+    known = with_limits(found, unsized(found, fit), fit)
+    limit = {one.effect: one for one in known.limits}["motor.stribeck"]
+    assert (limit.symbol, limit.unit) == ("dFs", "Nm")
+
+    def of_size(size: float) -> Cause:
+        return replace(cause(0.03), parameters=(replace(first, value=size), shape))
+
+    assert "motor.stribeck" in unsized(replace(found, causes=(of_size(0.99 * limit.size), PAYLOAD)), fit)
+    assert unsized(replace(found, causes=(of_size(1.01 * limit.size), PAYLOAD)), fit) == {}
 
 
 def test_a_change_of_one_record_is_judged_without_any_limit() -> None:

@@ -76,7 +76,9 @@ class DrawnSizes:
     def p_value_along_the_motion(self) -> float:
         """Of the amplitudes being nothing, where errors of the torque pass along the motion, linear about every one."""
         noise = self.left.noise
-        covariance = covariance_along_the_motion(noise, noise.levels_in_motion, self._weights)
+        pairs = zip(self.left.scans, self._weights, strict=True)
+        weights = [one.whitening.transposed(own) for one, own in pairs]
+        covariance = covariance_along_the_motion(noise, noise.levels_in_motion, weights)
         wald = _wald(self.found, covariance) / max(1.0, self.left.energy)
         samples = sum(weights.shape[1] for weights in self._weights)
         return float(fisher.sf(wald / len(self.sizes), len(self.sizes), samples))
@@ -105,12 +107,11 @@ def weights_of(blocks: BlockedRegression, at: Sequence[int], amplitudes: int) ->
 
 
 def covariance_along_the_motion(noise: ColouredNoise, levels: Sequence[NoiseLevels], weights: Sequence[Array]) -> Array:
-    """Of sums of the whitened residuals of all segments with weights (k, n) each, where errors of the torque of these
-    levels pass along the motion, (k, k)."""
+    """Of sums of the residuals of all segments with weights (k, n) each, where errors of the torque of these levels
+    pass along the motion, (k, k)."""
     parts = []
     for k, (level, own) in enumerate(zip(levels, weights, strict=True)):
-        rows = noise.segments[k].whitening.transposed(own)
-        parts.append(SeenDerivatives.of(rows, noise.residuals[k].response, noise.passage(k)).information(level))
+        parts.append(SeenDerivatives.of(own, noise.residuals[k].response, noise.passage(k)).information(level))
     return np.asarray(np.sum(parts, axis=0))
 
 

@@ -3,7 +3,8 @@
 A candidate's column, whitened by what the causes leave and projected on the complement of what the fit has shaped, is
 what one unit of the effect adds to the residual that no parameter can take. The size at which it passes the tests of a
 cause follows without a refit: its energy beside the noise of that colour, its spread from block to block of time,
-what errors of the torque make of it along the motion, which rests and reverses, and what it gains in a fit.
+what errors of the torque make of it along the motion, which rests and reverses, what it gains in a fit, and how well a
+fit knows it, which weighs all of a residual alike.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from scipy.stats import f as fisher
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.colour import ColouredNoise
+from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
 from robotid.diagnosis.results import DetectionLimit
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, solved
 from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate, columns_of
@@ -27,6 +29,7 @@ from robotid.diagnosis.search.coloured import Tried, are_too_few
 from robotid.diagnosis.search.drawn_sizes import covariance_along_the_motion, weights_of
 from robotid.diagnosis.search.least_gained import least_gained
 from robotid.diagnosis.search.least_scored import least_scored
+from robotid.diagnosis.search.physical_sense import least_deviations
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import SearchResult
 from robotid.diagnosis.settings import VERDICT
@@ -45,12 +48,14 @@ def detection_limits(found: SearchResult, criteria: Criteria) -> tuple[Detection
     searched, seen_through = columns.whitened_as(found.data.fitted).scans, columns.whitened_as(coloured.fitted).scans
     by_search, by_colour = project(searched), project(seen_through)
     own_columns = list(columns_of(missing))
+    plain = columns.whitened_as([Segment(one.record, UNIT_WHITENING) for one in model.fitted]).scans
     in_motion = deviations_in_motion(found.noise, by_colour, seen_through, own_columns)
+    in_a_fit = deviations_in_motion(found.noise, project(plain), plain, own_columns)
     tried, usual = Tried.of(seen), max(1.0, by_colour.energy / model.samples)
     improvement = criteria.min_improvement_sigma**2 * found.data.samples
     gained = least_gained(searched, by_search, own_columns, VERDICT.least_gain if found.data.validation else 0.0)
     limits = []
-    for one, own, deviation, gaining in zip(missing, own_columns, in_motion, gained, strict=True):
+    for one, own, deviation, known, gaining in zip(missing, own_columns, in_motion, in_a_fit, gained, strict=True):
         k, length = len(one.scored), by_colour.visible_length(own)
         size = inf
         if length > 0.0:
@@ -60,7 +65,8 @@ def detection_limits(found: SearchResult, criteria: Criteria) -> tuple[Detection
                 spread = 0.0
             alone = least_energy(k, usual, criteria, 1, model.samples)
             by_noise = float(np.sqrt(energy)) / length
-            beside = max(by_noise, spread, float(np.sqrt(alone)) * deviation, float(gaining))
+            sized = least_deviations(len(one.parameters), criteria.significance / len(missing)) * known
+            beside = max(by_noise, spread, float(np.sqrt(alone)) * deviation, float(gaining), sized)
             size = max(beside, least_scored(searched, by_search, own, improvement, found.data, beside))
         limits.append(_limit(one, size))
     return tuple(limits)
@@ -99,10 +105,10 @@ def least_size(blocks: BlockedRegression, parameters: int, level: float) -> floa
 def deviations_in_motion(
     noise: ColouredNoise | None, projected: Projected, scans: Sequence[Scan], at: Sequence[slice]
 ) -> list[float]:
-    """Of the amplitudes of the columns of each of `at`, in any proportion, where errors of the torque pass along the
-    motion; zero where there are no such errors.
+    """Of the amplitudes of the columns of each of `at`, in any proportion, as the least squares of a whitening find
+    them, where errors of the torque pass along the motion; zero where there are no such errors.
 
-    scans : every segment with all columns, through this noise; projected : these.
+    scans : every segment with all columns, through that whitening; projected : these.
     """
     levels = () if noise is None else tuple(one.whitening.levels for one in noise.segments)
     if noise is None or not any(one.torque + one.red for one in levels):
@@ -112,7 +118,8 @@ def deviations_in_motion(
     every = [[*one, *range(first)] for one in own]
     ways = [weights_of(projected.blocks, k, len(one)) for k, one in zip(every, own, strict=True)]
     columns = (without_states(one) for one in scans)
-    weights = [np.concatenate([way @ one[k] for way, k in zip(ways, every, strict=True)]) for one in columns]
+    of_white = [np.concatenate([way @ one[k] for way, k in zip(ways, every, strict=True)]) for one in columns]
+    weights = [one.whitening.transposed(own) for one, own in zip(scans, of_white, strict=True)]
     covariance = covariance_along_the_motion(noise, levels, weights)
     parts = [covariance[one.start : one.stop, one.start : one.stop] for one in at]
     return [_deviation(one) for one in parts]

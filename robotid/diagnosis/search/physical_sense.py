@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.stats import chi2
 
 from robotid.catalogue import EFFECTS
 from robotid.diagnosis.criteria import Criteria
@@ -57,6 +58,12 @@ def is_uncertain(step: Step, criteria: Criteria) -> str | None:
             value, std = model.parameters[sizes[0][0]], deviation(model, sizes[0][0])
             return f"is not certain to be there: {symbol} = {value:.2g}, known to {std:.2g}"
     return None
+
+
+def least_deviations(parameters: int, level: float) -> float:
+    """How many standard deviations the amplitudes of an effect of so many parameters are from nothing, together, for
+    it to be named: three, and significant at a level among all its shapes."""
+    return max(ACCEPTANCE.amplitude_sigma, float(np.sqrt(chi2.isf(level, parameters))))
 
 
 def declarations(effect: str) -> Iterator[tuple[str, Parameter]]:

@@ -14,7 +14,9 @@ from support.small_bench import begun, records, searched
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.colour import ColouredNoise
-from robotid.diagnosis.noise.whitening import Segment
+from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
+from robotid.diagnosis.refit.refit import refit
+from robotid.diagnosis.refit.refitted_model import extended
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, blocked
 from robotid.diagnosis.search.least_scored import GREATEST
 from robotid.diagnosis.search.limits import detection_limits, least_energy, least_size, typical_shapes
@@ -131,6 +133,20 @@ def test_errors_of_the_torque_that_pass_along_the_motion_make_limits_larger() ->
     along, slipping = limits(found), limits(replace(found, noise=None))
     assert all(along[name] >= slipping[name] for name in along)
     assert along["motor.asymmetric_coulomb"] > 1.3 * slipping["motor.asymmetric_coulomb"]
+
+
+@pytest.mark.parametrize("name", ["torque.torque_lag.T", "motor.asymmetric_coulomb.dFc"])
+def test_a_limit_is_a_size_that_a_fit_tells_from_none_though_slow_errors_weigh_as_much_there(name: str) -> None:
+    scatter = np.sqrt(np.mean([_by_a_fit(name, seed) ** 2 for seed in range(6)]))
+    assert 2.0 * scatter < limits(beside_slow_errors())[name.rpartition(".")[0]] < 20.0 * scatter
+
+
+def _by_a_fit(name: str, seed: int) -> float:
+    """What a fit takes slow errors of the torque for."""
+    state = begun(slow_errors(records({}), seed))
+    structure, start = extended(state.first, name.rpartition(".")[0], {name: 1e-4})
+    plain = replace(state.data, fitted=tuple(Segment(one.record, UNIT_WHITENING) for one in state.data.fitted))
+    return refit(structure, [start], plain, state.first.trajectories).parameters[name]
 
 
 def test_noise_of_the_output_alone_makes_nothing_along_the_motion() -> None:
