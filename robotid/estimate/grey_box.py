@@ -40,7 +40,8 @@ class FitOptions:
     starts, drawn at random. other_starts : values from which the fit starts where they suit the records better.
     horizon [s] : length of the pieces that are simulated from initial states of their own, None for the whole record.
     choose_horizon : `fit_and_scrutinise` chooses the pieces before it fits, where an open simulation is unstable.
-    interruptible : an interrupt from the keyboard ends the fit with the last iterate, not the program.
+    interruptible : an interrupt from the keyboard ends the fit with the last iterate, not the program. deviations : the
+    covariances of the estimates are worked out, which may take longer than the fit; else they are nan.
     """
 
     output: Quantity = "speed"
@@ -53,6 +54,7 @@ class FitOptions:
     interruptible: bool = False
     other_starts: tuple[Parameters, ...] = ()
     choose_horizon: bool = False
+    deviations: bool = True
 
 
 def fit_model(
@@ -80,7 +82,7 @@ def fit_model(
     solution = _best_of(problem, options, log)
     problem, solution = _reweigh(problem, solution, factors, options, log)
     with winding_up() if solution.end is End.INTERRUPTED else nullcontext():
-        return _result(name, problem, solution, time.perf_counter() - begin)
+        return _result(name, problem, solution, time.perf_counter() - begin, deviations=options.deviations)
 
 
 def _giving_up(problem: OutputError, log: Callable[[Iteration], None] | None) -> Callable[[Iteration], None]:
@@ -225,9 +227,9 @@ def noise_levels(problem: OutputError, solution: Solution) -> Array:
     return np.array([np.sqrt(square[name] / max(1.0, spare[name])) for name in names])
 
 
-def _result(name: str, problem: OutputError, solution: Solution, seconds: float) -> FitResult:
+def _result(name: str, problem: OutputError, solution: Solution, seconds: float, *, deviations: bool) -> FitResult:
     sigma = noise_levels(problem, solution)
-    classical, robust, weak = covariances(problem, solution, sigma)
+    classical, robust, weak = covariances(problem, solution, sigma) if deviations else _unknown(problem)
     unknowns, trajectories = solution.evaluation.unknowns, solution.evaluation.trajectories
     theta = problem.theta(unknowns)
     names = [r.name for r in problem.records]
@@ -253,6 +255,12 @@ def _result(name: str, problem: OutputError, solution: Solution, seconds: float)
         start=dict(zip(problem.parameters.names, problem.parameters.values.tolist(), strict=True)),
         keeps_angle=problem.joint.keeps_angle,
     )
+
+
+def _unknown(problem: OutputError) -> tuple[Array, Array, dict[int, str]]:
+    """Covariances that were not worked out."""
+    p = len(problem.joint.names)
+    return np.full((p, p), np.nan), np.full((p, p), np.nan), {}
 
 
 def _estimates(

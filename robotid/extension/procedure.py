@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,6 +36,9 @@ def extend(task: ExtensionTask, effects: Sequence[str]) -> Extension:
         dropped.append(Rejected(effect, 0.0, gain(task.validation_fit(whole.scores), leaner.level), why))
         tried = [one for one in tried[tried.index(effect) + 1 :] if one in leaner.kept]
         kept, whole = leaner.kept, leaner.scored
+    if dropped and kept:
+        found = {p.name: p.value for p in whole.fit.parameters}
+        (whole,) = fits_with(replace(task, starts=(found,)), [kept])  # as found, now with standard deviations
     after, scores, scores_before = whole.fit, whole.scores, base.scores
     noise = {name: score.rmse for name, score in scores.items()}
     return Extension(

@@ -157,16 +157,17 @@ class ScoredFit:
 
 
 def fits_with(task: ExtensionTask, choices: Sequence[Sequence[str]]) -> list[ScoredFit]:
-    """The model with each choice of further effects, fitted and scored; without any, as it was. Raises NumericsError
-    where one does not converge."""
+    """The model with each choice of further effects, fitted and scored; without any, as it was. The last alone has
+    standard deviations. Raises NumericsError where one does not converge."""
     for effects in choices:
         task.log(_announced(effects))
-    found = each(_fitted, _silenced(task), [tuple(effects) for effects in choices], samples=task.samples)
+    asked = [(tuple(effects), k + 1 == len(choices)) for k, effects in enumerate(choices)]
+    found = each(_fitted, _silenced(task), asked, samples=task.samples)
     return [one if effects else replace(one, fit=task.before) for effects, one in zip(choices, found, strict=True)]
 
 
 def tried_with(task: ExtensionTask, choices: Sequence[Sequence[str]]) -> list[ScoredFit | None]:
-    """The same, None for those that do not converge."""
+    """The same, all without standard deviations; None for those that do not converge."""
     with tries_with(task, choices) as found:
         return list(found)
 
@@ -175,7 +176,7 @@ def tries_with(
     task: ExtensionTask, choices: Sequence[Sequence[str]]
 ) -> AbstractContextManager[Sequence[ScoredFit | None]]:
     """The same, each when it is asked for."""
-    return ahead(_tried, _silenced(task), [tuple(effects) for effects in choices], samples=task.samples)
+    return ahead(_tried, _silenced(task), [(tuple(effects), False) for effects in choices], samples=task.samples)
 
 
 def _announced(effects: Sequence[str]) -> str:
@@ -191,14 +192,18 @@ def _nobody(_: str) -> None:
     pass
 
 
-def _fitted(task: ExtensionTask, effects: Sequence[str]) -> ScoredFit:
-    fit = task.fit_with(effects) if effects else task.before
+def _fitted(task: ExtensionTask, asked: tuple[Sequence[str], bool]) -> ScoredFit:
+    """asked : further effects, and whether their standard deviations are."""
+    effects, deviations = asked
+    if not effects:
+        return ScoredFit(task.before, task.scores(task.before))
+    fit = replace(task, options=replace(task.options, deviations=deviations)).fit_with(effects)
     return ScoredFit(fit, task.scores(fit))
 
 
-def _tried(task: ExtensionTask, effects: Sequence[str]) -> ScoredFit | None:
+def _tried(task: ExtensionTask, asked: tuple[Sequence[str], bool]) -> ScoredFit | None:
     try:
-        return _fitted(task, effects)
+        return _fitted(task, asked)
     except NumericsError:
         return None
 

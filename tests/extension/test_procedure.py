@@ -152,6 +152,7 @@ def test_a_cause_that_does_not_carry_over_is_dropped_beside_one_that_does() -> N
     e = extended("motor.stribeck", "motor.constant_torque")
     assert e.added == ("motor.stribeck",)
     (dropped,) = e.dropped
+    assert all(np.isfinite(p.std_robust) for p in e.fit.parameters if not p.fixed)
     assert (dropped.effect, "held-out" in dropped.why) == ("motor.constant_torque", True)
     assert dropped.heldout_gain < 0.0
     assert e.model_after == extended("motor.stribeck").model_after

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpstrf
 from scipy.signal.windows import hann
 
@@ -123,7 +123,9 @@ def orthonormal(columns: Array) -> Array:
     if not len(scaled):
         return np.asarray(scaled)
     factor, order, rank, _ = dpstrf(scaled @ scaled.T, tol=DEPENDENT, lower=1)
-    rows = solve_triangular(factor[:rank, :rank], scaled[order[:rank] - 1], lower=True, check_finite=False)
+    pivots = scaled[order[:rank] - 1]
+    # from the right, on the transposed rows, which neither the solution nor their spectra have to be copied for
+    rows = dtrsm(1.0, factor[:rank, :rank], pivots.T, side=1, lower=1, trans_a=1, overwrite_b=1).T
     return np.asarray(rows[::-1])
 
 
