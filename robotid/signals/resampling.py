@@ -45,18 +45,22 @@ def grid_positions(at: Array) -> Array:
     return phase + np.arange(ceil(at[0] - phase - slack), floor(at[-1] - phase + slack) + 1, dtype=np.float64)
 
 
-def resample(at: Array, signals: Mapping[str, Array], held: Collection[str]) -> dict[str, Array]:
+def resample(
+    at: Array, signals: Mapping[str, Array], held: Collection[str], stamps: Array | None = None
+) -> dict[str, Array]:
     """Signals on the regular grid within their stamps, (m,) each.
 
-    at : (n,) increasing stamps in intervals; signals : (n,) each; held : those that last from sample to sample.
+    at : (n,) increasing stamps in intervals; signals : (n,) each; held : those that last from sample to sample, which
+    are interpolated at stamps (k,) that were lost before.
     """
-    grid = grid_positions(at)
+    grid, stamps = grid_positions(at), at if stamps is None else stamps
     found = {}
     for name, signal in signals.items():
         if name in held:
-            found[name] = mean_over_intervals(at, signal, grid)
+            found[name] = mean_over_intervals(stamps, np.interp(stamps, at, signal), grid)
         elif name in ("phi_m", "dphi_m") and "tau_m" in signals and len(at) >= MIN_TO_COMPARE:
-            driven = _Driven(at, signals["tau_m"] - signals["tau_m"].mean(), speed=name == "dphi_m")
+            torque = np.interp(stamps, at, signals["tau_m"])
+            driven = _Driven(stamps, torque - torque.mean(), speed=name == "dphi_m")
             found[name] = _with_corners(at, signal, driven).at(grid)
         else:
             found[name] = interpolate(at, signal, grid)

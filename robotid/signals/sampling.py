@@ -90,7 +90,7 @@ class Grid:
     def fill(self, signals: Mapping[str, Array]) -> dict[str, Array]:
         """Signals on the regular grid, (n,) -> (m,) each, gaps interpolated."""
         if self.resampled:
-            return resample(self.at, signals, HELD)
+            return resample(self.at, signals, HELD, self._without_gaps)
         if not self.missing:
             return dict(signals)
         regular = np.arange(self.at[-1] + 1)
@@ -98,7 +98,19 @@ class Grid:
 
     def torque_steps(self, torque: Array) -> TorqueSteps | None:
         """How a torque (n,) at its stamps changes within the intervals of the regular grid; None where it does not."""
-        return torque_steps(self.at, torque, grid_positions(self.at)) if self.resampled else None
+        if not self.resampled:
+            return None
+        stamps = self._without_gaps
+        return torque_steps(stamps, np.interp(stamps, self.at, torque), grid_positions(self.at))
+
+    @property
+    def _without_gaps(self) -> Array:
+        """The stamps with those of the samples that are missing, evenly spaced within each gap, (n + missing,): a
+        torque that had lasted over a gap would be wrong by all that it changed there."""
+        counts = np.diff(self.numbers)
+        if not self.missing or not (counts > 1).any():
+            return self.at
+        return np.interp(np.arange(self.numbers[-1] + 1), self.numbers, self.at)
 
 
 def few(count: int, longest: int, n: int) -> bool:

@@ -181,6 +181,23 @@ def test_jitter_is_removed_by_resampling_on_the_stamps() -> None:
     )
 
 
+def test_a_torque_does_not_last_over_the_samples_that_a_jittering_clock_has_lost() -> None:
+    """Two in a row at full slope: lasting, it would be off by the change of an interval and a half."""
+    t = T + 0.1 * H * np.random.default_rng(1).uniform(-1, 1, N)
+    lost = [79, 80, 210, 211]
+    whole, gaps = (
+        run({"tau_m": np.cos(3 * kept), "phi_m": np.sin(3 * kept)}, kept) for kept in (t, np.delete(t, lost))
+    )
+    assert gaps.grid.resampled
+    assert gaps.grid.missing == len(lost)
+    assert len(gaps.signals["tau_m"]) == len(whole.signals["tau_m"])
+    error = np.abs(gaps.signals["tau_m"] - whole.signals["tau_m"])
+    assert error.max() < 0.1 * 3 * H
+    assert gaps.torque_steps is not None
+    assert whole.torque_steps is not None
+    assert np.abs(gaps.torque_steps.step).max() < 1.5 * np.abs(whole.torque_steps.step).max()
+
+
 def test_stamps_that_are_only_rounded_are_not_resampled_on() -> None:
     """A third of a millisecond written with four digits is off by up to 15 % of the step."""
     t = np.arange(N) / 3000
