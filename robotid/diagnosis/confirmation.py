@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 
@@ -125,14 +126,17 @@ def with_limits(
     diagnosis: Diagnosis, effects: Collection[str], fit: FitResult, criteria: Criteria | None = None
 ) -> Diagnosis:
     """The diagnosis with the detection limits of causes that a fit tells no size of, which are about to go: the size
-    that it would tell from none. effects : their names; the other arguments are those of `unconfirmed`."""
+    that it would tell from none, infinite where none may be so large. effects : their names; the other arguments are
+    those of `unconfirmed`."""
     level, limits = _level(diagnosis, criteria), {one.effect: one for one in diagnosis.limits}
     for cause in (one for one in _effects(diagnosis) if one.effect in effects):
         found, sizes = _certainty(cause, fit), _sizes(cause)
         if found is not None:
             size = float(np.linalg.norm([apart for _, apart in sizes])) / max(found.share(level), 1e-300)
-            symbol = sizes[0][0].name.rpartition(".")[2]
-            limits[cause.effect] = DetectionLimit(cause.effect, symbol, size, sizes[0][0].unit)
+            first, apart = sizes[0]
+            largest = max(abs(bound - (first.value - apart)) for bound in (first.lower, first.upper))
+            symbol = first.name.rpartition(".")[2]
+            limits[cause.effect] = DetectionLimit(cause.effect, symbol, size if size <= largest else inf, first.unit)
     return replace(diagnosis, limits=tuple(limits[name] for name in sorted(limits)))
 
 
