@@ -15,7 +15,7 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.results import Diagnosis
 from robotid.errors import NumericsError
 from robotid.estimate.result import FitResult
-from robotid.extension.task import ExtensionTask, effects_to_add, fits_with, gain, others_than, tried_with
+from robotid.extension.task import ExtensionTask, ScoredFit, effects_to_add, fits_with, gain, others_than, tried_with
 from robotid.interrupt import OutOfTime
 from robotid.model.structure import belongs
 
@@ -27,18 +27,28 @@ GAINS_OF_SEARCH = "the gains and parameters of the causes are those of the searc
 NO_TIME, NO_END = "no time was left to fit them", "no fit with them comes to an end"
 
 
-def gains(task: ExtensionTask, effects: Sequence[str]) -> tuple[list[float], FitResult | None]:
+Known = dict[tuple[str, ...], ScoredFit]
+"""Fits of a task, by the effects that were added."""
+
+
+def gains(
+    task: ExtensionTask, effects: Sequence[str], known: Known | None = None
+) -> tuple[list[float], FitResult | None]:
     """What each effect gains on the validation records once the earlier ones are there [% points of fit]; for what
     gains nothing so, the gain beside all others; and the fit with all effects.
 
-    nan without validation records or where a model cannot be simulated, and no fit without effects. Raises
-    NumericsError where a fit with some first effects does not converge.
+    known : fits of this task, which are not made again; those that are made join them. nan without validation records
+    or where a model cannot be simulated, and no fit without effects. Raises NumericsError where a fit with some first
+    effects does not converge.
     """
     if not effects:
         return [], None
     if not task.validation:
         return [float("nan")] * len(effects), task.fit_with(effects)
-    fitted = fits_with(task, [effects[:k] for k in range(len(effects) + 1)])
+    known, choices = {} if known is None else known, [tuple(effects[:k]) for k in range(len(effects) + 1)]
+    further = [one for one in choices[:-1] if one not in known] + choices[-1:]  # the last with standard deviations
+    known |= zip(further, fits_with(task, further), strict=True)
+    fitted = [known[one] for one in choices]
     levels = [task.validation_fit(one.scores) for one in fitted]
     found = [gain(after, before) for before, after in pairwise(levels)]
     idle = [k for k, value in enumerate(found[:-1]) if value <= 0.0]
@@ -59,10 +69,11 @@ def with_gains(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria | N
     return replace(judged, remarks=(*judged.remarks, AT_RECORDED_ANGLE))
 
 
-def _confirmed(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria) -> Diagnosis:
-    effects = effects_to_add(diagnosis, task.before)
+def _confirmed(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria, known: Known | None = None) -> Diagnosis:
+    """known : as of `gains`."""
+    effects, known = effects_to_add(diagnosis, task.before), {} if known is None else known
     try:
-        found, last = gains(task, effects)
+        found, last = gains(task, effects, known)
     except OutOfTime:
         return replace(diagnosis, remarks=(*diagnosis.remarks, GAINS_OF_SEARCH.format(NO_TIME)))
     except NumericsError:
@@ -84,13 +95,13 @@ def _confirmed(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria) ->
     none, alike = unconfirmed(judged, last, criteria), unsized(judged, last, criteria)
     doubted = [effect for effect in effects if effect in alike and none[effect] == alike[effect]]
     if len(doubted) > 1:  # each may have no size only beside the others
-        task = task.without_sizes(doubted)
+        task, known = task.without_sizes(doubted), {}
         first = _first_to_go(task, effects, doubted)
         none = {effect: why for effect, why in none.items() if effect not in doubted or effect in first}
     if not none:
         return replace(judged, extended=last)
     judged = with_limits(judged, alike.keys() & none.keys(), last, criteria)
-    return _confirmed(without_causes(judged, none), task, criteria)
+    return _confirmed(without_causes(judged, none), task, criteria, known)
 
 
 def _first_to_go(task: ExtensionTask, effects: Sequence[str], doubted: Sequence[str]) -> Sequence[str]:

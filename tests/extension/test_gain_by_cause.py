@@ -13,17 +13,17 @@ from robotid.diagnosis.verdict import not_explained
 from robotid.estimate.fitted_model import fitted_model, simulate_records
 from robotid.estimate.grey_box import fit_model
 from robotid.extension import gain_by_cause
-from robotid.extension.gain_by_cause import with_gains
-from robotid.extension.task import extension_task
+from robotid.extension.gain_by_cause import Known, gains, with_gains
+from robotid.extension.task import ExtensionTask, extension_task
 
 UNCERTAIN = "a fit does not confirm it: its size is not known"
 POWER, QUADRATIC = "motor.power_friction", "motor.quadratic_friction"
 HIDDEN = {f"{POWER}.Fp": 0.1, f"{POWER}.alpha": 0.5}
 
 
-def found(effects: tuple[str, ...], values: dict[str, float]) -> Diagnosis:
-    """What is left of causes that a search has named on an axis whose friction grows like the root of the speed.
-    values : at which the search has left their parameters."""
+def named(effects: tuple[str, ...], values: dict[str, float]) -> tuple[Diagnosis, ExtensionTask]:
+    """Causes that a search has named on an axis whose friction grows like the root of the speed, and the task to extend
+    it. values : at which the search has left their parameters."""
     plant = assemble(AXIS.extended(POWER), angle=True)
     made = records_of(plant, TRUTH | HIDDEN)
     joint = assemble(AXIS)
@@ -31,8 +31,8 @@ def found(effects: tuple[str, ...], values: dict[str, float]) -> Diagnosis:
     model = fitted_model(fit)
     empty = not_explained(model, list(simulate_records(model, made)))
     causes = tuple(Cause(effect, (), 0.4, 1.0, 1e-9, (effect,), None, ()) for effect in effects)
-    named = replace(empty, verdict="named", causes=causes, refitted=empty.refitted | values, remaining_share=0.2)
-    return with_gains(named, extension_task(named, fit, made))
+    found = replace(empty, verdict="named", causes=causes, refitted=empty.refitted | values, remaining_share=0.2)
+    return found, extension_task(found, fit, made)
 
 
 def test_of_causes_that_act_alike_the_one_that_explains_less_goes_first(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -44,7 +44,7 @@ def test_of_causes_that_act_alike_the_one_that_explains_less_goes_first(monkeypa
     for name in ("unconfirmed", "unsized"):
         monkeypatch.setattr(gain_by_cause, name, beside_another)
     astray = {f"{QUADRATIC}.Fq": 1e-5, f"{POWER}.Fp": -1e-3, f"{POWER}.alpha": 1.6}
-    left = found((QUADRATIC, POWER), astray)
+    left = with_gains(*named((QUADRATIC, POWER), astray))
     (cause,) = left.causes
     assert cause.effect == POWER
     size, power = cause.parameters
@@ -53,3 +53,16 @@ def test_of_causes_that_act_alike_the_one_that_explains_less_goes_first(monkeypa
     (rejected,) = left.rejected
     assert rejected.effect == QUADRATIC
     assert rejected.why == UNCERTAIN
+
+
+def test_what_was_fitted_without_a_cause_is_not_fitted_again_where_that_goes() -> None:
+    _, task = named((POWER,), {f"{POWER}.Fp": 0.1, f"{POWER}.alpha": 0.5})
+    known: Known = {}
+    both, _ = gains(task, (POWER, QUADRATIC), known)
+    assert set(known) == {(), (POWER,), (POWER, QUADRATIC)}
+    before = known[()]
+    (alone,), last = gains(task, (POWER,), known)
+    assert known[()] is before
+    assert alone == pytest.approx(both[0], abs=1e-6)
+    assert last is not None
+    assert all(p.std_robust > 0.0 for p in last.parameters if p.name.startswith(POWER))
