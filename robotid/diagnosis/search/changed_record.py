@@ -81,7 +81,7 @@ class Halves:
         return is_loud(after.segments, self.usual, self.model.output)
 
     def beyond(self, after: RecordFit) -> float:
-        """Energy of what is left of the second part beyond the usual."""
+        """Energy of what is left, of the record or of a part of it, beyond the usual."""
         return after.energy - self.usual * after.samples
 
     def with_values(self, candidates: Sequence[RecordChangeCandidate], values: Sequence[float]) -> Changed | None:

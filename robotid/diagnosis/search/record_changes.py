@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -29,8 +28,8 @@ class RecordChange:
     """A parameter that differs on a validation record.
 
     value, std : its difference, in `unit`, beside the others that differ there, and its standard deviation, by the fit
-    to all records where there is one. explained : share of the misfit's energy on the second part that it removes
-    beside those before it; gain : of the fit of the record [% points]; twins : what explains as much, itself first.
+    to all records where there is one. explained : share of the misfit's energy on the record that it removes beside
+    those before it; gain : of the fit of the record [% points]; twins : what explains as much, itself first.
     """
 
     effect: str
@@ -213,15 +212,30 @@ def _sized(both: Together, changes: tuple[RecordChange, ...], usual: float, leve
 
 
 def _with_gains(halves: Halves, seen: RecordFit, changes: tuple[RecordChange, ...]) -> tuple[RecordChange, ...]:
-    """Changes with what each gains on the whole record beside those before it."""
+    """Changes with what each gains on the whole record beside those before it, the one first that gains most; what
+    gains nothing so, beside all others. As they were where the record cannot be simulated with some of them."""
     candidates, segments = {one.name: one for one in halves.candidates}, segments_of(seen)
-    at, values, fits = [candidates[one.effect] for one in changes], [one.value for one in changes], list[float]()
-    for k in range(len(changes) + 1):
-        after = simulated(halves.model, segments, at[:k], values[:k])
-        if after is None:
+
+    def with_these(some: Sequence[RecordChange]) -> RecordFit | None:
+        return simulated(halves.model, segments, [candidates[c.effect] for c in some], [c.value for c in some])
+
+    ordered, left, at = list[RecordChange](), list(changes), with_these([])
+    misfit = least = 0.0 if at is None else halves.beyond(at)
+    while left:
+        found = [with_these([*ordered, one]) for one in left]
+        ends = [after for after in found if after is not None]
+        if at is None or len(ends) < len(found):
             return changes
-        fits.append(after.fit_percent)
-    return tuple(replace(one, gain=b - a) for one, (a, b) in zip(changes, pairwise(fits), strict=True))
+        k = int(np.argmax([after.fit_percent for after in ends]))
+        remaining = max(0.0, min(least, halves.beyond(ends[k])))
+        explained = (least - remaining) / misfit if misfit > 0.0 else left[k].explained
+        ordered.append(replace(left.pop(k), gain=ends[k].fit_percent - at.fit_percent, explained=explained))
+        at, least = ends[k], remaining
+    for k, one in enumerate(ordered[:-1]):
+        without = with_these([*ordered[:k], *ordered[k + 1 :]]) if one.gain <= 0.0 else None
+        if at is not None and without is not None:
+            ordered[k] = replace(one, gain=at.fit_percent - without.fit_percent)
+    return tuple(ordered)
 
 
 @dataclass(frozen=True, slots=True)

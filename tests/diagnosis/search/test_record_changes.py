@@ -17,6 +17,7 @@ from robotid.diagnosis.noise.whitening import UNIT_WHITENING, Segment
 from robotid.diagnosis.procedure import DiagnosisOptions, diagnose
 from robotid.diagnosis.refit.refitted_model import RecordFit
 from robotid.diagnosis.results import Diagnosis
+from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandidate
 from robotid.diagnosis.search import changed_record, record_changes
 from robotid.diagnosis.search.changed_record import Halves, _parts
 from robotid.estimate.grey_box import fit_model
@@ -72,6 +73,7 @@ def test_all_that_a_payload_changes_is_named(changed: dict[str, float]) -> None:
         (one,) = cause.parameters
         assert abs(one.value - truth[cause.effect]) < 4.0 * one.std < 0.2 * abs(one.value)
     assert sum(cause.explained for cause in found.causes) == pytest.approx(1.0, abs=0.01)
+    assert all(cause.explained > 0.0 < cause.heldout_gain for cause in found.causes)
     assert all(name.removeprefix("record_change.check.") in sentence(found) for name in sizes)
 
 
@@ -124,3 +126,22 @@ def test_a_change_is_found_in_pieces_of_a_record_as_in_all_of_it(horizon: float 
     (one,) = cause.parameters
     assert one.value == pytest.approx(0.3 * TRUTH["motor.inertia.J"], abs=3.0 * one.std)
     assert 10.0 * one.std < one.value
+
+
+def test_the_change_that_gains_most_comes_first_and_the_shares_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a payload, the inertia alone may lower the fit that it raises beside the weight."""
+    one, model = plain_segment(2000.0), plain_model(1000.0)
+    halves = Halves(model, (Segment(one.record, UNIT_WHITENING),), RecordFit((one,), "speed"), 0.0)
+    first, second, *_ = (candidate.name for candidate in halves.candidates)
+    ends = {(): (2000.0, 80.0), (first,): (2200.0, 78.0), (second,): (800.0, 84.0), (second, first): (200.0, 85.0)}
+
+    def simulated(_: object, __: object, candidates: list[RecordChangeCandidate], ___: object) -> RecordFit:
+        energy, fit = ends[tuple(candidate.name for candidate in candidates)]
+        return RecordFit((plain_segment(energy, fit_percent=fit),), "speed")
+
+    monkeypatch.setattr(record_changes, "simulated", simulated)
+    made = tuple(record_changes.RecordChange(name, 1.0, "1", 0.0, -2.0, 1e-9, (name,)) for name in (first, second))
+    found = record_changes._with_gains(halves, halves.before, made)
+    assert [change.effect for change in found] == [second, first]
+    assert [change.gain for change in found] == pytest.approx([4.0, 1.0])
+    assert [change.explained for change in found] == pytest.approx([0.6, 0.3], abs=0.01)
