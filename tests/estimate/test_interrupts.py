@@ -79,13 +79,13 @@ def test_an_iterate_that_takes_long_to_simulate_is_dropped(monkeypatch: pytest.M
 
 
 def test_deviations_that_take_long_are_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
-    works = grey_box._result
+    works = grey_box.covariances
 
     def slow(*arguments: Any) -> Any:
         interrupt.check()
         return works(*arguments)
 
-    monkeypatch.setattr(grey_box, "_result", slow)
+    monkeypatch.setattr(grey_box, "covariances", slow)
     monkeypatch.setattr(interrupt, "WIND_UP", -1.0)
     with interruptible(), pytest.raises(Interrupted):
         fit_model("m", JOINT, START, [record()], OPTIONS, send_at(2))
