@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
-from math import inf
 
 import numpy as np
 
@@ -46,15 +45,17 @@ def _sizes(cause: Cause) -> list[tuple[Estimate, float]]:
 
 @dataclass(frozen=True, slots=True)
 class _Certainty:
-    """How many deviations the amplitudes of a cause are from where they vanish in a fit: beside its shape, and in the
-    shape that was found if that is more; and how many parameters it has."""
+    """The amplitudes of a cause, with how far each is from where it vanishes; how many deviations they are from there
+    in a fit, beside its shape, and in the shape that was found if that is more; and how many parameters it has."""
 
+    sizes: list[tuple[Estimate, float]]
     known: float
     certain: float
     parameters: int
 
     def share(self, level: float) -> float:
-        """Of the size that would be told from none, at a level among all shapes and known better than to itself."""
+        """Of the size that a fit would distinguish from none, at a level among all shapes and known better than to
+        itself."""
         return min(self.known / ACCEPTANCE.known_sigma, self.certain / least_deviations(self.parameters, level))
 
 
@@ -72,7 +73,7 @@ def _certainty(cause: Cause, fit: FitResult | None) -> _Certainty | None:
     if not sizes or not np.isfinite(robust[np.ix_(at, at)]).all():
         return None
     known, certain = deviations_with_shape(apart, covariance, robust, at, shape)
-    return _Certainty(known, certain, len(sizes) + len(shape))
+    return _Certainty(sizes, known, certain, len(sizes) + len(shape))
 
 
 def uncertain(cause: Cause, fit: FitResult | None = None, level: float = 1.0) -> str | None:
@@ -83,7 +84,7 @@ def uncertain(cause: Cause, fit: FitResult | None = None, level: float = 1.0) ->
     found = _certainty(cause, fit)
     if found is None or found.share(level) >= 1.0:
         return None
-    first, _ = _sizes(cause)[0]
+    first, _ = found.sizes[0]
     return UNCERTAIN.format(first.name.rpartition(".")[2], first.value, first.std_robust)
 
 
@@ -130,13 +131,12 @@ def with_limits(
     those of `unconfirmed`."""
     level, limits = _level(diagnosis, criteria), {one.effect: one for one in diagnosis.limits}
     for cause in (one for one in _effects(diagnosis) if one.effect in effects):
-        found, sizes = _certainty(cause, fit), _sizes(cause)
+        found = _certainty(cause, fit)
         if found is not None:
-            size = float(np.linalg.norm([apart for _, apart in sizes])) / max(found.share(level), 1e-300)
-            first, apart = sizes[0]
-            largest = max(abs(bound - (first.value - apart)) for bound in (first.lower, first.upper))
-            symbol = first.name.rpartition(".")[2]
-            limits[cause.effect] = DetectionLimit(cause.effect, symbol, size if size <= largest else inf, first.unit)
+            size = float(np.linalg.norm([apart for _, apart in found.sizes])) / max(found.share(level), 1e-300)
+            first, apart = found.sizes[0]
+            limit = DetectionLimit(cause.effect, first.name.rpartition(".")[2], size, first.unit)
+            limits[cause.effect] = limit.within(first.value - apart, (first.lower, first.upper))
     return replace(diagnosis, limits=tuple(limits[name] for name in sorted(limits)))
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from math import inf
 from typing import Literal
 
 import numpy as np
@@ -118,6 +119,11 @@ class DetectionLimit:
     symbol: str
     size: float = field(metadata={"unit_in": "unit", "unbounded": True, "least": 0.0})
     unit: str
+
+    def within(self, null: float, bounds: tuple[float, float]) -> DetectionLimit:
+        """The same, infinite where the parameter may not be so far from where the effect vanishes, its null."""
+        largest = max(abs(bound - null) for bound in bounds)
+        return self if self.size <= largest else replace(self, size=inf)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

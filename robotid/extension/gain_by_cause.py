@@ -62,16 +62,16 @@ def with_gains(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria | N
     an extension will find, and without those that such a fit does not confirm. Where a deadline is past, those of the
     search stay, and a remark tells so; another tells where causes act at the recorded angle. Those of causes beside a
     curve stay, too, for no fit of the pipeline has that. criteria : of the search."""
-    judged = diagnosis if diagnosis.beside_shape else _confirmed(diagnosis, task, criteria or Criteria())
+    judged = diagnosis if diagnosis.beside_shape else _confirmed(diagnosis, task, criteria or Criteria(), {})
     structure = task.structure_with(effects_to_add(judged, task.before))
     if structure.recorded_angle == task.before.structure.recorded_angle:
         return judged
     return replace(judged, remarks=(*judged.remarks, AT_RECORDED_ANGLE))
 
 
-def _confirmed(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria, known: Known | None = None) -> Diagnosis:
+def _confirmed(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria, known: Known) -> Diagnosis:
     """known : as of `gains`."""
-    effects, known = effects_to_add(diagnosis, task.before), {} if known is None else known
+    effects = effects_to_add(diagnosis, task.before)
     try:
         found, last = gains(task, effects, known)
     except OutOfTime:

@@ -93,8 +93,7 @@ class Grid:
             return resample(self.at, signals, HELD, self._without_gaps)
         if not self.missing:
             return dict(signals)
-        regular = np.arange(self.at[-1] + 1)
-        return {name: np.interp(regular, self.at, signal) for name, signal in signals.items()}
+        return {name: np.interp(self._without_gaps, self.at, signal) for name, signal in signals.items()}
 
     def torque_steps(self, torque: Array) -> TorqueSteps | None:
         """How a torque (n,) at its stamps changes within the intervals of the regular grid; None where it does not."""
@@ -107,8 +106,7 @@ class Grid:
     def _without_gaps(self) -> Array:
         """The stamps with those of the samples that are missing, evenly spaced within each gap, (n + missing,): a
         torque that had lasted over a gap would be wrong by all that it changed there."""
-        counts = np.diff(self.numbers)
-        if not self.missing or not (counts > 1).any():
+        if not self.missing:
             return self.at
         return np.interp(np.arange(self.numbers[-1] + 1), self.numbers, self.at)
 

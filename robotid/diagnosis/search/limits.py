@@ -135,5 +135,4 @@ def _limit(one: Candidate, limit: float) -> DetectionLimit:
     """Infinite where no size that the effect may have reaches it."""
     size = one.parameters[one.scored[0]]
     assert size.null is not None
-    largest = max(abs(bound - size.null) for bound in size.bounds)
-    return DetectionLimit(one.name, size.symbol, limit if limit <= largest else inf, size.unit)
+    return DetectionLimit(one.name, size.symbol, limit, size.unit).within(size.null, size.bounds)

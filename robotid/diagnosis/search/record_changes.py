@@ -220,11 +220,13 @@ def _with_gains(halves: Halves, seen: RecordFit, changes: tuple[RecordChange, ..
         return simulated(halves.model, segments, [candidates[c.effect] for c in some], [c.value for c in some])
 
     ordered, left, at = list[RecordChange](), list(changes), with_these([])
-    misfit = least = 0.0 if at is None else halves.beyond(at)
+    if at is None:
+        return changes
+    misfit = least = halves.beyond(at)
     while left:
         found = [with_these([*ordered, one]) for one in left]
         ends = [after for after in found if after is not None]
-        if at is None or len(ends) < len(found):
+        if len(ends) < len(found):
             return changes
         k = int(np.argmax([after.fit_percent for after in ends]))
         remaining = max(0.0, min(least, halves.beyond(ends[k])))
@@ -233,7 +235,7 @@ def _with_gains(halves: Halves, seen: RecordFit, changes: tuple[RecordChange, ..
         at, least = ends[k], remaining
     for k, one in enumerate(ordered[:-1]):
         without = with_these([*ordered[:k], *ordered[k + 1 :]]) if one.gain <= 0.0 else None
-        if at is not None and without is not None:
+        if without is not None:
             ordered[k] = replace(one, gain=at.fit_percent - without.fit_percent)
     return tuple(ordered)
 
