@@ -15,13 +15,17 @@ from robotid.model.array import Array, Mask
 from robotid.model.companion import Course
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
-from robotid.model.port import GROUNDED
+from robotid.model.port import GROUNDED, Port
 from robotid.model.port_motion import Placed
 from robotid.signals.differentiate import Kinematics, ParallelFilter
 from robotid.signals.record import Record
+from robotid.simulation.internal_states import simulate_internal_states
 
 MAX_KEPT = 1_000_000  # samples of a record whose motion is kept from one regression to the next
 MAX_KEPT_COLUMNS = 4_000_000  # samples of all columns of a record that are kept: each grid point of an effect has some
+Transforming = tuple[term.MotionTransform, list[float]]
+"""A transform of a port's motion, and the values of its parameters."""
+
 MAX_DEVIATION = 1e-6  # distance, in parts of its length, at which one column is the multiple of another
 
 
@@ -113,21 +117,23 @@ def regress_on(filtered: FilteredRecord, joint: Joint, parameters: Parameters) -
     motor_side: list[Array] = []
     known = np.zeros(len(record))
     courses, t = record.courses, record.t
+    transforms = _transforms(joint, parameters)
     for place, factor in moving(joint):
         p = list(parameters.values[place.at])
-        course = courses.get(place.term.companion_name)
-        moving_port = _at(motion, t, factor, course)
+        course, transform = courses.get(place.term.companion_name), transforms.get(place.port)
+        moving_port = _at(motion, t, factor, course, transform)
         known += factor * place.term.torque(moving_port, p)
         here = _columns(place, moving_port, factor, p)
         there = here if factor == 1.0 else _columns(place, _at(motion, t, 1.0, course), 1.0, p)
+        shape = (*p, *(() if transform is None else transform[1]))
         del moving_port  # of a long record, as large as the record
         for k, declared in enumerate(place.term.parameters, start=place.at.start):
             if parameters.free[k] and not declared.is_shape:
                 names.append(joint.names[k])
                 column, other = (columns[k - place.at.start] for columns in (here, there))
-                own.append(_filtered(filtered, column, (place.effect, tuple(p), k - place.at.start, False)))
+                own.append(_filtered(filtered, column, (place.effect, shape, k - place.at.start, False)))
                 alike = other is column
-                key = (place.effect, tuple(p), k - place.at.start, True)
+                key = (place.effect, shape, k - place.at.start, True)
                 motor_side.append(own[-1] if alike else _filtered(filtered, other, key))
                 known -= parameters.values[k] * column
     torque, tau, speed = filtered.torque_less(known, motion.speed)
@@ -149,10 +155,11 @@ def _filtered(filtered: FilteredRecord, column: Array, key: tuple[str, tuple[flo
 def friction_power(joint: Joint, parameters: Parameters, record: Record, parallel: ParallelFilter) -> float:
     """Mean power [W] that all friction of a rigid motion absorbs, negative where it drives the joint."""
     motion = parallel.motion(record.phi_m, record.sampling_time)
-    power, t = np.zeros(len(record)), record.t
+    power, t, transforms = np.zeros(len(record)), record.t, _transforms(joint, parameters)
     for place, factor in moving(joint):
         if place.term.friction:
-            at = _at(motion, t, factor, record.courses.get(place.term.companion_name))
+            course = record.courses.get(place.term.companion_name)
+            at = _at(motion, t, factor, course, transforms.get(place.port))
             power += at.v * place.term.torque(at, list(parameters.values[place.at]))
     return float(np.mean(power))
 
@@ -164,6 +171,17 @@ def moving(joint: Joint) -> Iterator[tuple[Placed, float]]:
         own = not place.term.states and place.term.reads is None and not isinstance(place.term, term.MotionTransform)
         if place.port in GROUNDED and own:
             yield place, joint.rigid_speed(place.port)
+
+
+def _transforms(joint: Joint, parameters: Parameters) -> dict[Port, Transforming]:
+    """What changes the motion that the other terms at a port act on, as far as that depends on the port's own motion
+    alone, with its values."""
+    own = (place for place in joint.placed if place.port in GROUNDED and place.transform is not None)
+    return {
+        place.port: (place.transform, list(parameters.values[place.at]))
+        for place in own
+        if place.transform is not None and place.transform.watches is None
+    }
 
 
 def merge(regressions: list[Regression]) -> tuple[Merged, ...]:
@@ -196,12 +214,19 @@ def _columns(place: Placed, m: term.Motion, factor: float, p: list[float]) -> li
     return [np.broadcast_to(factor * np.asarray(d, dtype=np.float64), m.t.shape) for d in partials]
 
 
-def _at(motion: Kinematics, t: Array, factor: float, course: Course | None) -> term.Motion:
-    """Motion of a port that moves factor times as fast as the motor. course : of the companion that is read."""
+def _at(
+    motion: Kinematics, t: Array, factor: float, course: Course | None, transform: Transforming | None = None
+) -> term.Motion:
+    """Motion of a port that moves factor times as fast as the motor. course : of the companion that is read; transform
+    : of the motion, with its memory as the motion itself drives it."""
     x, v, a = motion.position, motion.speed, motion.acceleration
     if factor != 1.0:
         x, v, a = factor * x, factor * v, factor * a
     m = term.Motion(x, v, a, np.sign(v), t, np.zeros((0, len(t))))
     if course is not None:
         m.w, m.dw, m.ddw = course.at(t)
-    return m
+    if transform is None:
+        return m
+    changing, p = transform
+    memory = simulate_internal_states(changing, m, p, float(t[1] - t[0])) if changing.states else m.z
+    return m.moved(*changing.transform(m.remembering(memory, m.side), p))

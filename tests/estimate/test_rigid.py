@@ -85,6 +85,42 @@ def test_exact_parameters_from_noiseless_data() -> None:
     assert 1 < result.condition_number < 100
 
 
+def test_bristles_take_the_place_of_dry_friction_at_their_port() -> None:
+    s0, s1, terms = 400.0, 6e-4, (*FRICTION, "motor.presliding")
+    x, v, a = (1e-3 * signal for signal in motion())
+    z = bristles(s0, v)
+    tau = 0.02 * a + 0.03 * v + 0.037 * (z + s1 * s0 * (v - np.abs(v) * z))
+    record = Record("r", "estimate", "rigid", H, tau, x, v)
+    known = {"motor.presliding.w": 1.0, "motor.presliding.s0": s0, "motor.presliding.s1": s1}
+    found, without = fit(terms, record, fixed=known), fit(FRICTION, record)
+    assert found["motor.inertia.J"].value == pytest.approx(0.02, rel=0.01)
+    assert found["motor.viscous.Fv"].value == pytest.approx(0.03, rel=0.02)
+    assert found["motor.coulomb.Fc"].value == pytest.approx(0.037, rel=0.005)
+    assert 20.0 * found.torque_error_percent["r"] < without.torque_error_percent["r"]
+
+
+def bristles(s0: float, v: Array) -> Array:
+    """Deflection of bristles in parts of that at which they slip, settled at first: dz/dt = s0 (v - |v| z), exactly
+    for a speed that stays as it is over each interval."""
+    z = np.full(len(v), np.sign(v[0]))
+    for k, speed in enumerate(v[:-1]):
+        z[k + 1] = np.sign(speed) + (z[k] - np.sign(speed)) * np.exp(-s0 * abs(speed) * H)
+    return z
+
+
+def test_a_regression_with_bristles_is_that_of_these_bristles() -> None:
+    """What a record keeps of one regression does not serve another with stiffer bristles."""
+    x, v, _ = (1e-3 * signal for signal in motion())
+    terms, sliding = (*FRICTION, "motor.presliding"), Record("r", "estimate", "rigid", H, bristles(400.0, v), x, v)
+    joint, kept = assemble(Structure(terms, gear_ratio=None)), FilteredRecord(sliding, ParallelFilter(20.0))
+
+    def error(s0: float) -> float:
+        known = {"motor.presliding.w": 1.0, "motor.presliding.s0": s0, "motor.presliding.s1": 0.0}
+        return fit_rigid_on([kept], joint, hold(joint.parameters(), known)).torque_error_percent["r"]
+
+    assert error(4000.0) > 20.0 * error(400.0)
+
+
 def test_what_acts_together_is_one_sum_on_the_motor_side() -> None:
     result = fit(ARM, rigid_record())
     assert [p.name for p in result.parameters][:2] == ["joint.inertia.J", "joint.viscous.Fv"]

@@ -68,6 +68,12 @@ class Candidate(ABC):
         return {f"{self.name}.{symbol}": value for symbol, value in values.items()}
 
     @property
+    def whole(self) -> list[float]:
+        """Amplitudes at which it is there as a whole, where it mostly is so or not at all; zero of one of any size."""
+        scored = (self.parameters[k] for k in self.scored)
+        return [p.guess if p.guess == p.bounds[1] else 0.0 for p in scored]
+
+    @property
     def repeats(self) -> bool:
         """Whether it has as many shapes as a motion has turns, so that another start may lead elsewhere."""
         return self.counting is not None

@@ -19,7 +19,7 @@ from robotid.diagnosis.scoring.candidate import Candidate
 from robotid.diagnosis.scoring.ranking import best_of_each
 from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.events import leaves_something
-from robotid.diagnosis.search.physical_sense import declarations, deviation
+from robotid.diagnosis.search.physical_sense import deviation
 from robotid.diagnosis.search.settings import ACCEPTANCE, CHOICE
 from robotid.diagnosis.search.state import Log, SearchState
 from robotid.errors import NumericsError
@@ -358,10 +358,10 @@ def _attempt(one: Score, state: SearchState) -> _Attempt:
 def _whole(one: Score, scanned: RefittedModel) -> Parameters | None:
     """Where an effect that mostly is there as a whole, or not at all, starts as declared; None of another. The first
     part of such a share changes the motion in another way than the last, so that a score promises too little."""
-    declared = dict(declarations(one.candidate.name))
-    if not any(p.null is not None and p.guess == p.bounds[1] for p in declared.values()):
+    if not any(one.candidate.whole):
         return None
-    return extended(scanned, one.candidate.name, {name: p.guess for name, p in declared.items()})[1]
+    declared = {f"{one.candidate.name}.{p.symbol}": p.guess for p in one.candidate.parameters}
+    return extended(scanned, one.candidate.name, declared)[1]
 
 
 Around = tuple[RefittedModel, EvaluationData]

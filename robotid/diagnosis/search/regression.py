@@ -110,7 +110,7 @@ def _regressed(state: SearchState, filtered: Sequence[FilteredRecord], before: R
     scores = [one for one in state.round.scores if _is_effect(one.candidate.name)]
     points = [(one, one.candidate) for one in scores]
     for score, candidate in (*points, *_periodic(scores, state, filtered, before)):
-        effect = candidate.start([0.0] * len(candidate.scored))
+        effect = candidate.start(candidate.whole)
         structure, parameters = extended(state.model, candidate.name, effect)
         joint = assemble(structure)
         try:

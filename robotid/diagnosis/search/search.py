@@ -452,7 +452,8 @@ def add_cause(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
     accepted = len(extended.causes) > len(state.causes)
     if found.unexamined or (accepted and extended.causes[-1].explained > CHOICE.doubtful_share * left_share(state)):
         return extended
-    if state.misfit > state.data.samples:  # what scores along another motion than the measured one may be anything
+    # along another motion than the measured one anything may score, and what rests where the motor moves shows nothing
+    if state.misfit > state.data.samples or state.data.torque_errors is not None:
         rejected = state if accepted else extended
         other = accept_asked_for(rejected, found.refits, criteria, log)
         if len(other.causes) > len(state.causes) and not (

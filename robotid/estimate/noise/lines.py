@@ -83,6 +83,8 @@ class Innovations:
             innovations = innovations - (basis @ innovations) @ basis
             left = 1.0 - np.minimum(1.0, periodogram(basis).sum(axis=0))
         seen = np.flatnonzero(left > 1.0 - settings.full)
+        if not len(seen):  # of all of them much has been taken, and no other tells more
+            seen = np.flatnonzero(left >= np.median(left))
         if one.columns is None:
             seen = seen[seen >= settings.skipped]
         innovations = _clipped(innovations, settings.clip)

@@ -101,6 +101,20 @@ def test_periods_between_those_of_the_grid_are_read_off_the_torque() -> None:
     assert found.model.parameters["motor.cogging.n"] == pytest.approx(45.3, rel=0.01)
 
 
+def test_bristles_that_bend_where_a_simulation_rests(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What dry friction holds moves for no torque: no column tells of bristles there, and what they leave passes for
+    errors of the torque."""
+    made = records({"motor.presliding.w": 1.0, "motor.presliding.s0": 2.0, "motor.presliding.s1": 0.0})
+    state = first_state(evidence(made), QUICK, torque_errors="white").scored(QUICK)
+    assert state.misfit < state.data.samples
+    monkeypatch.setattr("robotid.diagnosis.search.search.refit_hopeful", lambda *_: RefitRound())
+    extended = add_cause(state, QUICK, lambda _: None)
+    (cause,) = extended.causes
+    assert cause.effect == "motor.presliding"
+    assert extended.model.parameters["motor.presliding.s0"] == pytest.approx(2.0, rel=0.02)
+    assert extended.model.parameters["motor.presliding.w"] > 0.98
+
+
 def with_pauses(joint: Joint, truth: Mapping[str, float]) -> list[Record]:
     """Moves there and back, each after a pause in which dry friction carries what torque the controller has left."""
     t = np.arange(round(2 * DURATION / SAMPLING_TIME)) * SAMPLING_TIME

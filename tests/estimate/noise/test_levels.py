@@ -63,6 +63,16 @@ def residuals(output: str, torque: float, red: float = 0.0, pole: float = 0.9, s
     return [Residual(residual(output, rng, torque, red, pole), joint(output)) for _ in range(3)]
 
 
+def test_the_noise_of_a_few_samples_shows_where_columns_take_most_of_every_frequency() -> None:
+    """Half of 200 samples, the middle ones, hold nine tenths of what a taper passes."""
+    rng, taken = np.random.default_rng(5), np.eye(200)[48:152]
+    found = [
+        fit_levels([Residual(residual("speed", rng, 0.0, 0.0, 0.0)[:200], joint("speed"), taken)])[0].output
+        for _ in range(20)
+    ]
+    assert 0.5 < np.sqrt(np.median(found)) / NOISE["speed"] < 2.0
+
+
 @pytest.mark.parametrize(("output", "torque"), [("speed", 0.03), ("position", 0.005)])
 def test_white_noise_of_output_and_torque(output: str, torque: float) -> None:
     for one in fit_levels(residuals(output, torque)):
