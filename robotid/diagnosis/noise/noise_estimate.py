@@ -104,8 +104,19 @@ def _white_as_left(left: Sequence[SimulatedSegment], output: Quantity, sensors: 
     typical = float(np.median([f[0] for f in found]))
     least = NOISE.rest_share**2 * typical
     raised = tuple(max(level, float(f[0]), least) for level, f in zip(sensors.output, found, strict=True))
-    most = max(sensors.torque, float(np.median([f[1] for f in found])))
+    most = max(sensors.torque, _typical_of_records(left, [float(f[1]) for f in found]))
     return Variances(raised, _sufficient_torque(left, output, Variances(raised, sensors.torque), most))
+
+
+def _typical_of_records(segments: Sequence[SimulatedSegment], levels: Sequence[float]) -> float:
+    """Median over the records of a level of each segment: of a record, the mean over its pieces, for of one that is
+    short the fit takes all that is slow."""
+    of_records: dict[str, list[tuple[float, int]]] = {}
+    for one, level in zip(segments, levels, strict=True):
+        of_records.setdefault(one.record.name, []).append((level, len(one.residual)))
+    return float(
+        np.median([np.average([level for level, _ in own], weights=[n for _, n in own]) for own in of_records.values()])
+    )
 
 
 def _sufficient_torque(left: Sequence[SimulatedSegment], output: Quantity, least: Variances, most: float) -> float:

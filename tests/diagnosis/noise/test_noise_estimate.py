@@ -85,3 +85,15 @@ def test_a_segment_at_rest_does_not_have_much_less_noise_than_the_others() -> No
     found = estimate_noise(seen, nothing, lambda: nothing, "speed", torque_errors=None)
     levels = [np.sqrt(segment.whitening.levels.output) for segment in found.segments]
     assert levels[2] == pytest.approx(0.25 * levels[0], rel=0.05)
+
+
+def test_errors_of_the_torque_count_where_they_show_in_few_pieces_of_a_record() -> None:
+    """Of short pieces the fit takes most of what is slow: in most of them nothing is left of it."""
+    loud, _ = segments(*WRONG)
+    quiet = replace(loud, residual=SPEED_NOISE * np.random.default_rng(1).standard_normal(len(loud.residual)))
+    seen = (quiet, loud, quiet)
+    nothing = leaving(seen, seen)
+    sensors, errors = (
+        estimate_noise(seen, nothing, lambda: nothing, "speed", torque_errors=asked) for asked in (None, "white")
+    )
+    assert energy_a_sample(errors, seen) < 0.1 * energy_a_sample(sensors, seen)
