@@ -24,7 +24,7 @@ from robotid.diagnosis.verdict import all_explained, explains_all, explains_noth
 from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, Simulated, fitted_model, simulate_record, simulate_records
 from robotid.estimate.result import FitResult
-from robotid.interrupt import deadline
+from robotid.interrupt import OutOfTime, deadline
 from robotid.model.array import Array
 from robotid.model.units import on_axis
 from robotid.numerals import listed, plain
@@ -183,18 +183,25 @@ def _in_pieces(
     if evidence.horizon is not None or found.late or found.events or not (lead_astray(found) or unfollowed):
         return found, None
     log("searching in pieces of the records")
-    length = _length_of_pieces(evidence, found)
     try:
+        length = _length_of_pieces(evidence, found)
         again = search(evidence.in_pieces(length), criteria, log)
+        nearer = not found.causes or _left_in_pieces(evidence, again, length) < _left_in_pieces(evidence, found, length)
     except NumericsError:
         return found, None
+    except OutOfTime:
+        return _without_pieces(found), None
     if again.causes or (again.events and not found.causes):
-        nearer = not found.causes or _left_in_pieces(evidence, again, length) < _left_in_pieces(evidence, found, length)
         return (again, length) if nearer else (found, None)
     if again.late:
-        return replace(found, late=True, unexamined=(*found.unexamined, BY_PIECES)), None
+        return _without_pieces(found), None
     nothing_more = leaves_only_noise(again) or is_swamped(again)
     return (found, None) if found.causes or not leaves_only_noise(found) or nothing_more else (again, length)
+
+
+def _without_pieces(found: SearchResult) -> SearchResult:
+    """What was found, the time being up before pieces told anything."""
+    return replace(found, late=True, unexamined=(*found.unexamined, BY_PIECES))
 
 
 def _length_of_pieces(evidence: Evidence, found: SearchResult) -> float:

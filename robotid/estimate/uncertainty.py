@@ -16,7 +16,7 @@ from robotid.estimate.least_squares import Solution
 from robotid.estimate.noise.averages import expected_levels, likely_levels
 from robotid.estimate.noise.floor import torque_floor
 from robotid.estimate.noise.information import SeenDerivatives, is_explained, upper_envelope
-from robotid.estimate.noise.levels import fit_levels, whitened
+from robotid.estimate.noise.levels import fit_levels, of_all, telling_of, whitened
 from robotid.estimate.noise.lines import Residual
 from robotid.estimate.noise.passage import TorquePassage, passed_noise
 from robotid.estimate.noise.response import TorqueResponse, torque_response
@@ -125,7 +125,8 @@ def _noise_information(problem: OutputError, theta: Array, records: Sequence[_Re
     if all(np.abs(one.residual).max() <= level for one, level in zip(records, least, strict=True)):
         return [np.zeros_like(one.squared) for one in records]
     parts = [_seen(problem, theta, k, one) for k, one in enumerate(records)]
-    seen = [part for of_record in parts for part in of_record.residuals]
+    every = [part for of_record in parts for part in of_record.residuals]
+    seen = [every[k] for k in telling_of(every)]
     likeliest = fit_levels(seen)
     found = [np.zeros_like(one.squared) for one in records]
     by = whitened(seen, likeliest)
@@ -133,7 +134,7 @@ def _noise_information(problem: OutputError, theta: Array, records: Sequence[_Re
         is_explained(part, level, innovations=own) for part, level, own in zip(seen, likeliest, by, strict=True)
     )
     likely = [
-        (share, _of_records(expected_levels(seen, one, by), records))
+        (share, _of_records(of_all(every, expected_levels(seen, one, by)), records))
         for share, one in likely_levels(seen, likeliest, by)
     ]
     for k, (one, square) in enumerate(zip(records, problem.weights**2, strict=True)):

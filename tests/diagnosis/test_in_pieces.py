@@ -14,6 +14,7 @@ from robotid.diagnosis.search.state import Log, SearchResult, SearchState
 from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, Simulated
 from robotid.extension import extend, extension_task
+from robotid.interrupt import OutOfTime
 from robotid.signals.record import Record
 
 CRITERIA = Criteria(max_causes=1, max_refits=1, skip=("power_friction", "record_change"))
@@ -98,6 +99,17 @@ def test_pieces_for_which_no_time_was_left_are_said_to_be(monkeypatch: pytest.Mo
     monkeypatch.setattr(procedure, "search", in_time_for_whole_records)
     found = diagnosed(STRIBECK, DiagnosisOptions(budget=1000.0))
     assert (found.causes, found.horizon) == ((), None)
+    assert any("causes that show in pieces" in remark for remark in found.remarks)
+
+
+@pytest.mark.usefixtures("astray")
+def test_pieces_that_no_time_was_left_to_cut_are_said_to_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    def too_late(*_: object) -> float:
+        raise OutOfTime
+
+    monkeypatch.setattr(procedure, "_length_of_pieces", too_late)
+    found = diagnosed(STRIBECK, DiagnosisOptions(budget=1000.0))
+    assert found.horizon is None
     assert any("causes that show in pieces" in remark for remark in found.remarks)
 
 

@@ -84,8 +84,8 @@ def _of_sensors(segments: Sequence[SimulatedSegment], output: Quantity) -> Varia
 
 
 def output_variances(noise: Sequence[Noise]) -> tuple[float, ...]:
-    """Variance of each segment's output noise; one that shows much less than the others was at rest."""
-    typical = float(np.median([one.output for one in noise]))
+    """Variance of each segment's output noise; one that shows much less than the others, or none, was at rest."""
+    typical = float(np.median([one.output for one in noise if one.output > 0.0] or [0.0]))
     return tuple(max(one.output, NOISE.rest_share * typical) ** 2 for one in noise)
 
 

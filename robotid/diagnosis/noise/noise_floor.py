@@ -118,8 +118,9 @@ def _best_levels(segment: SimulatedSegment, output: Quantity) -> _Shown:
     if not levels.alone and 2 * period <= len(residual):
         settled = residual[period if 3 * period <= len(residual) else 0 :]
         difference = (settled[period:] - settled[:-period]) / np.sqrt(2.0)
-        source = segment_spectrum(segment, output, difference)
-        levels = replace(spectrum_levels(source), band=levels.band)
+        if difference.any():  # a coarse encoder may show the same steps in all periods
+            source = segment_spectrum(segment, output, difference)
+            levels = replace(spectrum_levels(source), band=levels.band)
     if not levels.alone and len(residual) >= 2 * NOISE.min_band_lines * NOISE.record_parts:
         steady = spectrum_levels(steady_spectrum(whole, residual))
         levels = replace(levels, torque=min(levels.torque, steady.torque))

@@ -34,14 +34,11 @@ def fit_levels(
 
     The red noise, and the white one on the torque, count only where the Bayesian information criterion asks for them.
     near : levels to whiten by first, where some are known. A residual that is zero throughout, as of a motor that rests
-    where its simulation does, tells of no noise, and has the torque's of the others.
+    where its simulation does, tells of no noise, and has that of the others.
     """
-    telling = [k for k, one in enumerate(residuals) if one.signal.any()]
+    telling = telling_of(residuals)
     if 0 < len(telling) < len(residuals):
-        some = _fitted((residuals, settings, near), telling)
-        known = dict(zip(telling, some, strict=True))
-        silent = (replace(some[0], output=max(one.least, SMALLEST)) for one in residuals)
-        return tuple(known.get(k, one) for k, one in enumerate(silent))
+        return of_all(residuals, _fitted((residuals, settings, near), telling))
     levels = _start(residuals, [*map(_finest, residuals)], settings) if near is None else tuple(near)
     if not telling:
         return levels
@@ -50,6 +47,19 @@ def fit_levels(
         return found
     other, _ = _swept(residuals, _start(residuals, [*map(_all_of_output, residuals)], settings), settings)
     return min(found, other, key=lambda one: _unlikelihood_of_left(residuals, one, settings))
+
+
+def telling_of(residuals: Sequence[Residual]) -> list[int]:
+    """Numbers of the residuals that tell of a noise."""
+    return [k for k, one in enumerate(residuals) if one.signal.any()]
+
+
+def of_all(residuals: Sequence[Residual], levels: Sequence[NoiseLevels]) -> tuple[NoiseLevels, ...]:
+    """The levels of all residuals. levels : of those that tell of a noise, at least one."""
+    known = dict(zip(telling_of(residuals), levels, strict=True))
+    typical = float(np.median([one.output for one in levels]))
+    silent = (replace(levels[0], output=max(one.least, typical)) for one in residuals)
+    return tuple(known.get(k, one) for k, one in enumerate(silent))
 
 
 def _swept(
@@ -114,7 +124,12 @@ def _fitted(
 
 def _finest(one: Residual) -> float:
     """The variance of the output's noise by the finest differences."""
-    return max(one.least, float(np.median(np.diff(one.sensed, 2) ** 2)) / (MEDIAN * 6.0), SMALLEST)
+    return max(_least(one), float(np.median(np.diff(one.sensed, 2) ** 2)) / (MEDIAN * 6.0))
+
+
+def _least(one: Residual) -> float:
+    """The least variance of the output's noise that has any say beside the residual."""
+    return max(one.least, TIE * float(np.mean(one.sensed**2)) + SMALLEST)
 
 
 def _all_of_output(one: Residual) -> float:
@@ -194,7 +209,7 @@ def choices(residuals: Sequence[Residual], seen: Sequence[Innovations], settings
     slopes = np.zeros(red.shape)
     if len(corners) > 1:
         slopes = np.gradient(red, np.log(corners), axis=0, edge_order=2 if len(corners) > 2 else 1)
-    least = np.array([max(one.least, TIE * float(np.mean(one.sensed**2)) + SMALLEST) for one in residuals])
+    least = np.array([*map(_least, residuals)])
     most = np.array([one.most_torque for one in residuals])
     shapes = _Shapes(own, np.zeros((0, len(own))), of, _apart(of, n))
     options: list[tuple[_Shapes, Array, int | None]] = [(shapes, np.zeros(n), None)]

@@ -103,10 +103,12 @@ class Innovations:
 
 
 def _clipped(signal: Array, most: float) -> Array:
-    """A signal (n,) within so many robust standard deviations."""
-    if not np.isfinite(most):
+    """A signal (n,) within so many robust standard deviations of what is not exactly zero, as all is where the motor
+    rests and the simulation does."""
+    size = np.abs(signal[signal != 0.0])
+    if not np.isfinite(most) or not len(size):
         return signal
-    limit = most * float(np.median(np.abs(signal))) / np.sqrt(MEDIAN)
+    limit = most * float(np.median(size)) / np.sqrt(MEDIAN)
     return np.clip(signal, -limit, limit)
 
 

@@ -42,4 +42,4 @@ class LevelSettings:
 
 
 SETTINGS = LevelSettings()
-MEDIAN, SMALLEST = 0.455, 1e-300  # of a squared standard normal; a variance that stands for none
+MEDIAN, SMALLEST = 0.455, 1e-240  # of a squared standard normal; a variance that stands for none, and has an inverse

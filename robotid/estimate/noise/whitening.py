@@ -20,10 +20,12 @@ import scipy
 from scipy.linalg import LinAlgError, solve_discrete_are
 
 from robotid.estimate.noise.response import TorqueResponse
+from robotid.estimate.noise.settings import SMALLEST
 from robotid.model.array import Array
 from robotid.signals.derivation import Derivation, without
 
 RIDGE = 1e-10  # of the torque's noise, on every state: keeps the Riccati equation's solution unique
+UNSEEN = 1e-20  # of what the torque's noise adds in a sample: an output's own that is less is lost to rounding
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,10 +114,12 @@ class InnovationsFilter:
 
 
 def innovations_filter(response: TorqueResponse, levels: NoiseLevels) -> InnovationsFilter:
-    """The whitening filter of a noise. levels.output must be positive.
+    """The whitening filter of a noise. An output without any has as much as is lost beside the torque's to rounding.
 
     Where the Riccati equation has no solution to working precision the torque's noise is left out.
     """
+    of_the_torque = (levels.torque + levels.red) * float(response.b[response.row]) ** 2
+    levels = replace(levels, output=max(levels.output, UNSEEN * of_the_torque, SMALLEST))
     white, derivation = np.array([[1.0 / np.sqrt(levels.output), 0.0, 0.0, 1.0, 0.0, 0.0]]), response.derivation
     if levels.torque + levels.red <= 0.0:
         return InnovationsFilter(white, levels, derivation)

@@ -97,3 +97,14 @@ def test_errors_of_the_torque_count_where_they_show_in_few_pieces_of_a_record() 
         estimate_noise(seen, nothing, lambda: nothing, "speed", torque_errors=asked) for asked in (None, "white")
     )
     assert energy_a_sample(errors, seen) < 0.1 * energy_a_sample(sensors, seen)
+
+
+def test_segments_in_which_all_rests_do_not_take_the_noise_from_the_others() -> None:
+    moving, _ = segments(*CLEAN)
+    still = replace(moving, residual=np.zeros(len(moving.residual)))
+    seen = (still, moving, still, still)
+    nothing = leaving(seen, seen)
+    found = estimate_noise(seen, nothing, lambda: nothing, "speed", torque_errors=None)
+    levels = [np.sqrt(segment.whitening.levels.output) for segment in found.segments]
+    assert levels[1] == pytest.approx(SPEED_NOISE, rel=0.1)
+    assert levels[0] == pytest.approx(0.25 * levels[1], rel=0.05)

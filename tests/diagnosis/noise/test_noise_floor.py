@@ -68,6 +68,15 @@ def test_periods_show_the_noise_behind_a_misfit() -> None:
     assert noise.torque == pytest.approx(0.05, rel=0.35)
 
 
+def test_periods_that_are_the_same_to_the_last_step_show_no_noise_and_are_not_asked() -> None:
+    reference = Reference("periodic", SAMPLING_TIME, np.tile(references()[2][:2000], 6), "speed", period=1.0)
+    found = hidden("quadratic_friction", {"Fq": 2e-4}, reference=reference)
+    once = found.residual()[-2000:]
+    record = replace(found.record, period=1.0)
+    seen = SimulatedSegment(record, found.simulated.trajectories[0], np.tile(once, len(record) // 2000))
+    assert noise_levels([seen], "speed")[0].output > 0.1 * SPEED_NOISE
+
+
 def test_the_quantum_of_a_derived_speed_is_noise() -> None:
     clean = hidden("constant_torque", NOTHING)
     coarse = 2e-3 * np.round(clean.record.phi_m / 2e-3)

@@ -16,9 +16,9 @@ from robotid.estimate.noise.averages import expected_levels, likely_levels
 from robotid.estimate.noise.floor import torque_floor
 from robotid.estimate.noise.information import SeenDerivatives, are_explained, is_explained
 from robotid.estimate.noise.levels import _apart, _least_squares, _likeliest, _Shapes, choices, fit_levels, whitened
-from robotid.estimate.noise.lines import Residual
+from robotid.estimate.noise.lines import Innovations, Residual
 from robotid.estimate.noise.response import TorqueResponse
-from robotid.estimate.noise.settings import SETTINGS
+from robotid.estimate.noise.settings import SETTINGS, LevelSettings
 from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 from robotid.model.array import Array
 
@@ -71,6 +71,39 @@ def test_the_noise_of_a_few_samples_shows_where_columns_take_most_of_every_frequ
         for _ in range(20)
     ]
     assert 0.5 < np.sqrt(np.median(found)) / NOISE["speed"] < 2.0
+
+
+def test_a_residual_of_few_steps_has_levels_beside_columns_of_any_size() -> None:
+    """Of an encoder so coarse that most of its differences are none, the finest would be of no size at all."""
+    steps = np.cumsum(np.random.default_rng(6).random(SAMPLES) < 0.01) * NOISE["speed"]
+    seen = Residual(steps - steps.mean(), joint("speed"), 1e10 * np.eye(SAMPLES)[::400])
+    assert np.median(np.abs(np.diff(steps, 2))) == 0.0
+    (found,) = fit_levels([seen])
+    assert 0.0 < found.output < np.mean(seen.signal**2)
+
+
+def test_a_residual_that_is_mostly_nothing_is_not_clipped_to_nothing() -> None:
+    """A motor that rests for most of a record, as its simulation does, leaves nothing there."""
+    signal = NOISE["speed"] * np.random.default_rng(7).standard_normal(SAMPLES)
+    signal[SAMPLES // 4 :] = 0.0
+    white = innovations_filter(joint("speed"), NoiseLevels(1.0))
+    clipped = Innovations.of(Residual(signal, joint("speed")), white, LevelSettings(clip=4.0))
+    assert clipped.energy == pytest.approx(0.25 * NOISE["speed"] ** 2, rel=0.2)
+
+
+def test_a_silent_residual_has_the_noise_of_the_others() -> None:
+    """Else what shows of the torque in a piece in which all rests would count without end."""
+    rng = np.random.default_rng(8)
+    loud = [Residual(residual("speed", rng, 0.0, 0.0, 0.0), joint("speed")) for _ in range(2)]
+    first, silent, second = fit_levels([loud[0], Residual(np.zeros(SAMPLES), joint("speed")), loud[1]])
+    assert silent.output == pytest.approx((first.output + second.output) / 2)
+
+
+def test_an_output_without_noise_is_whitened_beside_that_of_the_torque() -> None:
+    whiten = innovations_filter(joint("speed"), NoiseLevels(0.0, 0.01))
+    left = whiten(residual("speed", np.random.default_rng(9), 0.1, 0.0, 0.0))
+    assert np.isfinite(left).all()
+    assert whiten.levels.output > 0.0
 
 
 @pytest.mark.parametrize(("output", "torque"), [("speed", 0.03), ("position", 0.005)])
