@@ -19,6 +19,8 @@ from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 from robotid.model.array import Array
 from robotid.signals.record import Quantity
 
+SHORT = 0.1  # of the samples of segments: where more columns than that are taken out of them, what is slow goes, too
+
 TorqueErrors = Literal["white", "coloured"] | None
 """What counts as errors of the torque: white ones, white and red ones, or none."""
 
@@ -69,7 +71,7 @@ def estimate_noise(
     if torque_errors == "coloured":
         return NoiseEstimate(_coloured_as_left(segments, known, output, sensors), reached)
     white = torque_errors == "white" and not reached
-    variances = _white_as_left(known.left, output, sensors) if white else sensors
+    variances = _white_as_left(known, output, sensors) if white else sensors
     return NoiseEstimate(_whitened(segments, output, variances), reached)
 
 
@@ -95,8 +97,9 @@ def is_reached(left: float, before: float) -> bool:
     return left <= max(NOISE.unexplained_energy, min(NOISE.linear_share * before, NOISE.max_linear_energy))
 
 
-def _white_as_left(left: Sequence[SimulatedSegment], output: Quantity, sensors: Variances) -> Variances:
+def _white_as_left(known: Explained, output: Quantity, sensors: Variances) -> Variances:
     """Noises as large as what is left shows them, none smaller than the sensors' own (Whittle 1953)."""
+    left, columns = known.left, known.columns
     found = []
     for one in left:
         seen = segment_spectrum(one, output)
@@ -104,19 +107,12 @@ def _white_as_left(left: Sequence[SimulatedSegment], output: Quantity, sensors: 
     typical = float(np.median([f[0] for f in found]))
     least = NOISE.rest_share**2 * typical
     raised = tuple(max(level, float(f[0]), least) for level, f in zip(sensors.output, found, strict=True))
-    most = max(sensors.torque, _typical_of_records(left, [float(f[1]) for f in found]))
+    torques = [float(f[1]) for f in found]
+    if sum(map(len, columns)) > SHORT * sum(len(one.residual) for one in left):
+        # they take what is slow, and a segment that shows none of it tells nothing
+        torques = [level for level in torques if level > 0.0] or [0.0]
+    most = max(sensors.torque, float(np.median(torques)))
     return Variances(raised, _sufficient_torque(left, output, Variances(raised, sensors.torque), most))
-
-
-def _typical_of_records(segments: Sequence[SimulatedSegment], levels: Sequence[float]) -> float:
-    """Median over the records of a level of each segment: of a record, the mean over its pieces, for of one that is
-    short the fit takes all that is slow."""
-    of_records: dict[str, list[tuple[float, int]]] = {}
-    for one, level in zip(segments, levels, strict=True):
-        of_records.setdefault(one.record.name, []).append((level, len(one.residual)))
-    return float(
-        np.median([np.average([level for level, _ in own], weights=[n for _, n in own]) for own in of_records.values()])
-    )
 
 
 def _sufficient_torque(left: Sequence[SimulatedSegment], output: Quantity, least: Variances, most: float) -> float:

@@ -336,10 +336,28 @@ def _by_each_noise(
         noise = [one for one in found if leaves_only_noise(one)]
         if noise and errors == "coloured":
             changed = [one for one in noise if one.changes] if noise[0].agreement.apart else []
-            return (changed or noise)[0]
+            try:
+                return _asked_for_by_the_motion(evidence, criteria, log) or (changed or noise)[0]
+            except OutOfTime:
+                return _late((changed or noise)[0])
     curve = next((one for one in found if one.curve is not None), found[0])
     shaken = next((one for one in found if one.shaken_share), curve)
     return shaken if shaken.shaken_share > curve.curve_share else curve
+
+
+def _asked_for_by_the_motion(evidence: Evidence, criteria: Criteria, log: Log) -> SearchResult | None:
+    """What a search finds that begins with what the torque asks for along the measured motion, None where that is
+    nothing. What rests in a simulation where the motor moves shows nothing, and all that it leaves passes for errors of
+    the torque."""
+    try:
+        state = _scored(_beside_torque_errors("white", evidence, criteria, log), criteria, log)
+        extended = accept_asked_for(state, (), criteria, log)
+        if not extended.causes:
+            return None
+        beyond = renew_noise(extended.with_model(extended.model, criteria))
+        return find_causes(_scored(beyond, criteria, log), criteria, log)
+    except NumericsError:
+        return None
 
 
 def _beside_torque_errors(errors: TorqueErrors, evidence: Evidence, criteria: Criteria, log: Log) -> SearchState:
@@ -452,8 +470,7 @@ def add_cause(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
     accepted = len(extended.causes) > len(state.causes)
     if found.unexamined or (accepted and extended.causes[-1].explained > CHOICE.doubtful_share * left_share(state)):
         return extended
-    # along another motion than the measured one anything may score, and what rests where the motor moves shows nothing
-    if state.misfit > state.data.samples or state.data.torque_errors is not None:
+    if state.misfit > state.data.samples:  # what scores along another motion than the measured one may be anything
         rejected = state if accepted else extended
         other = accept_asked_for(rejected, found.refits, criteria, log)
         if len(other.causes) > len(state.causes) and not (

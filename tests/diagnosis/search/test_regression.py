@@ -26,7 +26,7 @@ from robotid.diagnosis.search.acceptance import accept_asked_for
 from robotid.diagnosis.search.data import first_state
 from robotid.diagnosis.search.refits import RefitRound
 from robotid.diagnosis.search.regression import _regression, asked_for
-from robotid.diagnosis.search.search import add_cause
+from robotid.diagnosis.search.search import _asked_for_by_the_motion, add_cause
 from robotid.diagnosis.search.state import SearchState
 from robotid.estimate.fitted_model import simulate_record
 from robotid.estimate.rest import at_rest
@@ -105,14 +105,16 @@ def test_bristles_that_bend_where_a_simulation_rests(monkeypatch: pytest.MonkeyP
     """What dry friction holds moves for no torque: no column tells of bristles there, and what they leave passes for
     errors of the torque."""
     made = records({"motor.presliding.w": 1.0, "motor.presliding.s0": 2.0, "motor.presliding.s1": 0.0})
-    state = first_state(evidence(made), QUICK, torque_errors="white").scored(QUICK)
-    assert state.misfit < state.data.samples
     monkeypatch.setattr("robotid.diagnosis.search.search.refit_hopeful", lambda *_: RefitRound())
-    extended = add_cause(state, QUICK, lambda _: None)
-    (cause,) = extended.causes
-    assert cause.effect == "motor.presliding"
-    assert extended.model.parameters["motor.presliding.s0"] == pytest.approx(2.0, rel=0.02)
-    assert extended.model.parameters["motor.presliding.w"] > 0.98
+    found = _asked_for_by_the_motion(evidence(made), QUICK, lambda _: None)
+    assert found is not None
+    assert [cause.effect for cause in found.causes] == ["motor.presliding"]
+    assert found.last.parameters["motor.presliding.s0"] == pytest.approx(2.0, rel=0.02)
+    assert found.last.parameters["motor.presliding.w"] > 0.98
+
+
+def test_a_torque_that_is_explained_asks_for_no_other_search() -> None:
+    assert _asked_for_by_the_motion(evidence(records({})), QUICK, lambda _: None) is None
 
 
 def with_pauses(joint: Joint, truth: Mapping[str, float]) -> list[Record]:
