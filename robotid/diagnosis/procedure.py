@@ -186,12 +186,14 @@ def _in_pieces(
     try:
         length = _length_of_pieces(evidence, found)
         again = search(evidence.in_pieces(length), criteria, log)
-        nearer = not found.causes or _left_in_pieces(evidence, again, length) < _left_in_pieces(evidence, found, length)
+        named = bool(again.causes or (again.events and not found.causes))
+        compared = named and bool(found.causes)
+        nearer = not compared or _left_in_pieces(evidence, again, length) < _left_in_pieces(evidence, found, length)
     except NumericsError:
         return found, None
     except OutOfTime:
         return _without_pieces(found), None
-    if again.causes or (again.events and not found.causes):
+    if named:
         return (again, length) if nearer else (found, None)
     if again.late:
         return _without_pieces(found), None
@@ -200,7 +202,7 @@ def _in_pieces(
 
 
 def _without_pieces(found: SearchResult) -> SearchResult:
-    """What was found, the time being up before pieces told anything."""
+    """What was found, the time being up before pieces showed anything."""
     return replace(found, late=True, unexamined=(*found.unexamined, BY_PIECES))
 
 

@@ -23,10 +23,10 @@ from robotid.simulation.internal_states import simulate_internal_states
 
 MAX_KEPT = 1_000_000  # samples of a record whose motion is kept from one regression to the next
 MAX_KEPT_COLUMNS = 4_000_000  # samples of all columns of a record that are kept: each grid point of an effect has some
+MAX_DEVIATION = 1e-6  # distance, in parts of its length, at which one column is the multiple of another
+
 Transforming = tuple[term.MotionTransform, list[float]]
 """A transform of a port's motion, and the values of its parameters."""
-
-MAX_DEVIATION = 1e-6  # distance, in parts of its length, at which one column is the multiple of another
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,12 +176,11 @@ def moving(joint: Joint) -> Iterator[tuple[Placed, float]]:
 def _transforms(joint: Joint, parameters: Parameters) -> dict[Port, Transforming]:
     """What changes the motion that the other terms at a port act on, as far as that depends on the port's own motion
     alone, with its values."""
-    own = (place for place in joint.placed if place.port in GROUNDED and place.transform is not None)
-    return {
-        place.port: (place.transform, list(parameters.values[place.at]))
-        for place in own
-        if place.transform is not None and place.transform.watches is None
-    }
+    found = dict[Port, Transforming]()
+    for place in joint.placed:
+        if place.port in GROUNDED and place.transform is not None and place.transform.watches is None:
+            found[place.port] = place.transform, place.values(parameters.values)
+    return found
 
 
 def merge(regressions: list[Regression]) -> tuple[Merged, ...]:

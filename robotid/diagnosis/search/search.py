@@ -325,6 +325,8 @@ def _by_each_noise(
         try:
             known = {None: start, "white": white}.get(errors)
             begun = known or _beside_torque_errors(errors, evidence, criteria, log)
+            if errors == "white":
+                white = begun = begun if begun.rounds else _scored(begun, criteria, log)
             found.append(find_causes(begun, criteria, log))
         except OutOfTime:
             return _late(found[-1] if found else as_result(start))
@@ -337,7 +339,7 @@ def _by_each_noise(
         if noise and errors == "coloured":
             changed = [one for one in noise if one.changes] if noise[0].agreement.apart else []
             try:
-                return _asked_for_by_the_motion(evidence, criteria, log) or (changed or noise)[0]
+                return _asked_for_by_the_motion(evidence, criteria, log, white) or (changed or noise)[0]
             except OutOfTime:
                 return _late((changed or noise)[0])
     curve = next((one for one in found if one.curve is not None), found[0])
@@ -345,13 +347,15 @@ def _by_each_noise(
     return shaken if shaken.shaken_share > curve.curve_share else curve
 
 
-def _asked_for_by_the_motion(evidence: Evidence, criteria: Criteria, log: Log) -> SearchResult | None:
+def _asked_for_by_the_motion(
+    evidence: Evidence, criteria: Criteria, log: Log, white: SearchState | None = None
+) -> SearchResult | None:
     """What a search finds that begins with what the torque asks for along the measured motion, None where that is
     nothing. What rests in a simulation where the motor moves shows nothing, and all that it leaves passes for errors of
-    the torque."""
+    the torque. white : as of `_by_each_noise`."""
     try:
-        state = _scored(_beside_torque_errors("white", evidence, criteria, log), criteria, log)
-        extended = accept_asked_for(state, (), criteria, log)
+        white = white or _scored(_beside_torque_errors("white", evidence, criteria, log), criteria, log)
+        extended = accept_asked_for(white, (), criteria, log)
         if not extended.causes:
             return None
         beyond = renew_noise(extended.with_model(extended.model, criteria))
