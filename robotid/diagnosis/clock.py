@@ -5,13 +5,14 @@ recorded one is late by up to half an interval: what acts has gone on to the nex
 vary are those of a recorder with a clock of its own, which reads the torque of the controller's last cycle, begun up to
 an interval before; there all torques may be late by some part of an interval, or early by as much as the stamps vary.
 A log on a regular clock may hold the torque of its last interval, too; so late it is taken for that only where nothing
-explains the records better, for no effect of a machine is early. No cause in the machine is to be sought for any of
-these. What is not late but smoothed, as by the filter of a drive, is no matter of clocks, and has an effect of its own.
+explains the records better, for no effect of a machine is early, or beside causes where a filter explains no more. No
+cause in the machine is to be sought for any of these. What is not late but smoothed, as by the filter of a drive, is no
+matter of clocks, and has an effect of its own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -21,12 +22,12 @@ from scipy.optimize import minimize_scalar
 from robotid.catalogue import is_late
 from robotid.channels.torque_filter import TorqueFilter
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.refit.refit import refit
-from robotid.diagnosis.refit.refitted_model import extended
+from robotid.diagnosis.refit.refit import CAREFUL, refit
+from robotid.diagnosis.refit.refitted_model import RefittedModel, Trajectories, extended, reduced
 from robotid.diagnosis.scoring.blocked_regression import gain_of
 from robotid.diagnosis.scoring.candidate import Candidate, columns_of
 from robotid.diagnosis.scoring.score_test import Score
-from robotid.diagnosis.search.carry_over import proven
+from robotid.diagnosis.search.carry_over import gain_by_blocks, proven
 from robotid.diagnosis.search.data import Evidence, first_state, unweighted
 from robotid.diagnosis.search.physical_sense import deviation
 from robotid.diagnosis.search.refits import start_values
@@ -35,13 +36,16 @@ from robotid.diagnosis.search.state import AcceptedCause, Log, SearchResult, Sea
 from robotid.errors import NumericsError
 from robotid.interrupt import deadline
 from robotid.model.array import Array
+from robotid.model.parameters import Parameters
 from robotid.model.port import Port
+from robotid.model.structure import Structure
 from robotid.numerals import plain
 from robotid.signals.plausibility.delay import torque_delay
 from robotid.signals.record import Record
 from robotid.signals.torque_steps import moved
 
 DELAY, FILTER = "torque.torque_delay", f"torque.{TorqueFilter.name}"
+TIME = f"{FILTER}.{TorqueFilter.parameters[0].symbol}"
 HALF = 0.5  # [intervals] by which a torque that is set at every instant is recorded late
 LAST = 1.0  # [intervals] by which it is recorded later still where a log holds the torque of its last interval
 NEAR = 0.02  # [intervals] to which a lateness is sought by fits
@@ -120,21 +124,76 @@ def is_undone(clock: RecordedLate, causes: Sequence[AcceptedCause]) -> bool:
     return clock.late != 0.0 and any(is_late(cause.effect) for cause in causes)
 
 
+def is_filtered(evidence: Evidence, clock: RecordedLate, found: SearchResult) -> bool:
+    """Whether a torque that was taken for later than half an interval was rather recorded through a filter, by fits of
+    the last model with either, from block to block of time: beside causes that were missing before, that did not show.
+    evidence : with the torque as it was recorded."""
+    if clock.late <= HALF * _interval(evidence) or found.events or _is_irregular(evidence):
+        return False
+    structure, start = extended(found.last, FILTER, {TIME: clock.late})
+    recorded = [piece for run in evidence.fitted for piece in run.record.pieces(evidence.horizon)]
+    try:
+        filtered = _refitted_on(recorded, structure, start, found)
+    except NumericsError:
+        return False
+    return proven(gain_by_blocks(found.last.fitted, filtered.fitted))
+
+
+def _refitted_on(
+    records: Sequence[Record], structure: Structure, start: Parameters, found: SearchResult
+) -> RefittedModel:
+    """A model refitted by the noise of a search to the records of its fit with another torque. Raises NumericsError
+    where they cannot be simulated."""
+    segments = (replace(one, record=record) for one, record in zip(found.data.fitted, records, strict=True))
+    data = replace(found.data, fitted=tuple(segments), validation=())
+    return refit(structure, [start], data, Trajectories(found.last.trajectories.fitted), CAREFUL)
+
+
 def found_late(evidence: Evidence, found: SearchResult) -> tuple[RecordedLate, Evidence] | None:
     """By how much a torque is recorded late on regular clocks where a search has found a filter that is no slower than
     clocks explain, for beside what else is missing it may not show before; and the evidence with the torque where it
-    acts. None where that is not so, or where the model cannot be simulated then."""
-    most = HALF * _interval(evidence)
+    acts. A filter that is slower than half an interval must explain no more than a lateness. None where that is not so,
+    or where the model cannot be simulated then."""
+    interval = _interval(evidence)
     if _is_irregular(evidence) or all(cause.effect != FILTER for cause in found.causes):
         return None
-    name = f"{FILTER}.{TorqueFilter.parameters[0].symbol}"
-    time, std = found.last.parameters[name], deviation(found.last, name)
-    if time - ACCEPTANCE.amplitude_sigma * std > most:
-        return None
-    clock = RecordedLate(min(time, most))
+    time = found.last.parameters[TIME]
+    least = (time - ACCEPTANCE.amplitude_sigma * deviation(found.last, TIME)) / interval
     with deadline(None), suppress(NumericsError):
-        return clock, evidence.on(clock.corrected)
+        if least <= HALF:
+            clock: RecordedLate | None = RecordedLate(min(time, HALF * interval))
+        else:
+            clock = _instead_of_a_filter(found, interval) if least <= HALF + LAST else None
+        return None if clock is None else (clock, evidence.on(clock.corrected))
     return None
+
+
+def _instead_of_a_filter(found: SearchResult, interval: float) -> RecordedLate | None:
+    """The lateness on regular clocks with which the last model fits best without its filter of the torque; None where
+    the filter is surely better, from block to block of time. interval [s] : of the clocks."""
+    structure, start = reduced(found.last, FILTER)
+
+    def moved_by(intervals: float) -> RecordedLate:
+        return RecordedLate(intervals * interval, HALF + LAST)
+
+    def fitted(clock: RecordedLate) -> RefittedModel:
+        records = [clock.corrected(one.record) for one in found.data.fitted]
+        return _refitted_on(records, structure, start, found)
+
+    def energy(intervals: float) -> float:
+        try:
+            return fitted(moved_by(intervals)).energy
+        except NumericsError:
+            return UNUSABLE
+
+    clock = moved_by(_likeliest(energy)[0])
+    return None if proven(gain_by_blocks(fitted(clock).fitted, found.last.fitted)) else clock
+
+
+def _likeliest(energy: Callable[[float], float]) -> tuple[float, float]:
+    """The lateness [intervals] that leaves the least energy, of those that regular clocks explain, and that energy."""
+    found = minimize_scalar(energy, bounds=(0.0, HALF + LAST), method="bounded", options={"xatol": NEAR})
+    return float(found.x), float(found.fun)
 
 
 def _lateness(found: InTime, criteria: Criteria) -> tuple[float, float]:
@@ -184,10 +243,10 @@ def _late_by_fits(found: InTime, criteria: Criteria) -> InTime | None:
         except NumericsError:
             return UNUSABLE
 
-    likeliest = minimize_scalar(energy, bounds=(0.0, HALF + LAST), method="bounded", options={"xatol": NEAR})
-    if likeliest.fun >= _energy_with(evidence, found.start, best):
+    likeliest, least = _likeliest(energy)
+    if least >= _energy_with(evidence, found.start, best):
         return None
-    clock = moved_by(float(likeliest.x))
+    clock = moved_by(likeliest)
     try:
         moved_on = evidence.on(clock.corrected)
         return InTime(clock, moved_on, first_state(moved_on, criteria).scored(criteria))

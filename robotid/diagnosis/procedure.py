@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from robotid.diagnosis.clock import RecordedLate, found_late, in_time, is_undone
+from robotid.diagnosis.clock import RecordedLate, found_late, in_time, is_filtered, is_undone
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.applied import without_events
 from robotid.diagnosis.experiment import Experiments, with_experiments
@@ -164,8 +164,8 @@ def _sought(
             clock, seen = unseen
             log(clock.remark)
             found = search(seen, criteria, log)
-        if is_undone(clock, found.causes):
-            log("a cause moves the torque again: searching with the torque as it was recorded")
+        if is_undone(clock, found.causes) or is_filtered(evidence, clock, found):
+            log("the torque is not late but filtered or delayed: searching with the torque as it was recorded")
             found, clock = search(evidence, criteria, log), RecordedLate()
         else:
             found, pieces = _in_pieces(seen, found, criteria, log)

@@ -209,12 +209,20 @@ def test_a_lateness_whose_promise_means_nothing_is_judged_by_fits() -> None:
     assert clock._late_by_fits(begun_on(lacking), QUICK) is None
 
 
+@pytest.mark.parametrize("late", [0.4, 1.0])
 def test_a_filter_no_slower_than_clocks_explain_is_a_torque_that_is_recorded_late(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, late: float
 ) -> None:
     """As where something larger is missing, beside which it does not show before the search has found that."""
     monkeypatch.setattr(clock, "_lateness", lambda *_: (0.0, np.inf))
-    made = [replace(one, torque_steps=None) for one in with_torque_moved(records(STRIBECK), 0.4)]
+    made = [replace(one, torque_steps=None) for one in with_torque_moved(records(STRIBECK), late)]
     found = diagnose(fitted(made), made, QUICK)
     assert [cause.effect for cause in found.causes] == ["motor.stribeck"]
-    assert found.late == pytest.approx(0.4 * SAMPLING_TIME, abs=0.1 * SAMPLING_TIME)
+    assert found.late == pytest.approx(late * SAMPLING_TIME, abs=0.1 * SAMPLING_TIME)
+
+
+def test_beside_a_cause_a_filter_that_explains_more_than_a_lateness_is_named() -> None:
+    made = through_a_filter(records(STRIBECK), 1.2)
+    found = diagnose(fitted(made), made, QUICK)
+    assert found.late == 0.0
+    assert {cause.effect for cause in found.causes} == {"motor.stribeck", "torque.torque_filter"}
