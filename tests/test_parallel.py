@@ -20,7 +20,8 @@ from support.paths import ROOT
 
 from robotid.errors import NumericsError
 from robotid.interrupt import Interrupted, OutOfTime, check, deadline, interruptible
-from robotid.parallel import LARGE, ahead, each, one_thread, working
+from robotid.parallel import ahead, each, one_thread, working
+from robotid.parallel.process import LARGE
 
 pytest.importorskip("loky", reason="processes need loky")
 MUCH = 10_000_000  # samples: worth a process

@@ -16,11 +16,10 @@ from support.alike import alike
 from support.paths import ROOT
 from support.small_bench import QUICK, STRIBECK, fitted, records
 
-from robotid import parallel
 from robotid.config.load import load
 from robotid.diagnosis import Diagnosis, DiagnosisOptions, diagnose
 from robotid.extension import Extension, extend, extension_task, with_gains
-from robotid.parallel import computing, working
+from robotid.parallel import computing, pool, working
 from robotid.pipeline.execute import execute_all
 from robotid.pipeline.run import Run
 
@@ -29,8 +28,8 @@ SMOKE = ROOT / "configs" / "smoke.yaml"
 
 @pytest.fixture(autouse=True)
 def _processes_start_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(parallel, "START_UP", 0.0)
-    monkeypatch.setattr(parallel, "HAND_OVER", 0.0)
+    monkeypatch.setattr(pool, "START_UP", 0.0)
+    monkeypatch.setattr(pool, "HAND_OVER", 0.0)
 
 
 def contents(out: Path, jobs: int) -> list[Any]:
@@ -84,8 +83,8 @@ def test_a_cause_is_the_same_in_two_processes_and_on_two_threads() -> None:
 def test_an_interrupt_leaves_no_process_behind(tmp_path: Path, number: signal.Signals) -> None:
     script = (
         "import sys\n"
-        "from robotid import parallel\n"
-        "parallel.START_UP = 0.0\n"
+        "from robotid.parallel import pool\n"
+        "pool.START_UP = 0.0\n"
         "from robotid.cli.app import main\n"
         f"sys.exit(main(['run', {str(SMOKE)!r}, '--out', {str(tmp_path / 'run')!r}, '--jobs', '2', '--force']))\n"
     )

@@ -13,12 +13,11 @@ from support.alike import alike
 from support.two_axes import write_two_axes
 
 import robotid as rid
-from robotid import parallel
 from robotid.artifacts.store import load as load_artifact
 from robotid.cli.app import main
 from robotid.config.load import load_robot
 from robotid.errors import ConfigError
-from robotid.parallel import working
+from robotid.parallel import pool, working
 from robotid.pipeline.execute import execute
 from robotid.pipeline.run import runs_of
 from robotid.pipeline.table import STAGES
@@ -67,8 +66,8 @@ def test_an_axis_gives_what_it_gives_as_a_single_joint(axis: str, finished: Path
 
 def test_two_processes_find_what_one_does(finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("loky", reason="processes need loky")
-    monkeypatch.setattr(parallel, "START_UP", 0.0)
-    monkeypatch.setattr(parallel, "HAND_OVER", 0.0)
+    monkeypatch.setattr(pool, "START_UP", 0.0)
+    monkeypatch.setattr(pool, "HAND_OVER", 0.0)
     run = runs_of(load_robot(finished / "robot.yaml"), tmp_path)
     with working(2):
         outcomes = [execute(run, name) for name in UP_TO_VALIDATE]

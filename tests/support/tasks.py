@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from robotid import parallel
 from robotid.errors import NumericsError
 from robotid.interrupt import Interrupted, check
 from robotid.model.array import Array
+from robotid.parallel import process as in_process
 
 
 def square_sum(shared: Array, rows: int) -> float:
@@ -33,7 +33,7 @@ def scaled_on_a_full_disk(shared: Array, factor: int) -> tuple[str, Array]:
     def full(*_: object) -> bool:
         raise OSError("no space left on device")
 
-    parallel._write = full  # of this process, which does nothing else
+    in_process.write = full  # of this process, which does nothing else
     return scaled(shared, factor)
 
 
