@@ -12,7 +12,7 @@ from support.small_bench import QUICK, STRIBECK, begun, fitted, records
 from robotid.diagnosis import DiagnosisOptions, diagnose
 from robotid.diagnosis.results import Event
 from robotid.diagnosis.search import events as search_events
-from robotid.diagnosis.search import refits, search
+from robotid.diagnosis.search import refits, rounds, search
 from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.events import SeenEvent
 from robotid.extension import extension_task, with_gains
@@ -41,7 +41,7 @@ def test_a_listener_that_asks_for_the_time_ends_no_diagnosis(budget: float) -> N
 
 
 def test_a_cause_that_was_found_in_time_stands(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(search, "renew_noise", too_late)
+    monkeypatch.setattr(rounds, "renew_noise", too_late)
     made = records(STRIBECK)
     found = diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=60.0))
     assert [cause.effect for cause in found.causes] == ["motor.stribeck"]

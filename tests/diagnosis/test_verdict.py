@@ -15,7 +15,7 @@ from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.results import Diagnosis
 from robotid.diagnosis.search.agreement import Agreement
 from robotid.diagnosis.search.record_changes import RecordChange
-from robotid.diagnosis.search.search import as_result
+from robotid.diagnosis.search.rounds import as_result
 from robotid.diagnosis.search.state import RejectedCause
 from robotid.diagnosis.search.torque_errors import torque_errors
 from robotid.diagnosis.verdict import verdict

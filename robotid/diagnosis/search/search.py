@@ -1,30 +1,15 @@
-"""The search for what a model lacks: score, refit the best few, keep what carries over, and repeat."""
+"""The search for what a model lacks: by each noise, beside what happened once, and beside what no effect explains."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.settings import EVENTS
 from robotid.diagnosis.noise.noise_estimate import TorqueErrors
-from robotid.diagnosis.nonparametric.curve_fit import FittedCurve
-from robotid.diagnosis.refit.evaluation_data import EvaluationData
-from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.results import Event
-from robotid.diagnosis.search.acceptance import (
-    Steps,
-    accept_apart,
-    accept_asked_for,
-    accept_best,
-    accept_from_the_start,
-    accept_pair,
-    drop_worthless,
-)
-from robotid.diagnosis.search.agreement import agreement
+from robotid.diagnosis.search.acceptance import accept_asked_for
 from robotid.diagnosis.search.beside_curve import explain_most, with_causes, with_curve, without_readers
-from robotid.diagnosis.search.coloured import Left, explains_more, in_colour, judged_along_the_motion, left_by
 from robotid.diagnosis.search.data import Evidence, first_state, renew_noise, settled_state
 from robotid.diagnosis.search.events import (
     ModelInPieces,
@@ -38,42 +23,18 @@ from robotid.diagnosis.search.events import (
     with_deviation,
     without_event,
 )
-from robotid.diagnosis.search.mere_changes import without_mere_changes
-from robotid.diagnosis.search.record_changes import find_record_changes
-from robotid.diagnosis.search.refits import refit_hopeful
-from robotid.diagnosis.search.settings import ACCEPTANCE, CHOICE
-from robotid.diagnosis.search.state import (
-    AcceptedCause,
-    Log,
-    SearchResult,
-    SearchState,
-    is_covered,
-    is_plain,
-    misfit_energy,
-    share_of_removed,
-    share_removed,
-)
+from robotid.diagnosis.search.rounds import as_result, find_causes, out_of_time, scored
+from robotid.diagnosis.search.settings import ACCEPTANCE
+from robotid.diagnosis.search.state import Log, SearchResult, SearchState, is_plain, misfit_energy, share_removed
 from robotid.diagnosis.search.torque_errors import lead_astray, leaves_only_noise, prevail
-from robotid.diagnosis.search.unexplained import (
-    better_curve,
-    is_complete,
-    is_imitated,
-    with_unexplained,
-    without_imitations,
-    without_parts,
-)
+from robotid.diagnosis.search.unexplained import is_complete, is_imitated
 from robotid.errors import NumericsError
 from robotid.interrupt import OutOfTime, check, deadline
-from robotid.model.structure import RECORD_CHANGE
 from robotid.numerals import plain as plain_number
 
 EVENT = "what happened once in {} at {} s"
 ONCE = "what happened once beside causes"
-FURTHER = "further causes"
-UNEXPLAINED = "what no effect explains"
 BESIDE_CURVE = "causes beside what no effect explains"
-NOTHING = "explains nothing by the noise that it leaves: without it, errors of the torque are no larger"
-CHANGES = "what differs on the records held out"
 
 
 def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState | None = None) -> SearchResult:
@@ -89,7 +50,7 @@ def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState 
         if begun is None:
             log("measuring the noise")
         begun = begun or first_state(evidence, criteria)
-        begun = begun if begun.rounds else _scored(begun, criteria, log)
+        begun = begun if begun.rounds else scored(begun, criteria, log)
     result = _searched(evidence, criteria, log, begun)
     if not result.events:
         return result
@@ -133,7 +94,7 @@ def _beside_events(
         more = not settled and len(events) < EVENTS.max_events
         if more:
             with deadline(None):
-                start = start if start.rounds else _scored(start, criteria, log)
+                start = start if start.rounds else scored(start, criteria, log)
                 log("looking for events")
         seen, white = _leading_event(evidence, start, records, criteria, log) if more else (None, None)
         result = None
@@ -160,7 +121,7 @@ def _beside_events(
         except NumericsError:  # records without it cannot be simulated: they keep it
             settled = True
         except OutOfTime:
-            found = _late(as_result(start)) if result is None else replace(result, late=True)
+            found = out_of_time(as_result(start)) if result is None else replace(result, late=True)
             unexamined = (EVENT.format(seen.event.record, plain_number(seen.event.start)), *found.unexamined)
             return replace(found, unexamined=unexamined, events=tuple(events)), plain
 
@@ -185,7 +146,7 @@ def _sized_beside_causes(
         log("searching with events as large as they are beside causes")
         for event, by in zip(events, changes, strict=True):
             evidence = without_event(evidence, replace(event, torque=by))
-        start = _scored(first_state(evidence, criteria), criteria, log)
+        start = scored(first_state(evidence, criteria), criteria, log)
         return _by_each_noise(evidence, start, criteria, log), start, evidence, sized
     except NumericsError:
         return before
@@ -203,7 +164,7 @@ def _leading_event(
     if (seen is not None and seen.leading) or start.data.noise_reached:
         return seen, None
     try:
-        white = _scored(_beside_torque_errors("white", evidence, criteria, log), criteria, log)
+        white = scored(_beside_torque_errors("white", evidence, criteria, log), criteria, log)
     except (NumericsError, OutOfTime):
         return seen, None
     found = largest_event(ModelInPieces(evidence, white.first, white.data), criteria, white.round.scores)
@@ -231,7 +192,7 @@ def _beside_lesser_events(
             events.append(event)
         if start is None:
             return found
-        again = _by_each_noise(evidence, _scored(start, criteria, log), criteria, log)
+        again = _by_each_noise(evidence, scored(start, criteria, log), criteria, log)
         again, _, _, events = _sized_beside_causes(again, start, evidence, events, criteria, log)
         first, plain = found.first, is_plain(found.first, found.data)
         explained = share_removed(first, first, again.first, found.data, plain=plain)
@@ -267,7 +228,7 @@ def _beside_curve(evidence: Evidence, found: SearchResult, criteria: Criteria, l
         beside, without = with_curve(evidence, found), without_readers(criteria)
         if beside is None:
             return found
-        again = _by_each_noise(beside, _scored(first_state(beside, without), without, log), without, log)
+        again = _by_each_noise(beside, scored(first_state(beside, without), without, log), without, log)
         return with_causes(found, again) if explain_most(again) else found
     except NumericsError:
         return found
@@ -326,10 +287,10 @@ def _by_each_noise(
             known = {None: start, "white": white}.get(errors)
             begun = known or _beside_torque_errors(errors, evidence, criteria, log)
             if errors == "white":
-                white = begun = begun if begun.rounds else _scored(begun, criteria, log)
+                white = begun = begun if begun.rounds else scored(begun, criteria, log)
             found.append(find_causes(begun, criteria, log))
         except OutOfTime:
-            return _late(found[-1] if found else as_result(start))
+            return out_of_time(found[-1] if found else as_result(start))
         last = found[-1]
         if last.causes:
             return next((one for one in found[:-1] if is_imitated(one, last)), last)
@@ -341,7 +302,7 @@ def _by_each_noise(
             try:
                 return _asked_for_by_the_motion(evidence, criteria, log, white) or (changed or noise)[0]
             except OutOfTime:
-                return _late((changed or noise)[0])
+                return out_of_time((changed or noise)[0])
     curve = next((one for one in found if one.curve is not None), found[0])
     shaken = next((one for one in found if one.shaken_share), curve)
     return shaken if shaken.shaken_share > curve.curve_share else curve
@@ -354,12 +315,12 @@ def _asked_for_by_the_motion(
     nothing. What rests in a simulation where the motor moves shows nothing, and all that it leaves passes for errors of
     the torque. white : as of `_by_each_noise`."""
     try:
-        white = white or _scored(_beside_torque_errors("white", evidence, criteria, log), criteria, log)
+        white = white or scored(_beside_torque_errors("white", evidence, criteria, log), criteria, log)
         extended = accept_asked_for(white, (), criteria, log)
         if not extended.causes:
             return None
         beyond = renew_noise(extended.with_model(extended.model, criteria))
-        return find_causes(_scored(beyond, criteria, log), criteria, log)
+        return find_causes(scored(beyond, criteria, log), criteria, log)
     except NumericsError:
         return None
 
@@ -371,159 +332,3 @@ def _beside_torque_errors(errors: TorqueErrors, evidence: Evidence, criteria: Cr
         return first_state(evidence, criteria, torque_errors=errors)
     log("allowing for slow errors of the torque")
     return settled_state(evidence, criteria)
-
-
-def find_causes(start: SearchState, criteria: Criteria, log: Log) -> SearchResult:
-    """Extend a model cause by cause until nothing passes, and examine what is left. Where time runs out, what was found
-    by then."""
-    state, imitated, late = start, None, False
-    try:
-        while len(state.causes) < criteria.max_causes and len(state.rounds) < 2 * criteria.max_causes:
-            if state is not start or not state.rounds:
-                state = _scored(state, criteria, log)
-            before, state = state, add_cause(state, criteria, log)
-            if len(state.causes) == len(before.causes) or state.unexamined:
-                break
-            state = drop_worthless(state, criteria, log)
-            state = renew_noise(state.with_model(state.model, criteria))
-            if len(state.causes) == ACCEPTANCE.trusted_causes:
-                imitated = better_curve(state, criteria)
-                if imitated is not None:
-                    break
-        log("looking for what no effect explains")
-        if state.causes and len(state.causes) != ACCEPTANCE.trusted_causes:
-            imitated = better_curve(state, criteria)
-    except OutOfTime:
-        late = True
-    result = as_result(state)
-    return _late(result) if late or state.unexamined else _completed(result, start, imitated, criteria, log)
-
-
-def _scored(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
-    """The state with one round of the score more."""
-    log(f"scoring the catalogue for cause {len(state.causes) + 1}")
-    if state.rounds:  # the first round is part of every answer
-        check()
-    return state.scored(criteria)
-
-
-def _late(result: SearchResult) -> SearchResult:
-    """The result of a search that ran out of time among the causes."""
-    return replace(result, late=True, unexamined=(*result.unexamined, FURTHER, UNEXPLAINED, CHANGES))
-
-
-def _completed(
-    result: SearchResult, start: SearchState, imitated: FittedCurve | None, criteria: Criteria, log: Log
-) -> SearchResult:
-    """The result with what its causes leave, and with what differs on validation records; late where time runs out."""
-    try:
-        if imitated is not None:
-            result = without_imitations(result, imitated, start.data)
-        result = without_parts(result)
-        left, coloured = _noise_left(result)
-        if result.causes and coloured.noise_reached and not explains_more(result.first, result.last, left, coloured):
-            result = replace(result.without_causes([NOTHING] * len(result.causes)), data=start.data)
-            left, coloured = _noise_left(result)
-        if imitated is None:
-            standing = without_mere_changes(result, coloured)
-            if standing is not result:
-                left, coloured = _noise_left(standing)
-            result = with_unexplained(standing, criteria)
-        result = replace(result, noise=left.noise, coloured=coloured)
-        if coloured.noise_reached:
-            # noise that only simulations explain has another energy than the linear one by which it is weighed
-            of_removed = is_covered(result.first, coloured) or not left.noise.linearly_explained
-            causes = _by_one_noise(result.causes, result.first, result.last, coloured, of_removed=of_removed)
-            result = replace(result, causes=causes, shares_of_removed=of_removed)
-    except OutOfTime:
-        return replace(result, late=True, unexamined=(UNEXPLAINED, CHANGES))
-    if RECORD_CHANGE in criteria.skip:
-        return result
-    try:
-        log("comparing the records held out")
-        sought, any_colour = (result.data, max(1.0, usual_energy(result))), (coloured, max(1.0, left.energy))
-        # noise that only simulations explain is so blunt that no change would be seen beside it
-        by = any_colour if left.noise.linearly_explained else sought
-        changes = find_record_changes(result.last, *by, criteria.significance)
-        result = replace(result, changes=changes)
-        if changes or result.causes or result.curve is not None:
-            return result
-        return replace(result, agreement=agreement(result.last, *(any_colour if coloured.noise_reached else sought)))
-    except OutOfTime:
-        return replace(result, late=True, unexamined=(CHANGES,))
-
-
-def _noise_left(result: SearchResult) -> tuple[Left, EvaluationData]:
-    """The noise of any colour that the last model leaves, and the data by it."""
-    left = judged_along_the_motion(left_by(result.last))
-    return left, in_colour(result.last, result.data, left.noise)
-
-
-def usual_energy(result: SearchResult) -> float:
-    """Energy a sample that the last model leaves on the fitted segments, in variances of the sensors' noise."""
-    return result.last.energy / result.data.samples
-
-
-def add_cause(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
-    """The state with the best cause of the last round, from where the model is or from where its fit started, or with
-    two that carry over only beside each other; where it explains little of a large misfit, with what the torque asks
-    for along the measured motion, or with what one record has another than a model of the others has; where none stands
-    its tests, with those that were rejected."""
-    found, steps = refit_hopeful(state, criteria, log), Steps(state)
-    extended = replace(accept_best(state, found.refits, steps, criteria), unexamined=found.unexamined)
-    accepted = len(extended.causes) > len(state.causes)
-    if found.unexamined or (accepted and extended.causes[-1].explained > CHOICE.doubtful_share * left_share(state)):
-        return extended
-    if state.misfit > state.data.samples:  # what scores along another motion than the measured one may be anything
-        rejected = state if accepted else extended
-        other = accept_asked_for(rejected, found.refits, criteria, log)
-        if len(other.causes) > len(state.causes) and not (
-            accepted and other.causes[-1].explained < extended.causes[-1].explained
-        ):
-            return other
-    if accepted:
-        return extended
-    apart = accept_apart(extended, found.refits, criteria, log)
-    if len(apart.causes) > len(state.causes):
-        return apart
-    again = accept_from_the_start(extended, found.refits, steps, criteria, log)
-    if len(again.causes) > len(state.causes):
-        return again
-    return accept_pair(extended, found.refits, steps, criteria, log)
-
-
-def left_share(state: SearchState) -> float:
-    """Share of the first model's misfit that the causes so far leave."""
-    return max(0.0, state.misfit) / max(misfit_energy(state.first, state.data), 1e-9)
-
-
-def as_result(state: SearchState) -> SearchResult:
-    """The result of a search that ends in a state."""
-    causes = _by_one_noise(state.causes, state.first, state.model, state.data)
-    return SearchResult(
-        state.data, state.first, state.model, causes, state.rejected, state.rounds, unexamined=state.unexamined
-    )
-
-
-def _by_one_noise(
-    causes: Sequence[AcceptedCause],
-    first: RefittedModel,
-    last: RefittedModel,
-    data: EvaluationData,
-    *,
-    of_removed: bool = False,
-) -> tuple[AcceptedCause, ...]:
-    """The causes with what each explains beside those before it by the noise as it shows at last; when they were found
-    it was taken for larger, and shares by different noises do not add up. The last one is measured by the model at the
-    end, so that all shares and what remains make one. of_removed : `shares_of_removed` of `SearchResult`."""
-    models = [*(cause.after for cause in causes[:-1]), last]
-    left, plain = [1.0], is_plain(first, data)
-    for model in models[: len(causes)]:
-        share = (
-            share_of_removed(first, model, last, data)
-            if of_removed
-            else share_removed(first, first, model, data, plain=plain)
-        )
-        left.append(min(left[-1], 1.0 - share))
-    shares = [before - after for before, after in pairwise(left)]
-    return tuple(replace(cause, explained=share) for cause, share in zip(causes, shares, strict=True))

@@ -17,7 +17,7 @@ from robotid.diagnosis.nonparametric.curve_course import NAMES, READERS, is_cour
 from robotid.diagnosis.nonparametric.curve_fit import fit_acting_along
 from robotid.diagnosis.search.beside_curve import explain_most, with_causes, with_curve, without_readers
 from robotid.diagnosis.search.data import Evidence, first_state
-from robotid.diagnosis.search.search import as_result, find_causes
+from robotid.diagnosis.search.rounds import as_result, find_causes
 from robotid.diagnosis.search.state import SearchResult, misfit_energy
 from robotid.model.array import Array
 from robotid.model.joint import Joint

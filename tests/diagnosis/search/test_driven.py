@@ -16,7 +16,7 @@ from robotid.diagnosis.search import acceptance
 from robotid.diagnosis.search.acceptance import OBJECTIONS, Steps, accept_best, is_noise, objection
 from robotid.diagnosis.search.driven import energy_from_rest, starts_by_itself
 from robotid.diagnosis.search.refits import CandidateRefit
-from robotid.diagnosis.search.search import as_result
+from robotid.diagnosis.search.rounds import as_result
 from robotid.diagnosis.search.step import Step
 from robotid.signals.record import Record
 

@@ -24,7 +24,8 @@ from robotid.diagnosis.search.events import (
     with_deviation,
     without_event,
 )
-from robotid.diagnosis.search.search import _leading_event, _sized_beside_causes, find_causes
+from robotid.diagnosis.search.rounds import find_causes
+from robotid.diagnosis.search.search import _leading_event, _sized_beside_causes
 from robotid.estimate.fitted_model import fitted_model, simulate_record
 
 AR = 0.99  # a memory of 0.2 s

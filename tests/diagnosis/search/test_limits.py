@@ -20,7 +20,7 @@ from robotid.diagnosis.refit.refitted_model import extended
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, blocked
 from robotid.diagnosis.search.least_scored import GREATEST
 from robotid.diagnosis.search.limits import detection_limits, least_energy, least_size, typical_shapes
-from robotid.diagnosis.search.search import as_result
+from robotid.diagnosis.search.rounds import as_result
 from robotid.diagnosis.search.state import SearchResult
 from robotid.estimate.noise.whitening import NoiseLevels, innovations_filter
 

@@ -9,7 +9,7 @@ import pytest
 from support.small_bench import QUICK, begun, fitted, records
 
 from robotid.diagnosis.procedure import diagnose
-from robotid.diagnosis.search import search, step
+from robotid.diagnosis.search import rounds, step
 from robotid.diagnosis.search.acceptance import Steps
 from robotid.diagnosis.search.record_apart import changed_apart
 from robotid.diagnosis.search.state import SearchState
@@ -50,8 +50,8 @@ def test_what_another_part_of_the_record_confirms_is_no_noise(monkeypatch: pytes
 def test_it_is_the_cause_where_a_refit_from_the_model_of_all_records_leads_nowhere(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(search, "accept_best", lambda state, *_: state)
-    monkeypatch.setattr(search, "accept_asked_for", lambda state, *_: state)
+    monkeypatch.setattr(rounds, "accept_best", lambda state, *_: state)
+    monkeypatch.setattr(rounds, "accept_asked_for", lambda state, *_: state)
     made, said = records({}, changed={"motor.coulomb.Fc": 1.5}), list[str]()
     found = diagnose(fitted(made), made, QUICK, log=said.append)
     assert any("fitting all records but one" in line for line in said)

@@ -26,7 +26,8 @@ from robotid.diagnosis.search.acceptance import accept_asked_for
 from robotid.diagnosis.search.data import first_state
 from robotid.diagnosis.search.refits import RefitRound
 from robotid.diagnosis.search.regression import _regression, asked_for
-from robotid.diagnosis.search.search import _asked_for_by_the_motion, add_cause
+from robotid.diagnosis.search.rounds import add_cause
+from robotid.diagnosis.search.search import _asked_for_by_the_motion
 from robotid.diagnosis.search.state import SearchState
 from robotid.estimate.fitted_model import simulate_record
 from robotid.estimate.rest import at_rest
@@ -53,7 +54,7 @@ def test_a_model_that_goes_astray_still_gets_what_the_torque_asks_for(monkeypatc
     assert found.effect == "motor.gravity"
     assert found.model.parameters["motor.gravity.G"] == pytest.approx(0.4, rel=0.05)
     assert found.model.parameters["motor.inertia.J"] == pytest.approx(TRUTH["motor.inertia.J"], rel=0.02)
-    monkeypatch.setattr("robotid.diagnosis.search.search.refit_hopeful", lambda *_: RefitRound())
+    monkeypatch.setattr("robotid.diagnosis.search.rounds.refit_hopeful", lambda *_: RefitRound())
     (cause,) = add_cause(state, QUICK, lambda _: None).causes
     assert cause.effect == "motor.gravity"
     assert {one.effect for one in alike} <= set(cause.twins)  # a cogging of one period a turn is the same law
@@ -105,7 +106,7 @@ def test_bristles_that_bend_where_a_simulation_rests(monkeypatch: pytest.MonkeyP
     """What dry friction holds moves for no torque: no column tells of bristles there, and what they leave passes for
     errors of the torque."""
     made = records({"motor.presliding.w": 1.0, "motor.presliding.s0": 2.0, "motor.presliding.s1": 0.0})
-    monkeypatch.setattr("robotid.diagnosis.search.search.refit_hopeful", lambda *_: RefitRound())
+    monkeypatch.setattr("robotid.diagnosis.search.rounds.refit_hopeful", lambda *_: RefitRound())
     found = _asked_for_by_the_motion(evidence(made), QUICK, lambda _: None)
     assert found is not None
     assert [cause.effect for cause in found.causes] == ["motor.presliding"]

@@ -28,7 +28,7 @@ from robotid.diagnosis.noise.colour import ColouredNoise
 from robotid.diagnosis.noise.noise_estimate import TorqueErrors
 from robotid.diagnosis.nonparametric.curve_fit import fit_curves
 from robotid.diagnosis.results import Diagnosis, Event
-from robotid.diagnosis.search import search as searching
+from robotid.diagnosis.search import rounds
 from robotid.diagnosis.search.agreement import Agreement
 from robotid.diagnosis.search.events import SeenEvent
 from robotid.diagnosis.search.record_changes import RecordChange
@@ -350,7 +350,7 @@ def test_causes_that_explain_nothing_by_the_noise_they_leave_are_none(monkeypatc
     found = searched(records(STRIBECK), QUICK)
     assert found.causes == ()
     assert found.last is found.first
-    assert found.rejected[0].why == searching.NOTHING
+    assert found.rejected[0].why == rounds.NOTHING
 
 
 @pytest.mark.parametrize(("share", "kept"), [(1.2, True), (2.0, False)])
