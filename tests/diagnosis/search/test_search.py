@@ -29,6 +29,7 @@ from robotid.diagnosis.noise.noise_estimate import TorqueErrors
 from robotid.diagnosis.nonparametric.curve_fit import fit_curves
 from robotid.diagnosis.results import Diagnosis, Event
 from robotid.diagnosis.search import rounds
+from robotid.diagnosis.search import search as searching
 from robotid.diagnosis.search.agreement import Agreement
 from robotid.diagnosis.search.events import SeenEvent
 from robotid.diagnosis.search.record_changes import RecordChange
@@ -346,7 +347,7 @@ def test_a_cogging_keeps_its_phase_where_errors_of_the_torque_make_a_simulated_a
 
 def test_causes_that_explain_nothing_by_the_noise_they_leave_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
     """By the noise at first they may, and lead the model astray by what errors of the torque they leave."""
-    monkeypatch.setattr(searching, "explains_more", lambda *_: False)
+    monkeypatch.setattr(rounds, "explains_more", lambda *_: False)
     found = searched(records(STRIBECK), QUICK)
     assert found.causes == ()
     assert found.last is found.first
