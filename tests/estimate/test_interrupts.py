@@ -14,11 +14,11 @@ import pytest
 from robotid import interrupt
 from robotid.catalogue import assemble
 from robotid.errors import NumericsError
-from robotid.estimate import grey_box, scrutiny
+from robotid.estimate import grey_box
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.lifted import engine
 from robotid.estimate.result import End, FitResult
-from robotid.estimate.scrutiny import FitTask, scrutinised_fit
+from robotid.estimate.scrutiny import FitTask, scrutinised_fit, task
 from robotid.interrupt import Interrupted, interruptible
 from robotid.model.array import Array
 from robotid.model.structure import Structure
@@ -115,7 +115,7 @@ def interrupted_further_fit(monkeypatch: pytest.MonkeyPatch, options: FitOptions
             raise KeyboardInterrupt
         return replace(fit_model(*arguments), fit_percent={"log": 10.0})
 
-    monkeypatch.setattr(scrutiny, "fit_model", fit)
+    monkeypatch.setattr(task, "fit_model", fit)
     found = scrutinised_fit(FitTask("m", JOINT, START, [record()], options)).fit
     assert len(fits) == 2, "nothing is tried after an interrupt"
     return found

@@ -13,12 +13,14 @@ from support.mistaken_logs import FLEXIBLE, RATIO, swing
 from robotid.catalogue import assemble
 from robotid.diagnosis.procedure import DiagnosisOptions, diagnose
 from robotid.errors import NumericsError
-from robotid.estimate import scrutiny
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.identify import starting_parameters
 from robotid.estimate.result import FitResult
 from robotid.estimate.rigid import fit_rigid
-from robotid.estimate.scrutiny import LEFT_OUT, FitTask, doubts, growth_rate, scrutinised_fit
+from robotid.estimate.scrutiny import FitTask, doubts, scrutinised_fit
+from robotid.estimate.scrutiny import task as fitting
+from robotid.estimate.scrutiny.instability import growth_rate
+from robotid.estimate.scrutiny.scrutinise import LEFT_OUT
 from robotid.model.joint import Joint
 from robotid.model.parameters import Parameters
 from robotid.model.structure import Structure
@@ -176,13 +178,13 @@ def test_an_unstable_motion_is_fitted_in_pieces() -> None:
 def test_whole_records_that_no_simulation_follows_are_not_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
     """A fit of these took minutes, and ended worse than rest."""
     joint, begin, log = pendulum(samples=6000)
-    horizons, fit = list[float | None](), scrutiny.fit_model
+    horizons, fit = list[float | None](), fitting.fit_model
 
     def watched(*arguments: Any) -> FitResult:
         horizons.append(arguments[4].horizon)
         return fit(*arguments)
 
-    monkeypatch.setattr(scrutiny, "fit_model", watched)
+    monkeypatch.setattr(fitting, "fit_model", watched)
     found = scrutinised_fit(FitTask("m", joint, begin, [log], FitOptions())).fit
     assert (found.horizon, horizons) == (1.0, [1.0])
     assert "no simulation of whole records stays near them: fitted, validated and diagnosed in" in found.remarks[-1]
@@ -236,7 +238,7 @@ def test_a_start_from_which_the_motor_does_not_move_is_left_for_the_regression()
 
 def test_nothing_is_added_to_a_fit_that_has_nothing_to_do_with_its_record(monkeypatch: pytest.MonkeyPatch) -> None:
     astray = replace(scrutinised(0.0), fit_percent={"log": -2000.0})
-    monkeypatch.setattr("robotid.estimate.scrutiny.fit_model", lambda *_: astray)
+    monkeypatch.setattr("robotid.estimate.scrutiny.task.fit_model", lambda *_: astray)
     with pytest.raises(NumericsError, match="the fit of log ends with a simulation that is wrong by 21 times the mot"):
         scrutinised_fit(FitTask("m", JOINT, start(0.0), [record(0.0)], FitOptions()))
 
@@ -293,7 +295,7 @@ def test_a_start_that_is_not_trusted_is_kept_where_it_leads_to_a_fit_that_can_be
         started.append(parameters["gear.spring.k1"])
         return fit_model(name, joint, parameters, *rest)
 
-    monkeypatch.setattr("robotid.estimate.scrutiny.fit_model", counted)
+    monkeypatch.setattr("robotid.estimate.scrutiny.task.fit_model", counted)
     found = scrutinised_fit(task).fit
     assert started == [0.7 * FLEXIBLE["gear.spring.k1"]]
     assert found.fit_percent["log"] > 99.0
