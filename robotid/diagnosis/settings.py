@@ -16,7 +16,7 @@ class VerdictSettings:
     min_explained: float = 0.19  # share of the output's variance, a fit of 10 %: less, and there is no model to extend
     swamped_share: float = 0.1  # of the output's variance: errors of the torque that cause more hide what is missing
     astray_share: float = 1e-3  # of it: errors of the torque that cause more lead a simulation along another motion
-    swamped_torque: float = 0.2  # of the recorded torque's root mean square: errors of it that are larger do so, too
+    swamped_torque: float = 0.1  # of the recorded torque's root mean square: errors of it that are larger do so, too
     least_gain: float = 0.005  # % points of fit: less is a gain of 0.00, which is none
     negligible: float = 1e-6  # RMS error over the output's deviation: less is rounding, whatever its shape
     chance: float = 3.0  # standard deviations of the energy of noise: less is no misfit to have a share in
