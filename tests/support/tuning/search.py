@@ -25,7 +25,7 @@ from robotid.diagnosis.search import (
     mere_changes,
     record_changes,
     refits,
-    search,
+    rounds,
     unexplained,
 )
 from robotid.diagnosis.search.acceptance import (
@@ -315,12 +315,12 @@ def check_two_causes_are_trusted_before_they_are_compared_with_a_curve() -> None
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(SearchState, "scored", lambda self, _: replace(self, rounds=(*self.rounds, None)))
         patch.setattr(SearchState, "with_model", lambda self, *_: self)
-        patch.setattr(search, "add_cause", lambda one, *_: one.with_cause(cause))
-        patch.setattr(search, "drop_worthless", lambda one, *_: one)
-        patch.setattr(search, "renew_noise", lambda one: one)
-        patch.setattr(search, "better_curve", lambda one, _: asked.append(len(one.causes)))
-        patch.setattr(search, "with_unexplained", lambda result, _: result)
-        search.find_causes(state(2000.0), ANYTHING, lambda _: None)
+        patch.setattr(rounds, "add_cause", lambda one, *_: one.with_cause(cause))
+        patch.setattr(rounds, "drop_worthless", lambda one, *_: one)
+        patch.setattr(rounds, "renew_noise", lambda one: one)
+        patch.setattr(rounds, "better_curve", lambda one, _: asked.append(len(one.causes)))
+        patch.setattr(rounds, "with_unexplained", lambda result, _: result)
+        rounds.find_causes(state(2000.0), ANYTHING, lambda _: None)
     assert asked == [2, 4]
 
 

@@ -98,12 +98,12 @@ def check_torque_errors_of_three_percent_of_the_motion_lead_a_simulation_astray(
 
 
 @sees(VERDICT, "swamped_torque")
-def check_torque_errors_of_a_fifth_of_the_torque_hide_what_is_missing() -> None:
+def check_torque_errors_of_a_tenth_of_the_torque_hide_what_is_missing() -> None:
     found = result(1000.0, friction(1.0))
     (one,), (segment,) = found.last.fitted, found.data.fitted
     still = replace(found.last, fitted=(replace(one, residual=0.0 * one.residual),))
     driven = replace(segment.record, tau_m=np.full(len(segment.record), 0.5))
-    for share, swamped in ((0.19, False), (0.21, True)):
+    for share, swamped in ((0.09, False), (0.11, True)):
         levels = replace(segment.whitening.levels, torque=0.0, red=(0.5 * share) ** 2)
         noisy = replace(segment, record=driven, whitening=replace(segment.whitening, levels=levels))
         data = replace(found.data, fitted=(noisy,))
