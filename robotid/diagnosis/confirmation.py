@@ -13,6 +13,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import chi2
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.remarks import without_name
@@ -119,7 +120,7 @@ def unsized(diagnosis: Diagnosis, fit: FitResult | None = None, criteria: Criter
     """The causes that a fit tells no size of, by name, and why: arguments as of `unconfirmed`. Of several each may be
     so only beside the others, where they act alike."""
     causes, level = _effects(diagnosis), _level(diagnosis, criteria)
-    sought = {one.effect: uncertain(one, fit, level) for one in causes if not one.explained_of}
+    sought = {one.effect: uncertain(one, fit, _beside_the_gain(level, one)) for one in causes if not one.explained_of}
     return {effect: why for effect, why in sought.items() if why is not None}
 
 
@@ -143,6 +144,13 @@ def with_limits(
 def _effects(diagnosis: Diagnosis) -> list[Cause]:
     """The causes that are no changes of a record."""
     return [cause for cause in diagnosis.causes if not is_change(cause.effect)]
+
+
+def _beside_the_gain(level: float, cause: Cause) -> float:
+    """The level at which a fit must tell a size from none, where the gain on records that were held out, of which the
+    fit knows nothing, tells of the cause, too: both p-values together are as unlikely as the level (Fisher 1932)."""
+    least = float(np.exp(-0.5 * chi2.isf(level, 4)))  # of a product of two p-values
+    return max(level, min(1.0, least / max(cause.gain_p_value, least)))
 
 
 def _level(diagnosis: Diagnosis, criteria: Criteria | None) -> float:

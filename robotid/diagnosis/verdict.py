@@ -316,6 +316,7 @@ def _cause(found: AcceptedCause) -> Cause:
         separation=None,
         confounded_with=alike,
         beside=found.beside,
+        gain_p_value=found.gain_p_value,
     )
 
 

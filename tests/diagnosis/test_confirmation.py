@@ -108,6 +108,16 @@ def test_a_cause_whose_size_no_fit_tells_is_none(deviation: float, none: bool) -
     assert not none or f"dFs = 0.2, known to {deviation:g}" in unconfirmed(replace(NAMED, causes=(one,)))[one.effect]
 
 
+@pytest.mark.parametrize(("gain", "none"), [(1.0, True), (0.5, True), (1e-4, False)])
+def test_a_gain_on_records_held_out_tells_of_a_cause_beside_its_size(gain: float, none: bool) -> None:
+    """Neither knows of the other. Three deviations are asked for in any case."""
+    first, *others = cause(0.03).parameters
+    for deviation, too_large in ((0.06, none), (0.07, True)):
+        parameters = (replace(first, std_robust=deviation), *others)
+        one = replace(cause(0.03), parameters=parameters, gain_p_value=gain)
+        assert bool(unsized(replace(NAMED, causes=(one,)))) is too_large
+
+
 def test_the_limit_of_a_cause_that_goes_for_its_size_is_the_size_that_the_fit_would_tell() -> None:
     """The limits of a search are those of effects that it has not found."""
     (first, shape), deviation = cause(0.03).parameters, 0.06

@@ -353,6 +353,7 @@ def as_cause(
         rival=rivals[0] if rivals else None,
         confounded=confounded_with(best.score, seen.projected, seen.scores),
         unfollowed=best.unfollowed,
+        gain_p_value=min(1.0, len(refits) * step.gain_p_value),
     )
 
 

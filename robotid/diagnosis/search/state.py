@@ -32,7 +32,8 @@ class AcceptedCause:
     validation segments [% points]; twins : effects that these data cannot distinguish from it, itself first; before,
     after : the model without and with it; rival : the model with the first of its twins that was refitted; confounded :
     what answers much like it on these motions; beside : the cause without which it does not carry over, empty where it
-    does by itself; unfollowed : as of the refit that it is.
+    does by itself; unfollowed : as of the refit that it is; gain_p_value : of no gain on the validation segments, among
+    all refits of its round, one without any.
     """
 
     effect: str
@@ -46,6 +47,7 @@ class AcceptedCause:
     confounded: tuple[Confounded, ...] = ()
     beside: str = ""
     unfollowed: str | None = None
+    gain_p_value: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import refit_to_confirm
 from robotid.diagnosis.refit.refitted_model import RefittedModel, Trajectories
 from robotid.diagnosis.scoring.blocked_regression import Gain
+from robotid.diagnosis.search.carry_over import gain_by_blocks
 from robotid.diagnosis.search.coloured import (
     ALONE,
     Left,
@@ -115,6 +116,11 @@ class Step:
     def gain(self) -> float:
         """Of the fit on the validation segments [% points], nan without any."""
         return self.after.validation_fit_percent - self.before.validation_fit_percent
+
+    @property
+    def gain_p_value(self) -> float:
+        """Of no gain on the validation segments, by blocks of time, one without any."""
+        return gain_by_blocks(self.before.validation, self.after.validation).p_value if self.data.validation else 1.0
 
     @property
     def energy_a_sample(self) -> float:
