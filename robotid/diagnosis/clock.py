@@ -124,11 +124,12 @@ def is_undone(clock: RecordedLate, causes: Sequence[AcceptedCause]) -> bool:
     return clock.late != 0.0 and any(is_late(cause.effect) for cause in causes)
 
 
-def is_filtered(evidence: Evidence, clock: RecordedLate, found: SearchResult) -> bool:
+def is_filtered(evidence: Evidence, clock: RecordedLate, found: SearchResult, criteria: Criteria) -> bool:
     """Whether a torque that was taken for later than half an interval was rather recorded through a filter, by fits of
     the last model with either, from block to block of time: beside causes that were missing before, that did not show.
     evidence : with the torque as it was recorded."""
-    if clock.late <= HALF * _interval(evidence) or found.events or _is_irregular(evidence):
+    asked = clock.late > HALF * _interval(evidence) and FILTER not in (*criteria.skip, *found.last.structure.effects)
+    if not asked or found.events or _is_irregular(evidence):
         return False
     structure, start = extended(found.last, FILTER, {TIME: clock.late})
     recorded = [piece for run in evidence.fitted for piece in run.record.pieces(evidence.horizon)]

@@ -164,7 +164,7 @@ def _sought(
             clock, seen = unseen
             log(clock.remark)
             found = search(seen, criteria, log)
-        if is_undone(clock, found.causes) or is_filtered(evidence, clock, found):
+        if is_undone(clock, found.causes) or is_filtered(evidence, clock, found, criteria):
             log("the torque is not late but filtered or delayed: searching with the torque as it was recorded")
             found, clock = search(evidence, criteria, log), RecordedLate()
         else:

@@ -17,6 +17,7 @@ from robotid.diagnosis.clock import InTime, RecordedLate, in_time
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.procedure import diagnose
 from robotid.diagnosis.search.data import Evidence, first_state
+from robotid.diagnosis.search.rounds import as_result
 from robotid.diagnosis.search.state import AcceptedCause, SearchResult
 from robotid.estimate.fitted_model import fitted_model, simulate_record
 from robotid.estimate.grey_box import FitOptions, fit_model
@@ -226,3 +227,13 @@ def test_beside_a_cause_a_filter_that_explains_more_than_a_lateness_is_named() -
     found = diagnose(fitted(made), made, QUICK)
     assert found.late == 0.0
     assert {cause.effect for cause in found.causes} == {"motor.stribeck", "torque.torque_filter"}
+
+
+def test_a_filter_is_asked_for_unless_it_is_not_to_be_looked_for() -> None:
+    made = through_a_filter(records({}), 1.2)
+    seen, late = evidence(made), RecordedLate(1.2 * SAMPLING_TIME, 1.5)
+    found = as_result(begun(made, QUICK).scored(QUICK))
+    assert clock.is_filtered(seen, late, found, QUICK)
+    skipping = replace(QUICK, skip=(*QUICK.skip, "torque.torque_filter"))
+    assert not clock.is_filtered(seen, late, found, skipping)
+    assert not clock.is_filtered(seen, RecordedLate(0.4 * SAMPLING_TIME), found, QUICK)
