@@ -23,7 +23,7 @@ from robotid.catalogue import is_late
 from robotid.channels.torque_filter import TorqueFilter
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.refit import CAREFUL, refit
-from robotid.diagnosis.refit.refitted_model import RefittedModel, Trajectories, extended, reduced
+from robotid.diagnosis.refit.refitted_model import RefittedModel, extended, reduced
 from robotid.diagnosis.scoring.blocked_regression import gain_of
 from robotid.diagnosis.scoring.candidate import Candidate, columns_of
 from robotid.diagnosis.scoring.score_test import Score
@@ -147,7 +147,7 @@ def _refitted_on(
     where they cannot be simulated."""
     segments = (replace(one, record=record) for one, record in zip(found.data.fitted, records, strict=True))
     data = replace(found.data, fitted=tuple(segments), validation=())
-    return refit(structure, [start], data, Trajectories(found.last.trajectories.fitted), CAREFUL)
+    return refit(structure, [start], data, found.last.trajectories, CAREFUL)
 
 
 def found_late(evidence: Evidence, found: SearchResult) -> tuple[RecordedLate, Evidence] | None:
@@ -174,27 +174,29 @@ def _instead_of_a_filter(found: SearchResult, interval: float) -> RecordedLate |
     the filter is surely better, from block to block of time. interval [s] : of the clocks."""
     structure, start = reduced(found.last, FILTER)
 
-    def moved_by(intervals: float) -> RecordedLate:
-        return RecordedLate(intervals * interval, HALF + LAST)
-
     def fitted(clock: RecordedLate) -> RefittedModel:
         records = [clock.corrected(one.record) for one in found.data.fitted]
         return _refitted_on(records, structure, start, found)
 
-    def energy(intervals: float) -> float:
-        try:
-            return fitted(moved_by(intervals)).energy
-        except NumericsError:
-            return UNUSABLE
-
-    clock = moved_by(_likeliest(energy)[0])
+    clock, _ = _likeliest(interval, lambda late: fitted(late).energy)
     return None if proven(gain_by_blocks(fitted(clock).fitted, found.last.fitted)) else clock
 
 
-def _likeliest(energy: Callable[[float], float]) -> tuple[float, float]:
-    """The lateness [intervals] that leaves the least energy, of those that regular clocks explain, and that energy."""
-    found = minimize_scalar(energy, bounds=(0.0, HALF + LAST), method="bounded", options={"xatol": NEAR})
-    return float(found.x), float(found.fun)
+def _likeliest(interval: float, energy: Callable[[RecordedLate], float]) -> tuple[RecordedLate, float]:
+    """The lateness that leaves the least energy, of those that regular clocks explain, and that energy. interval [s] :
+    of the clocks; energy : raises NumericsError where the records cannot be simulated so."""
+
+    def moved_by(intervals: float) -> RecordedLate:
+        return RecordedLate(intervals * interval, HALF + LAST)
+
+    def left(intervals: float) -> float:
+        try:
+            return energy(moved_by(intervals))
+        except NumericsError:
+            return UNUSABLE
+
+    found = minimize_scalar(left, bounds=(0.0, HALF + LAST), method="bounded", options={"xatol": NEAR})
+    return moved_by(float(found.x)), float(found.fun)
 
 
 def _lateness(found: InTime, criteria: Criteria) -> tuple[float, float]:
@@ -234,20 +236,9 @@ def _late_by_fits(found: InTime, criteria: Criteria) -> InTime | None:
     surely = late - ACCEPTANCE.amplitude_sigma * std > HALF * interval
     if not surely or best is None or _is_irregular(evidence):
         return None
-
-    def moved_by(intervals: float) -> RecordedLate:
-        return RecordedLate(intervals * interval, HALF + LAST)
-
-    def energy(intervals: float) -> float:
-        try:
-            return _energy(evidence.on(moved_by(intervals).corrected))
-        except NumericsError:
-            return UNUSABLE
-
-    likeliest, least = _likeliest(energy)
+    clock, least = _likeliest(interval, lambda late: _energy(evidence.on(late.corrected)))
     if least >= _energy_with(evidence, found.start, best):
         return None
-    clock = moved_by(likeliest)
     try:
         moved_on = evidence.on(clock.corrected)
         return InTime(clock, moved_on, first_state(moved_on, criteria).scored(criteria))

@@ -119,8 +119,8 @@ def unconfirmed(diagnosis: Diagnosis, fit: FitResult | None = None, criteria: Cr
 def unsized(diagnosis: Diagnosis, fit: FitResult | None = None, criteria: Criteria | None = None) -> dict[str, str]:
     """The causes that a fit tells no size of, by name, and why: arguments as of `unconfirmed`. Of several each may be
     so only beside the others, where they act alike."""
-    causes, level = _effects(diagnosis), _level(diagnosis, criteria)
-    sought = {one.effect: uncertain(one, fit, _beside_the_gain(level, one)) for one in causes if not one.explained_of}
+    causes = (one for one in _effects(diagnosis) if not one.explained_of)
+    sought = {one.effect: uncertain(one, fit, _level(one, diagnosis, criteria)) for one in causes}
     return {effect: why for effect, why in sought.items() if why is not None}
 
 
@@ -130,9 +130,9 @@ def with_limits(
     """The diagnosis with the detection limits of causes that a fit tells no size of, which are about to go: the size
     that it would tell from none, infinite where none may be so large. effects : their names; the other arguments are
     those of `unconfirmed`."""
-    level, limits = _level(diagnosis, criteria), {one.effect: one for one in diagnosis.limits}
+    limits = {one.effect: one for one in diagnosis.limits}
     for cause in (one for one in _effects(diagnosis) if one.effect in effects):
-        found = _certainty(cause, fit)
+        found, level = _certainty(cause, fit), _level(cause, diagnosis, criteria)
         if found is not None:
             size = float(np.linalg.norm([apart for _, apart in found.sizes])) / max(found.share(level), 1e-300)
             first, apart = found.sizes[0]
@@ -146,16 +146,13 @@ def _effects(diagnosis: Diagnosis) -> list[Cause]:
     return [cause for cause in diagnosis.causes if not is_change(cause.effect)]
 
 
-def _beside_the_gain(level: float, cause: Cause) -> float:
-    """The level at which a fit must tell a size from none, where the gain on records that were held out, of which the
-    fit knows nothing, tells of the cause, too: both p-values together are as unlikely as the level (Fisher 1932)."""
+def _level(cause: Cause, diagnosis: Diagnosis, criteria: Criteria | None) -> float:
+    """At which a fit must tell the size of a cause from none: that of significance for one of all effects that were
+    sought. Where the gain on records held out, of which the fit knows nothing, tells of the cause, too, it is both
+    p-values together that must reach it (Fisher 1932)."""
+    level = (criteria or Criteria()).significance / max(1, len(_effects(diagnosis)) + len(diagnosis.limits))
     least = float(np.exp(-0.5 * chi2.isf(level, 4)))  # of a product of two p-values
     return max(level, min(1.0, least / max(cause.gain_p_value, least)))
-
-
-def _level(diagnosis: Diagnosis, criteria: Criteria | None) -> float:
-    """Of significance for one of all effects that were sought."""
-    return (criteria or Criteria()).significance / max(1, len(_effects(diagnosis)) + len(diagnosis.limits))
 
 
 def without_causes(diagnosis: Diagnosis, why: Mapping[str, str]) -> Diagnosis:

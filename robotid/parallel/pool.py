@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Generic
 
 from robotid.interrupt import Interrupted, OutOfTime, check_signals, signals, until
 from robotid.parallel.crew import Crew, crew_here
-from robotid.parallel.process import Asked, Written, begin, nothing, serve
+from robotid.parallel.process import POLL, Asked, Written, begin, nothing, serve
 from robotid.parallel.results import Event, Item, Lazily, OneByOne, Result
 from robotid.parallel.sending import read, write
 from robotid.parallel.threads import ONE_THREAD
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
 START_UP = 1.5  # [s] of work that starting processes is worth: what they take to import the simulator
 HAND_OVER = 0.02  # [s] of work that is not worth a message to a process
-POLL = 0.02  # [s] between two questions whether a result is there
 
 
 def pool_of(crew: Crew, seconds: float) -> Pool | None:

@@ -18,7 +18,7 @@ from robotid.interrupt import Interrupted, asking, deadline
 from robotid.parallel.crew import working
 from robotid.parallel.sending import read, write
 
-POLL = 0.02  # [s] between two questions whether the result is wanted
+POLL = 0.02  # [s] between two questions whether a result is there, or still wanted
 WATCH = 0.2  # [s] between two questions of a process whether it is still needed
 GRACE = 3.0  # [s] in which a process that is not needed any more may end a task
 LARGE = 1 << 20  # bytes of arrays in a result, from which a file is faster than a pipe

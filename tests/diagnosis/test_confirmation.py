@@ -118,19 +118,23 @@ def test_a_gain_on_records_held_out_tells_of_a_cause_beside_its_size(gain: float
         assert bool(unsized(replace(NAMED, causes=(one,)))) is too_large
 
 
-def test_the_limit_of_a_cause_that_goes_for_its_size_is_the_size_that_the_fit_would_tell() -> None:
+@pytest.mark.parametrize(("deviation", "gain"), [(0.06, 1.0), (0.07, 0.002)])
+def test_the_limit_of_a_cause_that_goes_for_its_size_is_the_size_that_the_fit_would_tell(
+    deviation: float, gain: float
+) -> None:
     """The limits of a search are those of effects that it has not found."""
-    (first, shape), deviation = cause(0.03).parameters, 0.06
+    gained = replace(cause(0.03), gain_p_value=gain)
+    first, shape = gained.parameters
     covariance = np.diag([deviation**2, 0.01])
     fit = replace(FIT, parameters=(first, shape), covariance=covariance, covariance_robust=covariance)
-    found = replace(NAMED, causes=(cause(0.03), PAYLOAD))
+    found = replace(NAMED, causes=(gained, PAYLOAD))
     assert set(unsized(found, fit)) == {"motor.stribeck"}
     known = with_limits(found, unsized(found, fit), fit)
     limit = {one.effect: one for one in known.limits}["motor.stribeck"]
     assert (limit.symbol, limit.unit) == ("dFs", "Nm")
 
     def of_size(size: float) -> Cause:
-        return replace(cause(0.03), parameters=(replace(first, value=size), shape))
+        return replace(gained, parameters=(replace(first, value=size), shape))
 
     assert "motor.stribeck" in unsized(replace(found, causes=(of_size(0.99 * limit.size), PAYLOAD)), fit)
     assert unsized(replace(found, causes=(of_size(1.01 * limit.size), PAYLOAD)), fit) == {}

@@ -58,9 +58,9 @@ def does_harm(step: Step, criteria: Criteria) -> str | None:
 def gains_by_chance(step: Step, criteria: Criteria) -> str | None:
     """What a cause gains where it was not fitted must be beyond its scatter; where only a moment or two of the segments
     show it, these must ask for it by themselves."""
-    if not step.data.validation:
+    gain = step.held_out
+    if gain is None:
         return None if step.left_out is None or proven(step.left_out) else LEFT_OUT.format(step.left_out.p_value)
-    gain = gain_by_blocks(step.before.validation, step.after.validation)
     if proven(gain):
         return None
     momentary = gain.total > 0.0 and are_too_few(gain.telling_blocks, 1)
@@ -336,7 +336,7 @@ def as_cause(
 ) -> AcceptedCause:
     """The first of the refitted candidates, to which `step` leads, as a cause; its twins are those that these data
     cannot tell from it. scored : it was found by the score, which must be no chance either."""
-    best, seen = refits[0], state.round
+    best, seen, gain = refits[0], state.round, step.held_out
     alike = [one for one in refits if _are_alike(best.model, one.model, state, criteria)]
     rivals = [one.model for one in alike if one.effect != best.effect]
     refitted = {one.effect for one in refits}
@@ -353,7 +353,7 @@ def as_cause(
         rival=rivals[0] if rivals else None,
         confounded=confounded_with(best.score, seen.projected, seen.scores),
         unfollowed=best.unfollowed,
-        gain_p_value=min(1.0, len(refits) * step.gain_p_value),
+        gain_p_value=1.0 if gain is None else min(1.0, len(refits) * gain.p_value),
     )
 
 

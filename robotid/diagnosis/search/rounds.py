@@ -115,7 +115,7 @@ def _completed(
         return result
     try:
         log("comparing the records held out")
-        sought, any_colour = (result.data, max(1.0, usual_energy(result))), (coloured, max(1.0, left.energy))
+        sought, any_colour = (result.data, max(1.0, _usual_energy(result))), (coloured, max(1.0, left.energy))
         # noise that only simulations explain is so blunt that no change would be seen beside it
         by = any_colour if left.noise.linearly_explained else sought
         changes = find_record_changes(result.last, *by, criteria.significance)
@@ -133,7 +133,7 @@ def _noise_left(result: SearchResult) -> tuple[Left, EvaluationData]:
     return left, in_colour(result.last, result.data, left.noise)
 
 
-def usual_energy(result: SearchResult) -> float:
+def _usual_energy(result: SearchResult) -> float:
     """Energy a sample that the last model leaves on the fitted segments, in variances of the sensors' noise."""
     return result.last.energy / result.data.samples
 
@@ -146,7 +146,7 @@ def add_cause(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
     found, steps = refit_hopeful(state, criteria, log), Steps(state)
     extended = replace(accept_best(state, found.refits, steps, criteria), unexamined=found.unexamined)
     accepted = len(extended.causes) > len(state.causes)
-    if found.unexamined or (accepted and extended.causes[-1].explained > CHOICE.doubtful_share * left_share(state)):
+    if found.unexamined or (accepted and extended.causes[-1].explained > CHOICE.doubtful_share * _left_share(state)):
         return extended
     if state.misfit > state.data.samples:  # what scores along another motion than the measured one may be anything
         rejected = state if accepted else extended
@@ -166,7 +166,7 @@ def add_cause(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
     return accept_pair(extended, found.refits, steps, criteria, log)
 
 
-def left_share(state: SearchState) -> float:
+def _left_share(state: SearchState) -> float:
     """Share of the first model's misfit that the causes so far leave."""
     return max(0.0, state.misfit) / max(misfit_energy(state.first, state.data), 1e-9)
 

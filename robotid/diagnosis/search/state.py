@@ -32,8 +32,8 @@ class AcceptedCause:
     validation segments [% points]; twins : effects that these data cannot distinguish from it, itself first; before,
     after : the model without and with it; rival : the model with the first of its twins that was refitted; confounded :
     what answers much like it on these motions; beside : the cause without which it does not carry over, empty where it
-    does by itself; unfollowed : as of the refit that it is; gain_p_value : of no gain on the validation segments, among
-    all refits of its round, one without any.
+    does by itself; unfollowed : as of the refit that it is; gain_p_value : of no gain on the validation segments,
+    times the refits that were left of its round, which is cautious; one without any.
     """
 
     effect: str

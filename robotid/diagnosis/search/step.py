@@ -117,10 +117,10 @@ class Step:
         """Of the fit on the validation segments [% points], nan without any."""
         return self.after.validation_fit_percent - self.before.validation_fit_percent
 
-    @property
-    def gain_p_value(self) -> float:
-        """Of no gain on the validation segments, by blocks of time, one without any."""
-        return gain_by_blocks(self.before.validation, self.after.validation).p_value if self.data.validation else 1.0
+    @cached_property
+    def held_out(self) -> Gain | None:
+        """What the step gains on every block of the validation segments; None without any."""
+        return gain_by_blocks(self.before.validation, self.after.validation) if self.data.validation else None
 
     @property
     def energy_a_sample(self) -> float:
