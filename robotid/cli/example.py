@@ -19,7 +19,7 @@ from robotid.report.tables.table import Table
 PACKAGE = Path(__file__).resolve().parents[1]
 SHIPPED = PACKAGE / "examples"
 """Where the wheel puts configs/ and data/; a checkout has them beside the package."""
-NAMES = ("demo", "hidden", "smoke", "paper", "puzzle", "two_axes")
+NAMES = ("demo", "hidden", "motor", "smoke", "paper", "puzzle", "two_axes")
 FILE = re.compile(r"(?<=file: )\.\./(data/[\w.-]+)")
 """A data file as the configurations name it, relative to their own folder."""
 

@@ -14,7 +14,6 @@ from typing import Any
 
 import pytest
 import yaml
-from support.hidden_motor import motor_with, write_logs
 from support.manual.pages import FOLDER, README, Page
 
 OWN, FRONT, CONTRACT = Page(FOLDER / "own-data.md"), Page(README), Page(FOLDER / "command-line.md")
@@ -50,11 +49,13 @@ def typed(folder: Path, command: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Desk:
-    """Two logs of a motor with Stribeck friction, and the page followed from its first command to its last."""
+    """The page followed from its first command to its last."""
     folder = tmp_path_factory.mktemp("desk")
-    write_logs(folder, motor_with("stribeck", dFs=0.25, vs=2))
     done = {}
     for command in OWN.shown:
+        if command.startswith("cd "):
+            folder = folder / command.removeprefix("cd ")
+            continue
         done[command] = typed(folder, command)
         if command.startswith("robotid new"):
             (folder / "mine.yaml").write_text(CONFIGURATION)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from collections.abc import Iterator
 from contextlib import redirect_stdout
 from io import StringIO
@@ -10,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.hidden_motor import motor_with, write_logs
 from support.manual.pages import FENCE, FOLDER, Page
+from support.paths import ROOT
 
 PAGE = Page(FOLDER / "tutorial.md")
 NUMBER = re.compile(r"-?\d+\.\d+")
@@ -30,7 +31,8 @@ def blocks() -> Iterator[tuple[str, str]]:
 def printed(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[str, str]]:
     """What every block prints, in one namespace and in one folder, and what the page shows."""
     folder = tmp_path_factory.mktemp("tutorial")
-    write_logs(folder, motor_with("stribeck", dFs=0.25, vs=2))
+    for log in ("log.csv", "day2.csv"):
+        shutil.copy(ROOT / "data" / log, folder)
     names: dict[str, Any] = {}
     found = []
     with pytest.MonkeyPatch.context() as patch:
