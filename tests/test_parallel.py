@@ -202,3 +202,14 @@ def test_linear_algebra_uses_one_thread_here_and_there() -> None:
     threadpoolctl = pytest.importorskip("threadpoolctl")
     with threadpoolctl.threadpool_limits(2, user_api="blas"), one_thread():
         assert {library["num_threads"] for library in threadpoolctl.threadpool_info()} == {1}
+
+
+def test_an_index_error_of_a_task_is_no_end_of_the_results() -> None:
+    with pytest.raises(IndexError, match="of the task"):
+        each(_out_of_range, None, [0, 1, 2], samples=1)
+
+
+def _out_of_range(_: None, item: int) -> int:
+    if item == 1:
+        raise IndexError("of the task")
+    return item

@@ -34,7 +34,7 @@ from robotid.diagnosis.search.refits import start_values
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import AcceptedCause, Log, SearchResult, SearchState
 from robotid.errors import NumericsError
-from robotid.interrupt import deadline
+from robotid.interrupt import OutOfTime, deadline
 from robotid.model.array import Array
 from robotid.model.parameters import Parameters
 from robotid.model.port import Port
@@ -50,6 +50,7 @@ HALF = 0.5  # [intervals] by which a torque that is set at every instant is reco
 LAST = 1.0  # [intervals] by which it is recorded later still where a log holds the torque of its last interval
 NEAR = 0.02  # [intervals] to which a lateness is sought by fits
 UNUSABLE = 1e300  # squared error of a model that cannot be simulated
+ROUNDING = 1e-9  # of a number of intervals
 MAX_STEPS = 3  # of an estimate that is linear in a delay
 
 
@@ -69,7 +70,7 @@ class RecordedLate:
         torque, steps = moved(record.tau_m, record.torque_steps, -late)
         if record.torque_steps is not None:
             return replace(record, tau_m=torque, torque_steps=steps)
-        return replace(record, tau_m=torque) if 0.0 < late <= self.most else record
+        return replace(record, tau_m=torque) if 0.0 < late <= self.most * (1.0 + ROUNDING) else record
 
     @property
     def remark(self) -> str:
@@ -92,12 +93,22 @@ class InTime:
 
 def in_time(evidence: Evidence, criteria: Criteria, log: Log = lambda _: None) -> InTime:
     """The evidence, its torque moved where it is surely recorded late by what a clock explains, unless the simulation
-    is surely worse then. Raises NumericsError where the model cannot be simulated."""
-    log("measuring the noise")
-    first = first_state(evidence, criteria)
-    log("scoring the catalogue for cause 1")
-    as_it_is = InTime(RecordedLate(), evidence, first.scored(criteria))
-    leads = _leads(as_it_is)
+    is surely worse then; as it is where a deadline passes before that is known. Raises NumericsError where the model
+    cannot be simulated."""
+    with deadline(None):  # without the noise and a round of the score there is no answer at all
+        log("measuring the noise")
+        first = first_state(evidence, criteria)
+        log("scoring the catalogue for cause 1")
+        as_it_is = InTime(RecordedLate(), evidence, first.scored(criteria))
+    try:
+        return _put_in_time(as_it_is, criteria)
+    except OutOfTime:
+        return as_it_is
+
+
+def _put_in_time(as_it_is: InTime, criteria: Criteria) -> InTime:
+    """The same of evidence whose effects have been scored. Raises OutOfTime."""
+    evidence, leads = as_it_is.evidence, _leads(as_it_is)
     by_fits = None if leads else _late_by_fits(as_it_is, criteria)
     most = HALF + LAST if leads or by_fits is not None else HALF
     found = by_fits or as_it_is
@@ -127,15 +138,15 @@ def is_undone(clock: RecordedLate, causes: Sequence[AcceptedCause]) -> bool:
 def is_filtered(evidence: Evidence, clock: RecordedLate, found: SearchResult, criteria: Criteria) -> bool:
     """Whether a torque that was taken for later than half an interval was rather recorded through a filter, by fits of
     the last model with either, from block to block of time: beside causes that were missing before, that did not show.
-    evidence : with the torque as it was recorded."""
+    It was not where no time is left to tell. evidence : with the torque as it was recorded."""
     asked = clock.late > HALF * _interval(evidence) and FILTER not in (*criteria.skip, *found.last.structure.effects)
-    if not asked or found.events or _is_irregular(evidence):
+    if not asked or found.late or found.events or _is_irregular(evidence):
         return False
     structure, start = extended(found.last, FILTER, {TIME: clock.late})
     recorded = [piece for run in evidence.fitted for piece in run.record.pieces(evidence.horizon)]
     try:
         filtered = _refitted_on(recorded, structure, start, found)
-    except NumericsError:
+    except (NumericsError, OutOfTime):
         return False
     return proven(gain_by_blocks(found.last.fitted, filtered.fitted))
 

@@ -21,7 +21,7 @@ from robotid.diagnosis.search.state import SearchResult
 from robotid.diagnosis.search.torque_errors import is_swamped, lead_astray, leaves_only_noise, strays
 from robotid.diagnosis.tones import as_remarks, tones, without_tones
 from robotid.diagnosis.verdict import all_explained, explains_all, explains_nothing, not_explained, verdict
-from robotid.errors import NumericsError
+from robotid.errors import ConfigError, NumericsError
 from robotid.estimate.fitted_model import FittedModel, Simulated, fitted_model, simulate_record, simulate_records
 from robotid.estimate.result import FitResult
 from robotid.interrupt import OutOfTime, deadline
@@ -71,12 +71,15 @@ def diagnose(
     called with what is being done. The gains of the causes are those of the search, which weighs a residual by its
     noise; `extension.with_gains` has those of fits as the pipeline makes them.
 
-    Raises NumericsError where the model cannot be simulated on a record of its fit; a held-out one on which it
-    cannot be is left out, with a remark.
+    Raises ConfigError without any record of the fit, and NumericsError where the model cannot be simulated on one; a
+    held-out one on which it cannot be is left out, with a remark.
     """
     begin = time.monotonic()
     model = fit if isinstance(fit, FittedModel) else fitted_model(fit)
     criteria, options = criteria or Criteria(), options or DiagnosisOptions()
+    if not any(record.name in model.records for record in records):
+        hint = f"give those as well: {listed(model.records, 'and')}"
+        raise ConfigError("none of these records is one of the fit", where=model.name, hint=hint)
     remarks = tuple(_shortened(r, options.max_samples) for r in records if len(r) > options.max_samples)
     for remark in remarks:
         log(remark)
@@ -123,11 +126,16 @@ def diagnose(
         simulated = [simulate_record(model, without_events(part, found.events), horizon) for part in parts]
     log("measuring where the misfit sits")
     diagnosis = verdict(model, simulated, found, criteria)
-    further = (*remarks, *_repeated(records, model), *_unexamined(found, options.budget))
+    further = (
+        *remarks,
+        *_repeated([one for one in records if one.name not in lost], model),
+        *_unexamined(found, options.budget),
+    )
     diagnosis = replace(
         diagnosis,
         remarks=(*diagnosis.remarks, *further),
         late=clock.late,
+        late_within=clock.most,
         tones=heard,
         horizon=sought.pieces,
     )
@@ -153,10 +161,10 @@ def _sought(
 ) -> _Sought:
     """What a model lacks. measured : the torque of the records of the fit; until : when the time is up, None for
     never."""
-    moved = in_time(evidence, criteria, log)
-    if moved.clock.late:
-        log(moved.clock.remark)
     with deadline(until):
+        moved = in_time(evidence, criteria, log)
+        if moved.clock.late:
+            log(moved.clock.remark)
         clock, seen, pieces = moved.clock, moved.evidence, None
         found = search(seen, criteria, log, moved.start)
         unseen = None if clock.late or found.late else found_late(evidence, found)

@@ -169,8 +169,9 @@ class Diagnosis(Displayed):
     noise_floor, misfit, remaining : RMS over the records of the fit, in the unit of the output; remaining is the
     misfit that the causes leave, remaining_share their part of its energy, by the same measure as the shares of the
     causes: all of them and the remainder make one. events : what happened once, and was taken out before causes
-    were sought. late : by how much the torque was recorded late within what clocks explain, tones : in the torque and
-    not in the motion, which were taken out as well. limits : the smallest size of each effect of the catalogue that
+    were sought. late : by how much the torque was recorded late, and late_within : the intervals by which a record on a
+    regular clock may be, one that would be later stays as it is; tones : in the torque and not in the motion, which
+    were taken out as well. limits : the smallest size of each effect of the catalogue that
     would have been seen. records : by name.
     missing : the missing torque [Nm] of each record: its measured part is what the residual asks for, its simulated
     part what the causes supply. twist [rad] : of a flexible joint's gear at the same times, as the model has it
@@ -182,7 +183,7 @@ class Diagnosis(Displayed):
     by all causes takes over; None where no such fit was made or none has an end. torque_errors [Nm] : standard
     deviation of the errors of the torque for which all that is left passes, zero where it is mostly noise of the
     output. horizon : of the pieces in which causes were sought where the simulation of whole records is led astray,
-    None for those of the fit.
+    None for those of the fit. is_cut_short : the time was up before the search was at its end.
     """
 
     verdict: Verdict
@@ -205,6 +206,7 @@ class Diagnosis(Displayed):
     events: tuple[Event, ...] = ()
     limits: tuple[DetectionLimit, ...] = ()
     late: float = field(default=0.0, metadata={"unit": "s", "finite": True})
+    late_within: float = field(default=0.5, metadata={"unit": "sampling intervals", "least": 0.0})
     twist: dict[str, Array] = field(default_factory=dict, metadata={"unit": "rad", "shape": ("n[]",), "finite": True})
     apart: tuple[str, ...] = ()
     torque_errors: float = field(default=0.0, metadata={"unit": "Nm", "least": 0.0})
@@ -212,11 +214,7 @@ class Diagnosis(Displayed):
     horizon: float | None = field(default=None, metadata={"unit": "s", "positive": True})
     tones: tuple[Tone, ...] = ()
     extended: FitResult | None = None
-
-    @property
-    def is_cut_short(self) -> bool:
-        """Whether the time was up before all effects that scored were examined."""
-        return any(one.why == NOT_EXAMINED for one in self.rejected)
+    is_cut_short: bool = False
 
     @property
     def is_hidden(self) -> bool:

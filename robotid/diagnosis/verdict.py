@@ -59,11 +59,11 @@ def verdict(
         name: _misfit(model, run.record, before[name], location.floors, explained.get(name, 0.0))
         for name, run in runs.items()
     }
-    fitted = [segment.record.name for segment in found.data.fitted]
-    floor = _rms([misfits[name].noise_floor for name in dict.fromkeys(fitted)])
-    misfit = _beyond(_rms([misfits[name].rmse for name in dict.fromkeys(fitted)]), floor)
+    fitted = dict.fromkeys(segment.record.name for segment in found.data.fitted)
+    floor = _rms([misfits[name].noise_floor for name in fitted])
+    misfit = _beyond(_rms([misfits[name].rmse for name in fitted]), floor)
     remaining = _beyond(_rms([root_mean_square(after[name]) for name in fitted]), floor) if after else misfit
-    left = {name: after.get(name, before[name]) for name in dict.fromkeys(fitted)}
+    left = {name: after.get(name, before[name]) for name in fitted}
     measured = {name: runs[name].measured(model.output) for name in left}
     share = found.remaining_share
     if _is_clear(misfit, floor):  # it is wrong on the records of its fit, too
@@ -101,6 +101,7 @@ def verdict(
         apart=found.agreement.apart,
         torque_errors=passing(found),
         beside_shape=found.beside_curve,
+        is_cut_short=found.late,
     )
 
 

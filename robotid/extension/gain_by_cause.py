@@ -24,6 +24,9 @@ AT_RECORDED_ANGLE = (
     " open-loop simulation drifts with every error of the torque"
 )
 GAINS_OF_SEARCH = "the gains and parameters of the causes are those of the search: {}"
+GAINS_BESIDE_OTHERS = (
+    "the gains and parameters of the causes are those of a fit with others, which it did not confirm: {}"
+)
 NO_TIME, NO_END = "no time was left to fit them", "no fit with them comes to an end"
 
 
@@ -38,8 +41,8 @@ def gains(
     gains nothing so, the gain beside all others; and the fit with all effects.
 
     known : fits of this task, which are not made again; those that are made join them. nan without validation records
-    or where a model cannot be simulated, and no fit without effects. Raises NumericsError where a fit with some first
-    effects does not converge.
+    that any of these models can be simulated on, or where one of them cannot, and no fit without effects. Raises
+    NumericsError where a fit with some first effects does not converge.
     """
     if not effects:
         return [], None
@@ -49,6 +52,9 @@ def gains(
     further = [one for one in choices[:-1] if one not in known] + choices[-1:]  # the last with standard deviations
     known |= zip(further, fits_with(task, further), strict=True)
     fitted = [known[one] for one in choices]
+    task = task.on_simulated(fitted)
+    if not task.validation:
+        return [float("nan")] * len(effects), fitted[-1].fit
     levels = [task.validation_fit(one.scores) for one in fitted]
     found = [gain(after, before) for before, after in pairwise(levels)]
     idle = [k for k, value in enumerate(found[:-1]) if value <= 0.0]
@@ -62,22 +68,23 @@ def with_gains(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria | N
     an extension will find, and without those that such a fit does not confirm. Where a deadline is past, those of the
     search stay, and a remark tells so; another tells where causes act at the recorded angle. Those of causes beside a
     curve stay, too, for no fit of the pipeline has that. criteria : of the search."""
-    judged = diagnosis if diagnosis.beside_shape else _confirmed(diagnosis, task, criteria or Criteria(), {})
+    judged = diagnosis if diagnosis.beside_shape else _confirmed(diagnosis, task, criteria or Criteria())
     structure = task.structure_with(effects_to_add(judged, task.before))
     if structure.recorded_angle == task.before.structure.recorded_angle:
         return judged
     return replace(judged, remarks=(*judged.remarks, AT_RECORDED_ANGLE))
 
 
-def _confirmed(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria, known: Known) -> Diagnosis:
-    """known : as of `gains`."""
+def _confirmed(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria, known: Known | None = None) -> Diagnosis:
+    """known : as of `gains`, of a diagnosis whose gains are those of a fit with further causes already."""
     effects = effects_to_add(diagnosis, task.before)
+    as_it_is, known = (GAINS_OF_SEARCH, Known()) if known is None else (GAINS_BESIDE_OTHERS, known)
     try:
         found, last = gains(task, effects, known)
     except OutOfTime:
-        return replace(diagnosis, remarks=(*diagnosis.remarks, GAINS_OF_SEARCH.format(NO_TIME)))
+        return replace(diagnosis, remarks=(*diagnosis.remarks, as_it_is.format(NO_TIME)))
     except NumericsError:
-        return replace(diagnosis, remarks=(*diagnosis.remarks, GAINS_OF_SEARCH.format(NO_END)))
+        return replace(diagnosis, remarks=(*diagnosis.remarks, as_it_is.format(NO_END)))
     if last is None:
         return diagnosis
     gained = dict(zip(effects, found, strict=True))
@@ -96,7 +103,10 @@ def _confirmed(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria, kn
     doubted = [effect for effect in effects if effect in alike and none[effect] == alike[effect]]
     if len(doubted) > 1:  # each may have no size only beside the others
         task, known = task.without_sizes(doubted), {}
-        first = _first_to_go(task, effects, doubted)
+        try:
+            first = _first_to_go(task, effects, doubted)
+        except OutOfTime:
+            return replace(diagnosis, remarks=(*diagnosis.remarks, as_it_is.format(NO_TIME)))
         none = {effect: why for effect, why in none.items() if effect not in doubted or effect in first}
     if not none:
         return replace(judged, extended=last)

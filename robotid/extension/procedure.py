@@ -26,6 +26,7 @@ def extend(task: ExtensionTask, effects: Sequence[str]) -> Extension:
     """
     before, kept, dropped = task.before, list(effects), list[Rejected]()
     base, whole = fits_with(task, [(), kept]) if kept else 2 * fits_with(task, [()])
+    task = task.on_simulated([base, whole])
     tried = [effect for effect in effects if task.validation]
     while tried:
         leaner = next_leaner(task, whole, base, kept, tried)
@@ -54,7 +55,8 @@ def extend(task: ExtensionTask, effects: Sequence[str]) -> Extension:
         bic_after=information_criterion(after, scores, noise, task.records),
         fit=after,
         dropped=tuple(dropped),
-        late=task.late,
+        late=task.clock.late,
+        late_within=task.clock.most,
         events=task.events,
         tones=task.tones,
     )

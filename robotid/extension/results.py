@@ -43,9 +43,10 @@ class Extension(Displayed):
     fit: FitResult
     dropped: tuple[Rejected, ...]
     late: float = field(default=0.0, metadata={"unit": "s", "finite": True})
+    late_within: float = field(default=0.5, metadata={"unit": "sampling intervals", "least": 0.0})
     events: tuple[Event, ...] = ()
     tones: tuple[Tone, ...] = ()
 
     def events_of(self, record: str) -> tuple[Event, ...]:
-        """What was taken out of a record before it was scored, in the order of its size."""
+        """What was taken out of a record before it was scored, in the order in which they were found."""
         return tuple(event for event in self.events if event.record == record)

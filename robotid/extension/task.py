@@ -20,7 +20,7 @@ from robotid.errors import NumericsError
 from robotid.estimate.fitted_model import FittedModel, fitted_model, simulate_record
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.estimate.result import FitResult
-from robotid.extension.results import Score
+from robotid.extension.results import Extension, Score
 from robotid.extension.scored_starts import scored_starts
 from robotid.model.structure import Structure, belongs, changed, is_change, rests_on
 from robotid.parallel import ahead, each
@@ -38,7 +38,7 @@ class ExtensionTask:
     before : the fit of the model as it is. records : all of them; those of the fit by their names, the others validate.
     starts : values to start from, of which the best is chosen. options : of every fit. horizon [s] : length of the
     pieces of a record that are simulated afresh, None for whole records. log : is called with what is being done.
-    held : parameters of effects that are not fitted but keep a value, by dotted name. late [s] : by how much the torque
+    held : parameters of effects that are not fitted but keep a value, by dotted name. clock : by how much the torque
     was recorded late, events : what happened once, tones : in the torque and not in the motion; all are taken out of
     the records already. known : a fit of these records with these options, which is not made again.
     """
@@ -50,7 +50,7 @@ class ExtensionTask:
     horizon: float | None = None
     log: Callable[[str], None] = lambda _: None
     held: Mapping[str, float] = field(default_factory=dict)
-    late: float = 0.0
+    clock: RecordedLate = field(default_factory=RecordedLate)
     events: tuple[Event, ...] = ()
     tones: tuple[Tone, ...] = ()
     known: FitResult | None = None
@@ -125,6 +125,11 @@ class ExtensionTask:
     def samples(self) -> int:
         """Of all records."""
         return sum(map(len, self.records))
+
+    def on_simulated(self, fits: Iterable[ScoredFit]) -> ExtensionTask:
+        """The task without records held out on which none of these fits can be simulated: they tell nothing apart."""
+        known = {name for one in fits for name in one.scores} | {*self.before.records}
+        return replace(self, records=[r for r in self.records if r.name in known])
 
     def validation_fit(self, scores: Mapping[str, Score]) -> float:
         """Mean fit on the validation records [%], minus infinity where one of them cannot be simulated."""
@@ -220,23 +225,24 @@ def extension_task(
     """The task to extend a diagnosed model, from where the diagnosis left its parameters or those of its causes.
 
     fit : the diagnosed one; records : all of them, from which the events of the diagnosis are taken, their torque
-    put where it acts; options : of the fit by default; horizon [s] : of its pieces, unless the diagnosis has chosen
-    some. Causes that were found beside a curve which no effect is keep their parameters, for without the curve a fit
-    would lead them astray.
+    put where it acts; options : of every fit, absent: those by default, with the output of the diagnosed one; horizon
+    [s] : of its pieces, unless the diagnosis has chosen some. Causes that were found beside a curve which no effect is
+    keep their parameters, for without the curve a fit would lead them astray.
     """
     of_causes = {p.name: p.value for cause in diagnosis.causes for p in cause.parameters}
     starts, held = (diagnosis.refitted, of_causes), of_causes if diagnosis.beside_shape else {}
-    options, undone = options or FitOptions(output=fit.output), (diagnosis.late, diagnosis.events, diagnosis.tones)
-    records = [corrected(record, *undone) for record in records]
+    options, clock = options or FitOptions(output=fit.output), RecordedLate(diagnosis.late, diagnosis.late_within)
+    records = [corrected(record, diagnosis) for record in records]
     if diagnosis.horizon is not None:
         horizon, options = diagnosis.horizon, replace(options, horizon=diagnosis.horizon)
-    return ExtensionTask(fit, records, starts, options, horizon, log, held, *undone)
+    return ExtensionTask(fit, records, starts, options, horizon, log, held, clock, diagnosis.events, diagnosis.tones)
 
 
-def corrected(record: Record, late: float, events: Iterable[Event], tones: Iterable[Tone]) -> Record:
-    """A record as an extension takes it: its torque without tones, moved by what it was recorded late [s], that of
-    events accounted for."""
-    return without_events(RecordedLate(late).corrected(without_tones(record, tones)), events)
+def corrected(record: Record, found: Diagnosis | Extension) -> Record:
+    """A record as an extension takes it: its torque without the tones that were found, moved by what it was recorded
+    late, that of events accounted for."""
+    clock = RecordedLate(found.late, found.late_within)
+    return without_events(clock.corrected(without_tones(record, found.tones)), found.events)
 
 
 def effects_to_add(diagnosis: Diagnosis, fit: FitResult) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @dataclass(slots=True, eq=False)
 class Crew:
     """How many processes there may be, the seconds that tasks have taken in this one, and the pool once it is
-    started. broken : a process has died, so that all work is done here."""
+    started. broken : processes cannot be started, or one has died, so that all work is done here."""
 
     jobs: int
     spent: float = 0.0
@@ -53,7 +53,7 @@ def working(jobs: int | None = None) -> Iterator[None]:
 
 @contextmanager
 def computing(jobs: int | None = 1) -> Iterator[None]:
-    """Both: so many processes, and one thread of linear algebra in each."""
+    """Use `jobs` processes (None: as many as there are cores), each with one thread of linear algebra."""
     with one_thread(), working(jobs):
         yield
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any, Generic, TypeVar, overload
 
@@ -26,6 +26,10 @@ class Lazily(Sequence[Result]):
 
     def __len__(self) -> int:
         return self._count
+
+    def __iter__(self) -> Iterator[Result]:
+        """One after the other: an IndexError of a task is no end of them."""
+        return (self[k] for k in range(self._count))
 
     @overload
     def __getitem__(self, k: int) -> Result: ...

@@ -136,3 +136,18 @@ def test_an_event_that_is_set_aside_in_time_is_kept() -> None:
     made = eventful(PUSH)
     found = diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=1e6))
     assert [(one.record, one.kind) for one in found.events] == [("slow", "bump")]
+
+
+def test_time_that_ends_wherever_nobody_expects_it_ends_no_diagnosis(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(search, "_searched", too_late)
+    made = records(STRIBECK)
+    found = diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=60.0))
+    assert (found.verdict, found.causes, found.is_cut_short) == ("unknown", (), True)
+
+
+def test_refits_count_where_no_time_is_left_for_what_their_effects_become(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(refits, "_with_extremes", too_late)
+    made = records(STRIBECK)
+    found = diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=60.0))
+    assert [cause.effect for cause in found.causes] == ["motor.stribeck"]
+    assert "not examined: what effects become at the bounds of their parameters" in found.remarks[0]

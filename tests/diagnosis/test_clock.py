@@ -22,6 +22,7 @@ from robotid.diagnosis.search.state import AcceptedCause, SearchResult
 from robotid.estimate.fitted_model import fitted_model, simulate_record
 from robotid.estimate.grey_box import FitOptions, fit_model
 from robotid.extension.task import extension_task
+from robotid.interrupt import OutOfTime
 from robotid.model.array import Array
 from robotid.model.structure import Structure
 from robotid.signals.measured import Selection, measured_records
@@ -220,6 +221,8 @@ def test_a_filter_no_slower_than_clocks_explain_is_a_torque_that_is_recorded_lat
     found = diagnose(fitted(made), made, QUICK)
     assert [cause.effect for cause in found.causes] == ["motor.stribeck"]
     assert found.late == pytest.approx(late * SAMPLING_TIME, abs=0.1 * SAMPLING_TIME)
+    extended = extension_task(found, fitted(made), made).records
+    assert not any(np.array_equal(one.tau_m, before.tau_m) for one, before in zip(extended, made, strict=True))
 
 
 def test_beside_a_cause_a_filter_that_explains_more_than_a_lateness_is_named() -> None:
@@ -237,3 +240,24 @@ def test_a_filter_is_asked_for_unless_it_is_not_to_be_looked_for() -> None:
     skipping = replace(QUICK, skip=(*QUICK.skip, "torque.torque_filter"))
     assert not clock.is_filtered(seen, late, found, skipping)
     assert not clock.is_filtered(seen, RecordedLate(0.4 * SAMPLING_TIME), found, QUICK)
+
+
+@pytest.mark.parametrize("sampling_time", [0.0009, 0.006, 0.012])
+def test_a_lateness_of_just_what_clocks_explain_is_taken_out(sampling_time: float) -> None:
+    """In seconds it is more intervals by rounding."""
+    record = replace(records({})[0], sampling_time=sampling_time)
+    assert RecordedLate(1.5 * sampling_time, 1.5).corrected(record) is not record
+
+
+def test_where_no_time_is_left_the_torque_stays_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    def too_late(*_: object) -> None:
+        raise OutOfTime
+
+    seen = evidence(regular(0.4))
+    found = as_result(begun_on(seen).start)
+    assert not clock.is_filtered(seen, RecordedLate(1.2 * SAMPLING_TIME, 1.5), replace(found, late=True), QUICK)
+    monkeypatch.setattr(clock, "_refitted_on", too_late)
+    assert not clock.is_filtered(seen, RecordedLate(1.2 * SAMPLING_TIME, 1.5), found, QUICK)
+    monkeypatch.setattr(clock, "_lateness", too_late)
+    left = in_time(seen, QUICK)
+    assert (left.clock.late, len(left.start.rounds)) == (0.0, 1)

@@ -10,7 +10,7 @@ import pytest
 from support.small_bench import STRIBECK, fitted, records
 
 from robotid.diagnosis import Criteria, Diagnosis, DiagnosisOptions, diagnose, procedure
-from robotid.errors import NumericsError
+from robotid.errors import ConfigError, NumericsError
 from robotid.estimate.fitted_model import FittedModel, Simulated
 from robotid.estimate.grey_box import FitOptions
 from robotid.extension import effects_to_add, extend, extension_task, with_gains
@@ -113,3 +113,10 @@ def test_a_record_of_the_fit_that_cannot_be_simulated_ends_a_diagnosis(monkeypat
     lost(monkeypatch, "slow")
     with pytest.raises(NumericsError, match="a mass is not positive"):
         diagnose(fitted(list(made())), made(), CRITERIA)
+
+
+def test_without_a_record_of_the_fit_nothing_can_be_diagnosed() -> None:
+    hint = "none of these records is one of the fit; give those as well: slow and wide"
+    for given in (made()[2:], ()):
+        with pytest.raises(ConfigError, match=hint):
+            diagnose(fitted(list(made())), given, CRITERIA)

@@ -14,12 +14,13 @@ from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.results import Diagnosis
 from robotid.diagnosis.search.agreement import Agreement
+from robotid.diagnosis.search.data import Evidence, first_state
 from robotid.diagnosis.search.record_changes import RecordChange
 from robotid.diagnosis.search.rounds import as_result
-from robotid.diagnosis.search.state import RejectedCause
+from robotid.diagnosis.search.state import AcceptedCause, RejectedCause
 from robotid.diagnosis.search.torque_errors import torque_errors
 from robotid.diagnosis.verdict import verdict
-from robotid.estimate.fitted_model import fitted_model
+from robotid.estimate.fitted_model import fitted_model, simulate_record
 from robotid.numerals import plain
 from robotid.report.tables.diagnose import sentence
 
@@ -112,3 +113,26 @@ def with_red_noise(data: EvaluationData, variance: float) -> EvaluationData:
 def test_levels_that_differ_by_rounding_have_nothing_beyond_each_other() -> None:
     assert verdicts._beyond(0.02 * (1.0 + 1e-12), 0.02) == 0.0
     assert verdicts._beyond(0.05, 0.03) == pytest.approx(0.04)
+
+
+def test_what_remains_is_weighed_record_by_record_as_the_misfit_is() -> None:
+    """Be a record in one piece or in several, of a cause that removes nothing."""
+    made = records(STRIBECK)
+    model = fitted_model(fitted(made))
+    runs = [simulate_record(model, made[0], 0.5), *(simulate_record(model, one) for one in made[1:])]
+    found = as_result(first_state(Evidence(model, runs[:2], made[2:]), QUICK).scored(QUICK))
+    assert [one.record.name for one in found.data.fitted].count(made[0].name) > 2
+    idle = AcceptedCause("motor.viscous", 0.0, 0.0, 1.0, ("motor.viscous",), found.first, found.last)
+    d = verdict(model, runs, replace(found, causes=(idle,)), QUICK)
+    pieces = [(one.record.name, one.residual) for one in found.last.fitted]
+    left = {name: np.concatenate([part for of, part in pieces if of == name]) for name, _ in pieces}
+    energy = np.mean([np.mean(residual**2) for residual in left.values()])
+    assert d.remaining == pytest.approx(np.sqrt(energy - d.noise_floor**2), rel=1e-9)
+
+
+def test_a_search_that_was_cut_short_knows_of_no_noise_that_hides_anything() -> None:
+    made = records({})
+    found = replace(as_result(begun(made, QUICK).scored(QUICK)), late=True)
+    d = verdict(fitted_model(fitted(made)), simulated(made), found, QUICK)
+    assert (d.verdict, d.is_cut_short, d.is_hidden) == ("unknown", True, False)
+    assert "no effect that was examined in time" in sentence(d)

@@ -15,6 +15,7 @@ from robotid.estimate.grey_box import fit_model
 from robotid.extension import gain_by_cause
 from robotid.extension.gain_by_cause import Known, gains, with_gains
 from robotid.extension.task import ExtensionTask, extension_task
+from robotid.interrupt import OutOfTime
 
 UNCERTAIN = "a fit does not confirm it: its size is not known"
 POWER, QUADRATIC = "motor.power_friction", "motor.quadratic_friction"
@@ -66,3 +67,38 @@ def test_what_was_fitted_without_a_cause_is_not_fitted_again_where_that_goes() -
     assert alone == pytest.approx(both[0], abs=1e-6)
     assert last is not None
     assert all(p.std_robust > 0.0 for p in last.parameters if p.name.startswith(POWER))
+
+
+def test_where_time_runs_out_over_causes_that_act_alike_all_stay_as_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def too_late(*_: object) -> None:
+        raise OutOfTime
+
+    for name in ("unconfirmed", "unsized"):
+        monkeypatch.setattr(gain_by_cause, name, lambda found, *_: {one.effect: UNCERTAIN for one in found.causes})
+    monkeypatch.setattr(gain_by_cause, "tried_with", too_late)
+    found, task = named((POWER, QUADRATIC), {f"{QUADRATIC}.Fq": 1e-5, f"{POWER}.Fp": 0.1, f"{POWER}.alpha": 0.5})
+    left = with_gains(found, replace(task, records=task.records[:2]))
+    assert [cause.effect for cause in left.causes] == [POWER, QUADRATIC]
+    assert left.remarks[-1].endswith("are those of the search: no time was left to fit them")
+
+
+def test_gains_beside_a_cause_that_went_are_said_to_be_that(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No time is left to fit the other once more."""
+    found, task = named((POWER, QUADRATIC), {f"{QUADRATIC}.Fq": 1e-5, f"{POWER}.Fp": 0.1, f"{POWER}.alpha": 0.5})
+    asked = list[tuple[str, ...]]()
+
+    def once(task: ExtensionTask, effects: tuple[str, ...], known: Known) -> object:
+        asked.append(tuple(effects))
+        if len(asked) > 1:
+            raise OutOfTime
+        return gains(task, effects, known)
+
+    monkeypatch.setattr(gain_by_cause, "gains", once)
+    monkeypatch.setattr(gain_by_cause, "unconfirmed", lambda *_: {QUADRATIC: UNCERTAIN})
+    monkeypatch.setattr(gain_by_cause, "unsized", lambda *_: {})
+    left = with_gains(found, task)
+    assert asked == [(POWER, QUADRATIC), (POWER,)]
+    assert [cause.effect for cause in left.causes] == [POWER]
+    assert left.remarks[-1].endswith("with others, which it did not confirm: no time was left to fit them")

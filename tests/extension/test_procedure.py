@@ -188,6 +188,27 @@ def test_a_record_that_cannot_be_simulated_speaks_against_the_model(monkeypatch:
     assert np.isnan(gains(task, ("motor.constant_torque",))[0]).all()
 
 
+def test_a_record_that_no_model_simulates_tells_nothing_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither of a cause, which it does not refute, nor of the others on the records that are simulated."""
+    simulated = fits.simulate_record
+
+    def diverging(model: FittedModel, record: Record, horizon: float | None) -> Simulated:
+        if record.name == "lost":
+            raise NumericsError("the simulation diverges")
+        return simulated(model, record, horizon)
+
+    monkeypatch.setattr(fits, "simulate_record", diverging)
+    lost = replace(made()[2], name="lost")
+    with_it, alone = (
+        ExtensionTask(before(), (*made()[:2], *more), [STRIBECK]) for more in ((made()[2], lost), (lost,))
+    )
+    e = extend(with_it, ("motor.constant_torque", "motor.stribeck"))
+    assert (e.added, [one.effect for one in e.dropped]) == (("motor.stribeck",), ["motor.constant_torque"])
+    assert gains(with_it, ("motor.stribeck",))[0][0] > 1.0
+    assert extend(alone, ("motor.stribeck",)).added == ("motor.stribeck",)
+    assert np.isnan(gains(alone, ("motor.stribeck",))[0]).all()
+
+
 def test_what_no_fit_can_be_without_stays(monkeypatch: pytest.MonkeyPatch) -> None:
     fit_model = fits.fit_model
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from robotid.diagnosis.noise.noise_estimate import TorqueErrors
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.estimate.fitted_model import SimulatedSegment
-from robotid.signals.record import Quantity
+from robotid.signals.record import Quantity, Record
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -17,7 +17,7 @@ class EvaluationData:
 
     output : the quantity that is compared; estimate_states : whether first states are found by the fit or taken as
     measured. noise_reached : all known effects and free curves together leave no more than the noise of the sensors;
-    torque_errors : as what errors of the torque, and so as noise, what they leave counts.
+    torque_errors : which errors of the torque are part of the noise.
     """
 
     fitted: tuple[Segment, ...]
@@ -26,6 +26,11 @@ class EvaluationData:
     estimate_states: bool
     noise_reached: bool
     torque_errors: TorqueErrors
+
+    @property
+    def records(self) -> list[Record]:
+        """Those of all segments."""
+        return [segment.record for segment in (*self.fitted, *self.validation)]
 
     @property
     def samples(self) -> int:

@@ -137,11 +137,6 @@ class RefittedModel:
         return self.unknowns.parameters
 
     @property
-    def output_row(self) -> int:
-        """The state that is compared."""
-        return self.joint.output_row(self.output)
-
-    @property
     def samples(self) -> int:
         """Of the fitted segments."""
         return sum(len(one.residual) for one in self.fitted)

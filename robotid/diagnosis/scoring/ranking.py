@@ -10,8 +10,7 @@ import numpy as np
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.diagnosis.refit.refitted_model import RefittedModel, Unknowns
-from robotid.diagnosis.scoring.blocked_regression import BlockedRegression
-from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate, ForceGradient, columns_of
+from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate, ForceGradient
 from robotid.diagnosis.scoring.catalogue_candidates import candidates
 from robotid.diagnosis.scoring.projection import Projected, left_over, project
 from robotid.diagnosis.scoring.record_change_candidate import RecordChangeCandidate, record_changes
@@ -67,15 +66,6 @@ class Round:
         white = significance(one.energy, k, self.projected.energy, self.model.samples, tries)
         coloured = significance(one.energy, k, one.energy + self.inflation * tries, tries, tries)
         return max(white, coloured)
-
-    def _regression(self, one: Score) -> tuple[BlockedRegression, range]:
-        """On the fitted parameters and a candidate's, and where the latter are."""
-        regression = self.projected.beside_fitted(self._at(one.candidate))
-        return regression, range(len(self.projected.fitted), regression.moment.shape[1])
-
-    def _at(self, candidate: Candidate) -> slice:
-        """Where a candidate's columns are among all candidates'."""
-        return list(columns_of(self.candidates))[self.candidates.index(candidate)]
 
 
 def scan_candidates(model: RefittedModel, skip: Sequence[str]) -> CandidateScan:

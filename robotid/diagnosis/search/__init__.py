@@ -7,6 +7,6 @@ cause must stand, one function each; of a `step` from a model to the next: `phys
 motion), `unexplained` (the curve that no effect explains, and causes that only imitate it), `mere_changes` (of single
 records, which are none), `changed_record` and `record_changes` (what differs on validation records), `rounds` (the
 causes beside one noise), `beside_curve` (causes that a curve has hidden), `events` (what happened once, set aside),
-`search` (the whole algorithm).
+`search` (the whole algorithm), `limits` (what would have been seen).
 `settings` holds the tuning constants. A further test of a cause is one more entry of `acceptance.OBJECTIONS`.
 """

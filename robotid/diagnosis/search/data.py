@@ -83,8 +83,8 @@ def first_state(evidence: Evidence, criteria: Criteria, *, torque_errors: Torque
     """The state in which a search begins: the noise found in the residuals, the model refitted through its whitening,
     and the columns of all candidates. Where the refit cannot simulate all records, the model stays as it is.
 
-    torque_errors : as what errors of the torque, and so as noise, what nothing known explains counts. Raises
-    NumericsError where the model cannot be simulated.
+    torque_errors : which errors of the torque are part of the noise. Raises NumericsError where the model cannot be
+    simulated.
     """
     model = evidence.model
     found = [segment for run in evidence.fitted for segment in run.segments(model.output)]
@@ -143,15 +143,18 @@ def settled(state: T, renewed: Callable[[T], T], noise: Callable[[T], float]) ->
 
 def renew_noise(state: SearchState) -> SearchState:
     """The state with the noise as it shows behind its model, never larger, and the model refitted through it; as it was
-    where that leads the model astray, so that by the noise before it loses a good part of what causes explain: what is
-    left of an event may do so."""
+    where that leads the model astray, so that it cannot be simulated or, by the noise before, loses a good part of what
+    causes explain: what is left of an event may do so."""
     model, data = state.model, state.data
     noise = _noise(state.scan.scans, data.output, torque_errors=data.torque_errors)
     if _torque_noise(noise.segments) <= _torque_noise(data.fitted):
         records = [segment.record for segment in data.validation]
         typical = with_typical_noise(noise.segments, records, model.joint, model.parameters.values, data.output)
         data = replace(data, fitted=noise.segments, validation=typical)
-    refitted = refit(model.structure, [model.parameters], data, model.trajectories, CAREFUL)
+    try:
+        refitted = refit(model.structure, [model.parameters], data, model.trajectories, CAREFUL)
+    except NumericsError:
+        return state
     before, by_old, at = (state.data.fitted_energy(one.fitted) for one in (state.first, refitted, model))
     if state.causes and by_old - at > ACCEPTANCE.unknown_share * max(0.0, before - at):
         return state

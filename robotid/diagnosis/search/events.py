@@ -109,7 +109,7 @@ def largest_event(
     model, data = records.model, records.data
     if not leaves_something(model, data) or CERTAINLY * data.energy(model.fitted, model.validation) < least:
         return None
-    missing = candidates(model.structure, model.output, criteria.skip)
+    missing = candidates(model.structure, model.output, criteria.skip, data.records)
     try:
         placed, share = records.placed, ACCEPTANCE.unknown_share if doubtful else 0.0
         if (
@@ -119,9 +119,9 @@ def largest_event(
         ):
             return None
         seen = records.scans(missing)
+        found = find_event(seen, criteria.significance, placed, doubtful=doubtful)
     except (NumericsError, OutOfTime):
         return None
-    found = find_event(seen, criteria.significance, placed, doubtful=doubtful)
     if found is None:
         return None
     rival = max((one.energy for one in score(project(seen), missing)), default=0.0)
@@ -178,7 +178,7 @@ def placed_again(
     it has led astray hide when it began. One that was doubtful may be so again. data : of the records without it."""
     back = replace(event, torque=-event.torque)
     segments = [replace(one, record=without_events(one.record, [back])) for one in (*data.fitted, *data.validation)]
-    missing = candidates(model.structure, model.output, criteria.skip)
+    missing = candidates(model.structure, model.output, criteria.skip, data.records)
     try:
         seen = scan_pieces(evidence.model, model, segments, missing)
         found = find_event(seen, criteria.significance, doubtful=event.p_value >= criteria.significance)

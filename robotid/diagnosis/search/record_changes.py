@@ -20,6 +20,7 @@ from robotid.diagnosis.search.coloured import blocks_with, by_noise, left_by
 from robotid.diagnosis.search.drawn_sizes import DrawnSizes
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.diagnosis.search.settings import ACCEPTANCE, CHANGES
+from robotid.errors import NumericsError
 from robotid.model.units import on_axis
 
 
@@ -195,7 +196,10 @@ def _sized(both: Together, changes: tuple[RecordChange, ...], usual: float, leve
     known = same.energy / usual, same.samples, len(both.model.columns)
     if significance(removed / usual, len(changes), *known) >= level:
         return None
-    left, sizes = left_by(apart), dict[int, float]()
+    try:
+        left, sizes = left_by(apart), dict[int, float]()
+    except NumericsError:
+        return None
     for change in changes:
         sizes |= amplitudes(apart, change.effect)
     blocks = blocks_with(left, sizes)

@@ -29,6 +29,8 @@ from robotid.model.structure import Structure, is_change
 from robotid.model.term import Extreme
 from robotid.parallel import ahead
 
+BECOMES = "what effects become at the bounds of their parameters"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CandidateRefit:
@@ -49,7 +51,7 @@ class CandidateRefit:
 @dataclass(frozen=True, slots=True, eq=False)
 class RefitRound:
     """The candidates of a round that were refitted, the best first. unexamined : names of those for which no time was
-    left."""
+    left, or what else none was left for."""
 
     refits: tuple[CandidateRefit, ...] = ()
     unexamined: tuple[str, ...] = ()
@@ -71,9 +73,13 @@ def refit_hopeful(state: SearchState, criteria: Criteria, log: Log) -> RefitRoun
         chosen = [*again, *best, *_variants([*again, *best], points), *_elsewhere(best, state)]
         found = _refits(chosen, state, log)
         if found.refits:
-            refits = _with_extremes(found.refits, state, log)
+            refits, unexamined = found.refits, found.unexamined
+            try:
+                refits = _with_extremes(refits, state, log)
+            except OutOfTime:
+                unexamined = unexamined or (BECOMES,)
             ordered = simpler_first(in_order(refits, state, criteria), state)
-            return RefitRound(tuple(ordered), found.unexamined)
+            return RefitRound(tuple(ordered), unexamined)
         if found.unexamined:
             return found
         tried = {s.candidate for s in chosen}
@@ -181,10 +187,10 @@ def _simulated(direct: Sequence[RefittedModel | None], k: int) -> tuple[Refitted
         return None, True
 
 
-def _with_extremes(refits: Sequence[CandidateRefit], state: SearchState, log: Log) -> list[CandidateRefit]:
-    """The same refits, with what effects become that end where one of their parameters is as good as at its bound,
-    fitted from there: the simpler law may have scored too little to be refitted, or lost its way. The best of them may
-    imitate what it would become, short of the bound, where it leaves more than noise."""
+def _with_extremes(refits: Sequence[CandidateRefit], state: SearchState, log: Log) -> tuple[CandidateRefit, ...]:
+    """The same refits and, for each with a parameter that is as good as at its bound, a refit of the simpler effect
+    that it becomes there: that one may have scored too little to be refitted, or lost its way. For the best refit this
+    is done in any case while it leaves more than noise: short of the bound it may imitate the simpler effect."""
     scores, found, further = state.round.by_effect, list[CandidateRefit](), list[CandidateRefit]()
     best = min(refits, key=lambda one: information_criterion(one.model))
     for one in refits:
@@ -200,7 +206,7 @@ def _with_extremes(refits: Sequence[CandidateRefit], state: SearchState, log: Lo
             except NumericsError:
                 unfollowed = name
         found.append(replace(one, unfollowed=unfollowed))
-    return [*found, *further]
+    return (*found, *further)
 
 
 def _at_extreme(one: CandidateRefit, extreme: Extreme, score: Score, state: SearchState) -> CandidateRefit:

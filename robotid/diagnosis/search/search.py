@@ -51,7 +51,10 @@ def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState 
             log("measuring the noise")
         begun = begun or first_state(evidence, criteria)
         begun = begun if begun.rounds else scored(begun, criteria, log)
-    result = _searched(evidence, criteria, log, begun)
+    try:
+        result = _searched(evidence, criteria, log, begun)
+    except OutOfTime:
+        result = out_of_time(as_result(begun))
     if not result.events:
         return result
     return replace(result, events=tuple(with_deviation(event, result.last) for event in result.events))
@@ -102,7 +105,10 @@ def _beside_events(
             known = None if events else plain
             result = known or _by_each_noise(evidence, start, criteria, log, white)
             plain = plain if events else result
+            before = evidence
             result, start, evidence, events = _sized_beside_causes(result, start, evidence, events, criteria, log)
+            if evidence is not before:
+                records = ModelInPieces(evidence, start.first, start.data)
             late = more and bool(result.causes) and not result.late
             least = ACCEPTANCE.unknown_share * misfit_energy(result.first, start.data) if late else 0.0
             scores = result.rounds[-1].scores if late else ()

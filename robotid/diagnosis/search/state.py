@@ -218,9 +218,12 @@ def share_removed(
     *,
     plain: bool | None = None,
 ) -> float:
-    """Share of the first model's misfit energy that a step removes from the fitted segments: by the noise as it is in
-    these data, or of the plain squared error; None : the latter where that noise covers the misfit, but of all energy
-    by it where it is coloured, for of slow errors of the torque the plain squared error is mostly their own."""
+    """Share of the first model's misfit that a step removes from the fitted segments.
+
+    plain : True compares squared errors, False whitened energy beyond the noise of these data. None chooses: whitened
+    energy beyond the noise; where the noise covers the misfit, the squared error or, beside coloured errors of the
+    torque, whose own squared error that mostly is, all whitened energy.
+    """
     covered = is_covered(first, data) if plain is None else plain
     coloured = plain is None and covered and data.torque_errors == "coloured"
     misfit = Segment.energy if coloured else _measure(plain=covered)

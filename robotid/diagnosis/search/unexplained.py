@@ -21,15 +21,19 @@ from robotid.diagnosis.search.state import (
     misfit_energy,
     share_removed,
 )
+from robotid.errors import NumericsError
 
 
 def better_curve(state: SearchState, criteria: Criteria) -> FittedCurve | None:
     """The free curve that explains clearly more of the first model's misfit than all causes do, where these leave a
-    curve that is no noise; or None."""
+    curve that is no noise; or None, as where the first model cannot be fitted by the noise as it is now."""
     first, last, data = state.first, state.model, state.data
     if misfit_energy(first, data) <= 0.0 or state.misfit <= 0.0:
         return None
-    again = refit(first.structure, [first.parameters], data, first.trajectories, CAREFUL)  # by the noise as it is now
+    try:
+        again = refit(first.structure, [first.parameters], data, first.trajectories, CAREFUL)
+    except NumericsError:
+        return None
     explained = _least_share(again, data, again.energy - last.energy, again.validation_energy - last.validation_energy)
     if explains_enough(explained, data):
         return None

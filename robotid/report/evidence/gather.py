@@ -80,7 +80,7 @@ def _as_extended(f: Findings) -> list[Record]:
     """The records as the extension takes them, so that all figures of it show the same; as recorded without one."""
     records = [] if f.recordings is None else f.recordings.records
     e = f.extension_that_adds
-    return [*records] if e is None else [corrected(record, e.late, e.events, e.tones) for record in records]
+    return [*records] if e is None else [corrected(record, e) for record in records]
 
 
 def _simulated(model: FittedModel, record: Record, horizon: float | None) -> Simulated | None:

@@ -43,3 +43,12 @@ def test_noise_that_leads_the_model_astray_is_not_renewed(monkeypatch: pytest.Mo
     monkeypatch.setattr(data, "refit", lambda *_: idle)
     assert data.renew_noise(named) is named
     assert data.renew_noise(replace(named, causes=())).model is idle
+
+
+def test_noise_by_which_no_fit_ends_is_not_renewed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def diverging(*_: object) -> None:
+        raise NumericsError("the simulation diverges")
+
+    state = begun(records({}), QUICK)
+    monkeypatch.setattr(data, "refit", diverging)
+    assert data.renew_noise(state) is state

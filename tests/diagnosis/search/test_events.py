@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 from support.eventful import PUSH, STEP, eventful, with_event
-from support.small_bench import QUICK, fitted, records
+from support.small_bench import QUICK, evidence, fitted, records
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.results import Event
@@ -27,6 +27,9 @@ from robotid.diagnosis.search.events import (
 from robotid.diagnosis.search.rounds import find_causes
 from robotid.diagnosis.search.search import _leading_event, _sized_beside_causes
 from robotid.estimate.fitted_model import fitted_model, simulate_record
+from robotid.interrupt import OutOfTime
+from robotid.model.companion import CompanionKind
+from robotid.signals.companion import Companion
 
 AR = 0.99  # a memory of 0.2 s
 
@@ -123,3 +126,29 @@ def test_an_event_stands_out_of_noise_by_three_deviations_of_its_size(monkeypatc
         known = replace(PUSH, std=abs(PUSH.torque) / of_std)
         monkeypatch.setattr(events, "with_deviation", lambda *_, known=known: known)
         assert stands_out(PUSH, first, QUICK) is out
+
+
+def test_no_event_is_found_where_time_runs_out_while_one_is_sought(monkeypatch: pytest.MonkeyPatch) -> None:
+    def too_late(*_: object, **__: object) -> None:
+        raise OutOfTime
+
+    seen = pushed(1, 0.0)
+    start = first_state(seen, QUICK)
+    records_in_pieces = ModelInPieces(seen, start.first, start.data)
+    assert largest_event(records_in_pieces, QUICK, least_share=0.01) is not None
+    monkeypatch.setattr(events, "find_event", too_late)
+    assert largest_event(records_in_pieces, QUICK, least_share=0.01) is None
+
+
+def test_what_reads_a_companion_competes_with_an_event() -> None:
+    """A push that a load cell has recorded is no event, for an effect explains it."""
+    made = []
+    for record in records({}):
+        pushed_at = with_event(record, PUSH)
+        cell = Companion.of(CompanionKind.TORQUE, record.tau_m - pushed_at.tau_m, record.sampling_time)
+        made.append(replace(pushed_at, companions={"cell": cell}))
+    for known, leads in ((made, False), ([replace(one, companions={}) for one in made], True)):
+        seen = evidence(known)
+        start = first_state(seen, QUICK)
+        found = largest_event(ModelInPieces(seen, start.first, start.data), QUICK)
+        assert (found is not None and found.leading) is leads
