@@ -13,8 +13,12 @@ Factor = Annotated[float, Field(gt=1, allow_inf_nan=False)]
 
 
 class DhRowSettings(Section):
-    """One axis by Denavit and Hartenberg, from the base on: d, a [m], alpha and theta in the unit of the rows. theta :
-    the angle at which the recorded one is zero; sign : -1 where the recorded angle turns the other way."""
+    """One axis by Denavit and Hartenberg, from the base on.
+
+    d [m] : offset along the axis. a [m] : length of the link. alpha : twist of the link, in the unit of the rows. theta
+    : angle at which the recorded one is zero, in the unit of the rows. sign : -1 where the recorded angle turns the
+    other way.
+    """
 
     d: Finite = 0.0
     a: Finite = 0.0
@@ -24,8 +28,11 @@ class DhRowSettings(Section):
 
 
 class BodyAxisSettings(Section):
-    """Where the records have an axis: its angle behind the gear (kind angle) and its motor's torque (kind drive) among
-    their signals, and its gear ratio; nothing of the joint itself."""
+    """Where the records have an axis; nothing of the joint itself.
+
+    angle : signal of its angle behind the gear, of kind angle. torque : signal of its motor's torque, of kind drive.
+    gear_ratio : phi_a / phi_m.
+    """
 
     angle: Name | None = None
     torque: Name | None = None
@@ -33,16 +40,16 @@ class BodyAxisSettings(Section):
 
 
 class BodySettings(Section):
-    """The links of a robot, identified at once from the torques of all axes: either `urdf`, a file beside the
-    configuration, or `dh`, a row for each axis.
+    """The links of a robot, identified at once from the torques of all axes: by `urdf` or by `dh`.
 
-    convention, unit : of the rows; distal is the standard convention, proximal that of Craig. gravity [m/s2] : in the
-    frame of the base. joints : the URDF's joint of each axis, absent: of the same name. masses : of a URDF, where the
-    estimate starts, or fixed. rotors [kg m2] : of the motors before their gears, by axis, where they are known.
-    friction : of every drive, beside the bodies. mass_factor, given_factor : by which the mass of a link, or the
-    inertia of a rotor, may well differ from a start that is a guess, and from one that is given. cutoff [Hz] : of the
-    zero-phase filter, absent: chosen from the motion. axis, axes : which axis this joint is, and the signals of all of
-    them, from the base on; a robot with several axes fills them in.
+    urdf : a file beside the configuration. dh : a row for each axis. convention : of the rows of dh; distal is the
+    standard one, proximal that of Craig. unit : of alpha and theta in dh. gravity [m/s2] : in the frame of the base.
+    joints : the URDF's joint of each axis, absent: of the same name. masses : of a URDF, where the estimate starts, or
+    fixed. rotors [kg m2] : of the motors before their gears, by axis, where they are known. friction : of every drive,
+    beside the bodies. mass_factor : by which the mass of a link, or the inertia of a rotor, may well differ from a
+    start that is a guess. given_factor : the same, from a start that is given. cutoff [Hz] : of the zero-phase filter,
+    absent: chosen from the motion. axis : which one this joint is; a robot with several axes fills it in. axes : the
+    signals of all of them, from the base on, filled in likewise.
     """
 
     urdf: str | None = None

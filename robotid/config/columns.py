@@ -27,8 +27,8 @@ class ColumnSettings(Section):
     """One signal: scale * recorded + offset, in the unit.
 
     name : of the column, dotted inside structs, or its position in the file, counted from 0; column : of a matrix,
-    counted from 0; unit : absent, as the file says. Volts, amperes, percent and counts need a scale: how much of the SI
-    unit each of them is.
+    counted from 0; unit : absent, as the file says. scale : how much of the SI unit one of volts, amperes, percent or
+    counts is, which need one. offset : is added last.
     """
 
     name: ColumnName
@@ -41,15 +41,19 @@ class ColumnSettings(Section):
 class CompanionSettings(ColumnSettings):
     """A further signal that may explain the joint: a column as any other, and its kind.
 
-    angle : of another axis; temperature : kept in degC; torque : that acts beside the motor's; voltage : of the supply;
-    inertia : of the axis, as it changes with the pose; drive : the torque of another axis, for robot.body.
+    kind : angle (of another axis), temperature (kept in degC), torque (that acts beside the motor's), voltage (of the
+    supply), inertia (of the axis, as it changes with the pose) or drive (the torque of another axis, for robot.body).
     """
 
     kind: Literal["angle", "temperature", "torque", "voltage", "inertia", "drive"]
 
 
 class ColumnsSettings(Section):
-    """Columns by signal, a name or more. A signal left out is found by its name; null says that there is none."""
+    """Columns by signal, a name or more. A signal left out is found by its name; null says that there is none.
+
+    t : time. tau_m : torque of the motor. phi_m : angle of the motor. dphi_m : speed of the motor. phi_a : angle of the
+    arm, behind the gear. ref : set point. disturbance : the part of tau_m that the controller did not command.
+    """
 
     t: ColumnName | ColumnSettings | None = None
     tau_m: ColumnName | ColumnSettings | None = None
@@ -61,7 +65,11 @@ class ColumnsSettings(Section):
 
 
 class RepairSettings(Section):
-    """Flaws of a recording. Every repair is reported; absent: a few samples are repaired, more are refused."""
+    """Flaws of a recording. Every repair is reported; absent: a few samples are repaired, more are refused.
+
+    gaps : samples that are missing. nan : samples that are no numbers. duplicates : samples that were written twice.
+    wrap : an angle that starts anew after each revolution.
+    """
 
     gaps: Literal["refuse", "interpolate"] | None = None
     nan: Literal["refuse", "interpolate"] | None = None

@@ -19,8 +19,11 @@ Table = tuple[tuple[Positive, NonNegative], ...]
 
 
 class LimitsSettings(Section):
-    """What the joint may do on the motor side: speed [rad/s], acceleration [rad/s2], position [rad] counted from where
-    a speed reference starts, torque [Nm] of the rigid joint. A sliding axis reads m, N. Absent: not checked."""
+    """What the joint may do on the motor side, not checked where absent. A sliding axis reads m, N.
+
+    speed [rad/s] : largest. acceleration [rad/s2] : largest. position [rad] : largest, counted from where a speed
+    reference starts. torque [Nm] : largest, of the rigid joint.
+    """
 
     speed: Positive | None = None
     acceleration: Positive | None = None
@@ -29,7 +32,7 @@ class LimitsSettings(Section):
 
 
 class TrianglePart(Section):
-    """amplitude [rad/s or rad], period [s]. Rises from zero."""
+    """Rises from zero. kind : of the wave. amplitude [rad/s or rad] : largest value. period [s] : of the wave."""
 
     kind: Literal["triangle"]
     amplitude: Positive
@@ -37,8 +40,8 @@ class TrianglePart(Section):
 
 
 class SquarePart(Section):
-    """amplitude [rad/s or rad], period [s]. Starts high. rise [s] : time of a reversal, which then is a ramp, and the
-    first half of one is the start."""
+    """Starts high. kind : of the wave. amplitude [rad/s or rad] : largest value. period [s] : of the wave. rise [s] :
+    time of a reversal, which then is a ramp, and the first half of one is the start."""
 
     kind: Literal["square"]
     amplitude: Positive
@@ -53,11 +56,12 @@ class SquarePart(Section):
 
 
 class MultisinePart(Section):
-    """Sum of the sines at the multiples of 1 / period [s] within band [Hz].
+    """Sum of the sines at the multiples of 1 / period within a band.
 
-    spectrum : flat, or amplitudes as [[Hz, rad/s or rad], ...], linear in between; band is by default its range.
-    peak [rad/s or rad] : largest value, over all realisations; a spectrum without peak is taken as it stands.
-    crest_factor : at most this, by optimised phases; null for random ones. seed : of the phases.
+    kind : of the wave. period [s] : after which it repeats. band [Hz] : lowest and highest frequency, absent: the range
+    of the spectrum. spectrum : flat, or amplitudes as [[Hz, rad/s or rad], ...], linear in between. peak [rad/s or rad]
+    : largest value, over all realisations; a spectrum without peak is taken as it stands. crest_factor : at most this,
+    by optimised phases; null for random ones. seed : of the phases.
     """
 
     kind: Literal["multisine"]
@@ -119,11 +123,12 @@ Part = Annotated[TrianglePart | SquarePart | MultisinePart, Field(discriminator=
 
 
 class ExperimentSettings(Section):
-    """How a reference is played. sampling_time [s]; duration [s] or a number of periods, by default one period.
+    """How a reference is played.
 
-    quantity : what it prescribes, speed [rad/s] or position [rad]. realisations : of a multisine's phases, one
-    reference each. orthogonal : the multisines of all axes are, over as many realisations as there are axes, which then
-    tell the axes apart at every frequency. limits : what the joint may do.
+    sampling_time [s] : of the reference and the record. duration [s] : of the reference, absent: one period. periods :
+    as many instead of a duration. quantity : what it prescribes, speed [rad/s] or position [rad]. realisations : of a
+    multisine's phases, one reference each. orthogonal : the multisines of all axes are, over as many realisations as
+    there are axes, which then tell the axes apart at every frequency. limits : what the joint may do.
     """
 
     sampling_time: Positive
@@ -207,7 +212,8 @@ class MultisineSettings(ExperimentSettings, MultisinePart):
 
 
 class SumSettings(ExperimentSettings):
-    """Several waves superposed, all at the sum's sampling time and over its duration."""
+    """Several waves superposed, all at the sum's sampling time and over its duration. kind : of the wave. of : waves
+    without a sampling time of their own."""
 
     kind: Literal["sum"]
     of: Annotated[tuple[Part, ...], Field(min_length=1)]

@@ -12,12 +12,13 @@ from robotid.config.section import Finite, Name, NonNegative, Positive, Section
 
 
 class ControllerSettings(Section):
-    """The joint's controller, sampled with the record, its torque held from sample to sample.
+    """The joint's controller, sampled with the record, its torque held from sample to sample: of the speed, with
+    tau = kp e + ki integral(e) dt and e = ref - dphi_m, or of the position, with kpos (ref - phi_m) as the reference of
+    the speed. A sliding axis reads N, m, kg.
 
-    speed :    tau = kp e + ki integral(e) dt, e = ref - dphi_m, kp [Nm s/rad], ki [Nm/rad]
-    position : the same with kpos (ref - phi_m) as the reference of speed, kpos [1/s]
-    limit [Nm] clips the torque (and stops the integral); feedforward_inertia [kg m2], of a speed controller, adds the
-    torque of the reference's acceleration. A sliding axis reads N, m, kg.
+    kind : what is controlled. kp [Nm s/rad] : of the speed. ki [Nm/rad] : of its integral. kpos [1/s] : of the
+    position. limit [Nm] : clips the torque, and stops the integral. feedforward_inertia [kg m2] : of a speed
+    controller, times the acceleration of the reference.
     """
 
     kind: Literal["speed", "position"]
@@ -41,7 +42,8 @@ class ControllerSettings(Section):
 
 
 class EncoderSettings(Section):
-    """Resolution of the motor angle: quantum [rad] or counts per revolution; neither for a perfect encoder."""
+    """Resolution of the motor angle, perfect by default. quantum [rad] : smallest difference. counts_per_rev : as many
+    counts a revolution instead."""
 
     quantum: Positive | None = None
     counts_per_rev: Annotated[int, Field(gt=0)] | None = None
@@ -61,14 +63,15 @@ class EncoderSettings(Section):
 
 
 class NoiseSettings(Section):
-    """Standard deviations of white noise: torque [Nm] on what is recorded, speed [rad/s] on what is measured."""
+    """Standard deviations of white noise. torque [Nm] : on what is recorded. speed [rad/s] : on what is measured."""
 
     torque: NonNegative = 0.0
     speed: NonNegative = 0.0
 
 
 class MachineSettings(Section):
-    """One joint of the virtual robot. parameters : the truth, by dotted name, in SI."""
+    """One joint of the virtual robot. parameters : the truth, by dotted name, in SI. controller : of the joint.
+    encoder : of the motor. noise : of what is recorded. seed : of the noise."""
 
     parameters: dict[str, Finite]
     controller: ControllerSettings
@@ -86,8 +89,8 @@ class OtherAxisSettings(MachineSettings):
 
 
 class LinkSettings(Section):
-    """One link of the virtual robot. mass [kg]; length [m] : to the next axis; centre [m] : of mass, from its own axis
-    along the line to the next one; inertia [kg m2] : about the centre of mass."""
+    """One link of the virtual robot. mass [kg] : of the link. length [m] : to the next axis. centre [m] : of mass, from
+    its own axis along the line to the next one. inertia [kg m2] : about the centre of mass."""
 
     mass: Positive
     length: NonNegative = 0.0
@@ -99,9 +102,9 @@ class PlantBodySettings(Section):
     """What couples the axes of the virtual robot: links in a plane, one behind the other, whose axes are parallel.
 
     links : one for each axis, from the base on. gravity [m/s2] : against the direction to which an angle of +90 degrees
-    points, where an angle of zero of the first axis is level; zero where the plane itself is level. axis, axes,
-    others : which axis this joint is, the names of all of them from the base on, and the truth of the others; a robot
-    with several axes fills them in.
+    points, where an angle of zero of the first axis is level; zero where the plane itself is level. axis : which one
+    this joint is; a robot with several axes fills it in. axes : the names of all of them, from the base on, filled in
+    likewise. others : the truth of the other axes, filled in likewise.
     """
 
     links: Annotated[tuple[LinkSettings, ...], Field(min_length=1)]

@@ -13,15 +13,16 @@ from robotid.model.companion import drive_of
 
 
 class RecordSettings(Section):
-    """One experiment: `excite` for the virtual robot, or `file`, relative to the configuration, several joined by time.
+    """One experiment, of the virtual robot or of a file.
 
-    role : estimate, or validate to be held out of every fit. use : which initialisation it serves, by default both.
-    columns : which column of the file is what, absent: found by name. signals : companions by name, further columns
-    that effects may read. sampling_time [s] : instead of a time column.
-    start, stop [s] : the part of the file that is used, counted from its first sample. speed_delay [samples] : by which
-    the recorded speed is late. torque_delay [s] : by which the recorded torque is late against the motion. pose [rad] :
-    where the arms of a virtual robot of several axes are at the start, by axis, absent: at zero. others : what its
-    other axes follow, by axis; a robot with several axes fills them in.
+    name : of the record. excite : the reference that the virtual robot follows. file : relative to the configuration,
+    several joined by time. repair : what is done about flaws of the file. role : estimate, or validate to be held out
+    of every fit. use : which initialisation it serves, by default both. columns : which column of the file is what,
+    absent: found by name. signals : companions by name, further columns that effects may read. sampling_time [s] :
+    instead of a time column. start, stop [s] : the part of the file that is used, counted from its first sample.
+    speed_delay [samples] : by which the recorded speed is late. torque_delay [s] : by which the recorded torque is late
+    against the motion. pose [rad] : where the arms of a virtual robot of several axes are at the start, by axis,
+    absent: at zero. others : what its other axes follow, by axis; a robot with several axes fills them in.
     """
 
     name: Name

@@ -36,8 +36,10 @@ class ParameterSettings(Section):
 
 
 class RobotSettings(Section):
-    """One joint. gear_ratio : phi_a / phi_m, absent for a rigid axis. linear : the axis slides (m, N, kg).
+    """One joint. gear_ratio : phi_a / phi_m, needed by every effect beyond the motor. linear : the axis slides (m, N,
+    kg).
 
+    name : of the axis. model : effects by the place where they act. parameters : what is known of them beforehand.
     recorded_angle : torques that depend on the motor's angle, such as a cogging, act at the recorded angle, for that of
     an open-loop simulation drifts. changes : by record, the parameters that differ there: a payload, a warm gearbox.
     body : of all links of the robot; it adds the signals body_inertia and body_torque to the records.

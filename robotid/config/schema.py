@@ -45,8 +45,9 @@ class CheckSettings(Section):
 
 
 class InitRigidSettings(Section):
-    """Least squares of eq. (10)-(11). cutoff [Hz] and order of the zero-phase low-pass filter, absent: chosen from the
-    excitation; samples slower than min_speed [rad/s] are left out, where the sign of friction is in doubt."""
+    """Least squares of eq. (10)-(11). cutoff [Hz] : of the zero-phase low-pass filter, absent: chosen from the
+    excitation. order : of the filter. min_speed [rad/s] : slower samples, where the sign of friction is in doubt, are
+    left out."""
 
     cutoff: Positive | None = None
     order: Annotated[int, Field(ge=1, le=10)] = 4
@@ -70,13 +71,14 @@ class InitFlexSettings(Section):
 
 
 class FitSettings(Section):
-    """Output-error fit. output : what is compared, absent: the speed, also where it is derived from the angle.
-    models : name to the records that it is fitted to, absent: one model of all records with role estimate. best : the
-    model that later stages use, by default the last. weights : factor of a record on the weight that its noise gives
-    it. multistart : further starts, drawn about the first. fix : dotted names of parameters that keep their start.
-    horizon [s] : length of the pieces of a record that are simulated from first states of their own, absent: the whole
-    record at once, unless an open simulation fits poorly and is unstable or contradicts the torque; auto: pieces over
-    which no error grows far, where any does."""
+    """Output-error fit. max_iterations : most of them. tolerance : share of the cost that another iteration must gain.
+    initial_states : found by the fit (free), or as measured (fixed). output : what is compared, absent: the speed, also
+    where it is derived from the angle. models : name to the records that it is fitted to, absent: one model of all
+    records with role estimate. best : the model that later stages use, by default the last. weights : factor of a
+    record on the weight that its noise gives it. multistart : further starts, drawn about the first. fix : dotted names
+    of parameters that keep their start. horizon [s] : length of the pieces of a record that are simulated from first
+    states of their own, absent: the whole record at once, unless an open simulation fits poorly and is unstable or
+    contradicts the torque; auto: pieces over which no error grows far, where any does."""
 
     output: Literal["speed", "position"] | None = None
     models: Annotated[dict[Name, tuple[str, ...]], Field(min_length=1)] | None = None
@@ -102,7 +104,8 @@ class ThresholdSettings(Section):
 
 
 class ValidateSettings(Section):
-    """perturbation [%] of each parameter in turn (Table 3). horizon [s] : length of the pieces that are simulated from
+    """What a model is worth. perturbation [%] : of each parameter in turn (Table 3). thresholds : what the best model
+    must reach. horizon [s] : length of the pieces that are simulated from
     fresh initial states, absent: the whole record at once."""
 
     perturbation: Annotated[float, Field(gt=0, lt=100)] = 20.0
@@ -112,10 +115,11 @@ class ValidateSettings(Section):
 
 class DiagnoseSettings(Section):
     """How to search for what a model lacks. model : which one, absent: fit.best. significance : level of significance
-    of the whole search. min_improvement_sigma : least misfit that a cause must remove on validation records, in
-    standard deviations of the noise. max_causes : most causes that are named. max_refits : most effects that are
-    refitted in a round. skip : effects out of the question. samples : longer records are sampled in pieces. budget
-    [s] : time after which the best answer so far is given, with what was not examined; absent: all that it takes."""
+    of a round of the search, over all of its candidates. min_improvement_sigma : least misfit that a cause must remove
+    on validation records, in standard deviations of the noise. max_causes : most causes that are named. max_refits :
+    most effects that are refitted in a round. skip : effects out of the question. samples : longer records are sampled
+    in pieces. budget [s] : time after which the best answer so far is given, with what was not examined; absent: all
+    that it takes."""
 
     former_keys: ClassVar[Mapping[str, str]] = {
         "level": "significance",

@@ -39,7 +39,7 @@ _LINEAR = """\
 _FLEXIBLE = Template("""
 robot:
   name: $name
-  gear_ratio: 0.0044583147         # phi_a / phi_m, here 1/224.3; a rigid axis has none, and effects at the motor only
+  gear_ratio: 0.0044583147         # phi_a / phi_m, here 1/224.3; needed by every effect beyond the motor
   model:                           # effects by port
     motor: [inertia, viscous, coulomb]
     gear: [spring, damper]

@@ -133,7 +133,7 @@ class Cause:
     explained : share of the misfit's energy above the noise floor that it removes beside the causes before it, every
     frequency weighed by the noise that it has; the shares of all causes add up to what they remove. explained_of : the
     held-out record that the share is of, where the cause is a difference of that record; empty where it is of the
-    records of the fit. heldout_gain : of fit, on records or blocks that did not serve to fit it; gain_p_value : of no
+    records of the fit. heldout_gain : of fit, on records held out, nan without any; gain_p_value : of no
     gain on records held out, one without any. twins : what these data cannot tell from it, itself first.
     confounded_with : what else is much like it on these motions, the most alike first. beside : the cause without which
     it does not carry over, empty where it does by itself.

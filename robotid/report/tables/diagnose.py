@@ -8,7 +8,7 @@ from math import isfinite
 import numpy as np
 
 from robotid.diagnosis.misfit.curve import Curve
-from robotid.diagnosis.results import Cause, DetectionLimit, Diagnosis, Event, Rejected, Separation
+from robotid.diagnosis.results import Cause, DetectionLimit, Diagnosis, Event, Rejected, Separation, Tone
 from robotid.model.units import sliding, sliding_words
 from robotid.numerals import fixed, listed, number, percent, portion, probability, rms
 from robotid.report.tables.estimates import estimates_document
@@ -52,6 +52,8 @@ def document(diagnosis: Diagnosis) -> Json:
         "unit": diagnosis.unit,
         "causes": [_cause(cause) for cause in diagnosis.causes],
         "events": [_event(event) for event in diagnosis.events],
+        "torque_late": diagnosis.late,
+        "tones": [_tone(tone) for tone in diagnosis.tones],
         "rejected": [rejected_document(one) for one in diagnosis.rejected],
         "remaining": diagnosis.remaining,
         "remaining_share": diagnosis.remaining_share,
@@ -71,6 +73,16 @@ def document(diagnosis: Diagnosis) -> Json:
         },
         "where": [_curve(curve, torque) for curve in diagnosis.curves],
         "remarks": diagnosis.remarks,
+    }
+
+
+def _tone(tone: Tone) -> Json:
+    return {
+        "record": tone.record,
+        "from": tone.start,
+        "to": tone.end,
+        "frequency": tone.frequency,
+        "torque": tone.amplitude,
     }
 
 

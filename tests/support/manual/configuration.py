@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 from collections.abc import Iterator
 from typing import Any
@@ -9,12 +10,13 @@ from typing import Any
 import yaml
 
 from robotid.config.schema import Config
+from robotid.config.section import Section
 from support.manual.markdown import table
 
 Schema = dict[str, Any]
 LIMITS = {"exclusiveMinimum": "above", "minimum": "at least", "exclusiveMaximum": "below", "maximum": "at most"}
 EXPLAINED = re.compile(
-    r"(?:^|(?<=[.;:])|(?<=[.;:]\s))\s*(?P<keys>\w+(?:, \w+)*)(?: \[(?P<unit>[^\]]+)\])? :\s", re.MULTILINE
+    r"(?:^|(?<=[.;:])|(?<=[.;:]\s))\s*(?P<keys>\w+(?:,\s+\w+)*)(?:\s+\[(?P<unit>[^\]]+)\])?\s:\s", re.MULTILINE
 )
 KINDS = {"number": "number", "integer": "whole number", "string": "text", "boolean": "true or false"}
 
@@ -38,7 +40,10 @@ def _visit(whole: Schema, schema: Schema, path: str, places: dict[str, list[str]
 
 def _section(whole: Schema, schema: Schema, paths: list[str]) -> str:
     required = schema.get("required", ())
-    prose, meanings = _meanings(schema.get("description", ""), set(schema["properties"]))
+    keys = set(schema["properties"])
+    prose, meanings = _meanings(schema.get("description", ""), keys)
+    for base in _bases(schema["title"]):
+        meanings = _meanings(base, keys)[1] | meanings
     rows = [
         (f"`{key}`", _kind(whole, value), _default(whole, value, needed=key in required), meanings.get(key, ""))
         for key, value in schema["properties"].items()
@@ -49,16 +54,31 @@ def _section(whole: Schema, schema: Schema, paths: list[str]) -> str:
     return "\n\n".join([*filter(None, parts), table(head, [row[: len(head)] for row in rows])])
 
 
+def _bases(name: str) -> list[str]:
+    """What the docstrings of the sections say that the one of this name builds on."""
+    left, known = [Section], dict[str, type[Section]]()
+    while left:
+        section = left.pop()
+        known[section.__name__] = section
+        left += section.__subclasses__()
+    bases = [base for base in known[name].__mro__[1:] if issubclass(base, Section) and base is not Section]
+    return [inspect.cleandoc(base.__doc__ or "") for base in bases]
+
+
 def _meanings(text: str, keys: set[str]) -> tuple[str, dict[str, str]]:
     """A docstring taken apart: what is on the whole section, and what on each key, as `key [unit] : meaning`."""
-    found = [m for m in EXPLAINED.finditer(text) if set(m["keys"].split(", ")) <= keys]
+    found = [m for m in EXPLAINED.finditer(text) if set(_keys(m)) <= keys]
     meanings = {}
     ends = [*(following.start() for following in found[1:]), len(text)][: len(found)]
     for this, end in zip(found, ends, strict=True):
         words = " ".join(text[this.end() : end].split()).strip(" .;")
         unit = f" [{this['unit']}]" if this["unit"] else ""
-        meanings |= {key: f"{words}{unit}".replace("*", "\\*") for key in this["keys"].split(", ")}
+        meanings |= {key: f"{words}{unit}".replace("*", "\\*") for key in _keys(this)}
     return text[: found[0].start()] if found else text, meanings
+
+
+def _keys(found: re.Match[str]) -> list[str]:
+    return re.split(r",\s+", found["keys"])
 
 
 def _mappings(whole: Schema, value: Schema, path: str) -> Iterator[tuple[str, str]]:
