@@ -9,11 +9,13 @@ from pathlib import Path
 
 import pytest
 import yaml
+from support.manual.checks import severities
 from support.manual.pages import FOLDER, README, Page, pages, renewed, replaced
 from support.paths import ROOT
 
 from robotid.channels import CHANNELS
 from robotid.config.load import parse_axes
+from robotid.signals.plausibility import CHECKS
 from robotid.terms import TERMS
 
 PAGES = pages()
@@ -40,6 +42,10 @@ def test_the_makers_write_into_the_manual() -> None:
     written = "\n".join(page.text for page in PAGES)
     assert all(f"### {effect}\n" in written for effect in (*TERMS, *CHANNELS))
     assert all(f"### {section}\n" in written for section in ("robot", "records[]", "diagnose", "plant.controller"))
+
+
+def test_every_check_tells_how_grave_it_is() -> None:
+    assert [name for name, one in CHECKS.items() if not severities(one)] == []
 
 
 def test_a_mark_that_is_missing_is_an_error() -> None:

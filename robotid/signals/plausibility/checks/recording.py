@@ -19,7 +19,7 @@ COMPARED = 4000  # samples of a record, to which it is thinned before motions ar
 
 @check(unless=("speed_scale",))
 def sampling_size(evidence: Evidence) -> Iterator[Remark]:
-    """The sampling time is that of no drive."""
+    """The sampling time is one that no drive has, as where the time is in another unit."""
     h = evidence.record.sampling_time
     if CHECK.fast_sampling <= h <= CHECK.slow_sampling:
         return
