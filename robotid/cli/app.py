@@ -278,7 +278,7 @@ def new(
         list[str] | None, typer.Option("--column", metavar="SIGNAL=NAME", help="A column that the guess misses.")
     ] = None,
     scale: Annotated[
-        list[str] | None, typer.Option("--scale", metavar="SIGNAL=NUMBER", help="SI units for one of a column.")
+        list[str] | None, typer.Option("--scale", metavar="SIGNAL=NUMBER", help="How many SI units one of a column is.")
     ] = None,
     sampling_time: Annotated[
         float | None, typer.Option("--sampling-time", metavar="SECONDS", help="Of a FILE without a time column.")

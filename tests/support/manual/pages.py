@@ -13,6 +13,7 @@ from support.manual.checks import checks
 from support.manual.configuration import sections
 from support.manual.effects import catalogue, details
 from support.manual.interface import interface
+from support.manual.options import own_options
 from support.paths import ROOT
 
 README = ROOT / "README.md"
@@ -25,6 +26,7 @@ BLOCKS: Mapping[str, Callable[[], str]] = {
     "settings": sections,
     "interface": interface,
     "checks": checks,
+    "options": own_options,
 }
 """Makers of what stands between `<!-- name -->` and `<!-- end of name -->`."""
 
