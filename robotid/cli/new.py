@@ -45,7 +45,7 @@ def write_configuration(
     force: bool,
 ) -> None:
     """Write NAME.yaml. data : files of one recording, joined by time, or none; chosen : columns as SIGNAL=NAME;
-    scales : How many SI units one of a column is, as SIGNAL=NUMBER; sampling_time [s] : of a file without a time column. A
+    scales : SI units for one of a column, as SIGNAL=NUMBER; sampling_time [s] : of a file without a time column. A
     configuration that cannot run is not written.
 
     Raises ConfigError where it exists, InputError where data cannot be read, and what reading them by it raises.
