@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -77,6 +77,68 @@ def diagnose(
     begin = time.monotonic()
     model = fit if isinstance(fit, FittedModel) else fitted_model(fit)
     criteria, options = criteria or Criteria(), options or DiagnosisOptions()
+    given = _given(model, records, options, log)
+    fitted = [run for run in given.runs if run.record.name in model.records]
+    measured = cache(lambda: MeasuredTorque.of(model.joint, model.parameters, [run.record for run in fitted]))
+    unsought = _without_search(model, given.runs, measured, criteria)
+    if unsought is not None:
+        return replace(unsought, remarks=(*unsought.remarks, *given.remarks))
+    held_out = [part for part in given.parts if part.name not in model.records]
+    evidence, parts = Evidence(model, fitted, held_out, options.horizon), given.parts
+    heard = tuple(tone for run in given.runs for tone in tones(run, model.output))
+    told = [*as_remarks(heard, on_axis(linear=model.joint.structure.linear)("Nm"))]
+    for remark in told:
+        log(remark)
+    if heard:
+        parts = [without_tones(part, heard) for part in parts]
+        evidence = evidence.on(partial(without_tones, tones=heard))
+    until = None if options.budget is None else begin + options.budget
+    sought = _sought(evidence, measured(), criteria, until, log)
+    clock, found = sought.clock, sought.found
+    parts = [clock.corrected(part) for part in parts]
+    changed, simulated = bool(found.events or clock.late or heard), given.runs
+    if changed:
+        model = replace(model, parameters=found.first.parameters, first_states={})
+    if changed or sought.pieces is not None:
+        horizon = options.horizon or sought.pieces
+        simulated = [simulate_record(model, without_events(part, found.events), horizon) for part in parts]
+    log("measuring where the misfit sits")
+    diagnosis = verdict(model, simulated, found, criteria)
+    used = [record for record in records if record.name not in given.lost]
+    diagnosis = replace(
+        diagnosis,
+        remarks=(
+            *diagnosis.remarks,
+            *given.remarks,
+            *told,
+            *sought.remarks,
+            *_repeated(used, model),
+            *_unexamined(found, options.budget),
+        ),
+        late=clock.late,
+        late_within=clock.most,
+        tones=heard,
+        horizon=sought.pieces,
+    )
+    if options.experiments is None or found.late:
+        return diagnosis
+    return with_experiments(diagnosis, found, options.experiments)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Given:
+    """What a model is diagnosed on. parts : the records, or stretches of long ones; runs : the model simulated on each
+    of them; lost : names of records held out on which it cannot be; remarks : on what is not used, in sentences."""
+
+    parts: list[Record]
+    runs: list[Simulated]
+    lost: tuple[str, ...]
+    remarks: tuple[str, ...]
+
+
+def _given(model: FittedModel, records: Sequence[Record], options: DiagnosisOptions, log: Log) -> _Given:
+    """The records as far as they can be used. Raises ConfigError without any of the fit, NumericsError where one of
+    these cannot be simulated."""
     if not any(record.name in model.records for record in records):
         hint = f"give those as well: {listed(model.records, 'and')}"
         raise ConfigError("none of these records is one of the fit", where=model.name, hint=hint)
@@ -86,64 +148,27 @@ def diagnose(
     parts = [part for r in records for part in stretches(r, options.max_samples)]
     expect(REFITS * sum(map(len, parts)))
     runs = _all_simulated(model, parts, options.horizon)
-    lost = list(dict.fromkeys(part.name for part, run in zip(parts, runs, strict=True) if run is None))
+    lost = tuple(dict.fromkeys(part.name for part, run in zip(parts, runs, strict=True) if run is None))
     if lost:
         remarks = (*remarks, OUT_OF_REACH.format(model.name, listed(lost, "or")))
         log(remarks[-1])
-    parts = [part for part in parts if part.name not in lost]
-    simulated = [run for run in runs if run is not None and run.record.name not in lost]
-    fitted = [run for run in simulated if run.record.name in model.records]
-    if explains_nothing(model, simulated):
-        diagnosis = not_explained(model, simulated)
-        return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
-    measured = MeasuredTorque.of(model.joint, model.parameters, [run.record for run in fitted])
-    if contradicts(model, measured, criteria):
-        diagnosis = not_explained(model, simulated, CONTRADICTED)
-        return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
-    if explains_all(model, simulated):
-        diagnosis = all_explained(model, simulated)
-        return replace(diagnosis, remarks=(*diagnosis.remarks, *remarks))
-    evidence = Evidence(model, fitted, [p for p in parts if p.name not in model.records], options.horizon)
-    heard = tuple(tone for run in simulated for tone in tones(run, model.output))
-    if heard:
-        unit = on_axis(linear=model.joint.structure.linear)("Nm")
-        for remark in as_remarks(heard, unit):
-            log(remark)
-            remarks = (*remarks, remark)
-        parts = [without_tones(part, heard) for part in parts]
-        evidence = evidence.on(partial(without_tones, tones=heard))
-    until = None if options.budget is None else begin + options.budget
-    sought = _sought(evidence, measured, criteria, until, log)
-    clock, found, horizon = sought.clock, sought.found, options.horizon or sought.pieces
-    if clock.late:
-        remarks, parts = (*remarks, clock.remark), [*map(clock.corrected, parts)]
-    if sought.pieces is not None:
-        remarks = (*remarks, IN_PIECES.format(plain(sought.pieces)))
-    changed = bool(found.events or clock.late or heard)
-    if changed:
-        model = replace(model, parameters=found.first.parameters, first_states={})
-    if changed or sought.pieces is not None:
-        simulated = [simulate_record(model, without_events(part, found.events), horizon) for part in parts]
-    log("measuring where the misfit sits")
-    diagnosis = verdict(model, simulated, found, criteria)
-    further = (
-        *remarks,
-        *_repeated([one for one in records if one.name not in lost], model),
-        *_unexamined(found, options.budget),
-    )
-    diagnosis = replace(
-        diagnosis,
-        remarks=(*diagnosis.remarks, *further),
-        late=clock.late,
-        late_within=clock.most,
-        tones=heard,
-        horizon=sought.pieces,
-    )
-    return (
-        diagnosis
-        if options.experiments is None or found.late
-        else with_experiments(diagnosis, found, options.experiments)
-    )
+    followed = [run for run in runs if run is not None and run.record.name not in lost]
+    return _Given([part for part in parts if part.name not in lost], followed, lost, remarks)
+
+
+def _without_search(
+    model: FittedModel,
+    runs: Sequence[Simulated],
+    measured: Callable[[], MeasuredTorque | None],
+    criteria: Criteria,
+) -> Diagnosis | None:
+    """The diagnosis of a model of which no search can tell anything, for it explains nothing of the records of its fit,
+    errs by more than their torque, or leaves nothing; None of another. measured : the torque of these records."""
+    if explains_nothing(model, runs):
+        return not_explained(model, runs)
+    if contradicts(model, measured(), criteria):
+        return not_explained(model, runs, CONTRADICTED)
+    return all_explained(model, runs) if explains_all(model, runs) else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -154,6 +179,14 @@ class _Sought:
     clock: RecordedLate
     found: SearchResult
     pieces: float | None = None
+
+    @property
+    def remarks(self) -> Iterator[str]:
+        """What was done to the records, in a sentence each."""
+        if self.clock.late:
+            yield self.clock.remark
+        if self.pieces is not None:
+            yield IN_PIECES.format(plain(self.pieces))
 
 
 def _sought(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, TypeVar
 
@@ -60,20 +60,13 @@ def verdict(
         for name, run in runs.items()
     }
     fitted = dict.fromkeys(segment.record.name for segment in found.data.fitted)
-    floor = _rms([misfits[name].noise_floor for name in fitted])
-    misfit = _beyond(_rms([misfits[name].rmse for name in fitted]), floor)
-    remaining = _beyond(_rms([root_mean_square(after[name]) for name in fitted]), floor) if after else misfit
+    levels = _Levels.of([misfits[name] for name in fitted], [after[name] for name in fitted] if after else None)
     left = {name: after.get(name, before[name]) for name in fitted}
     measured = {name: runs[name].measured(model.output) for name in left}
-    share = found.remaining_share
-    if _is_clear(misfit, floor):  # it is wrong on the records of its fit, too
+    if _is_clear(levels.misfit, levels.floor):  # it is wrong on the records of its fit, too
         found = replace(found, agreement=Agreement())
-    changes = _changes(found, misfit, floor)
-    word = _word(found, changes, misfit, floor)
-    if hardly_explained(measured, left):
-        word = "not explained"
-    elif found.causes and is_partial(share, misfit, remaining, floor):
-        word = "partly named"
+    changes = _changes(found, levels.misfit, levels.floor)
+    word = "not explained" if hardly_explained(measured, left) else _word(found, changes, levels)
     swamped = word == "clean" and is_swamped(found)
     if swamped:
         word = "unknown"
@@ -82,9 +75,9 @@ def verdict(
         model=model.name,
         output=model.output,
         unit=model.unit,
-        noise_floor=floor,
-        misfit=misfit,
-        remaining=remaining,
+        noise_floor=levels.floor,
+        misfit=levels.misfit,
+        remaining=levels.remaining,
         records=misfits,
         causes=(*map(_cause, found.causes), *map(_changed, changes)),
         rejected=tuple(_rejected(found, word, changes)),
@@ -95,7 +88,7 @@ def verdict(
         shape=None if found.curve is None else replace(found.curve.curve, order=found.curve_share),
         refitted=dict(zip(found.last.parameters.names, found.last.parameters.values.tolist(), strict=True)),
         remarks=remarks(word, found, swamped=swamped),
-        remaining_share=share,
+        remaining_share=found.remaining_share,
         events=found.events,
         limits=limits,
         apart=found.agreement.apart,
@@ -151,13 +144,33 @@ def _changes(found: SearchResult, misfit: float, floor: float) -> tuple[RecordCh
     return () if unexplained and not found.causes else found.changes
 
 
-def _word(found: SearchResult, changes: Sequence[RecordChange], misfit: float, floor: float) -> Verdict:
-    """The verdict in one word. changes : that stand."""
+@dataclass(frozen=True, slots=True)
+class _Levels:
+    """RMS over the records of the fit, each counted once: of the noise, and beyond it of the misfit and of what the
+    causes leave."""
+
+    floor: float
+    misfit: float
+    remaining: float
+
+    @classmethod
+    def of(cls, misfits: Sequence[Misfit], after: Sequence[Array] | None) -> _Levels:
+        """after : residuals (n,) with the causes, None without any."""
+        floor = _rms([one.noise_floor for one in misfits])
+        misfit = _beyond(_rms([one.rmse for one in misfits]), floor)
+        remaining = misfit if after is None else _beyond(_rms([root_mean_square(one) for one in after]), floor)
+        return cls(floor, misfit, remaining)
+
+
+def _word(found: SearchResult, changes: Sequence[RecordChange], levels: _Levels) -> Verdict:
+    """The verdict in a word or two on a model of these records. changes : that stand."""
+    if found.causes and is_partial(found.remaining_share, levels.misfit, levels.remaining, levels.floor):
+        return "partly named"
     if found.causes or changes:
         return "named"
     if found.late or found.agreement.apart or found.imitated:
         return "unknown"
-    return without_cause(misfit, floor, shape=found.curve is not None, events=bool(found.events))
+    return without_cause(levels.misfit, levels.floor, shape=found.curve is not None, events=bool(found.events))
 
 
 def without_cause(misfit: float, floor: float, *, shape: bool, events: bool) -> Verdict:
