@@ -116,12 +116,12 @@ def test_an_event_beside_causes_that_no_time_is_left_to_judge_is_not_examined(mo
     start = begun(records({}), QUICK).scored(QUICK)
     evidence, found, seen = Evidence(start.first, [], []), search.as_result(start), [SeenEvent(PUSH, leading=True)]
     monkeypatch.setattr(search, "largest_event", lambda *_, **__: seen.pop() if seen else None)
-    monkeypatch.setattr(search, "_set_aside", lambda *_: (PUSH, evidence, start))
+    monkeypatch.setattr(search, "_set_aside", lambda *_: search.Aside.of(evidence, start, [PUSH]))
     monkeypatch.setattr(search, "_by_each_noise", lambda *_: found)
     monkeypatch.setattr(search, "leaves_only_noise", lambda _: True)
     monkeypatch.setattr(search, "is_fitted", lambda *_: True)
     monkeypatch.setattr(search, "stands_out", too_late)
-    result = search._beside_lesser_events(evidence, found, start, QUICK, lambda _: None)
+    result = search._beside_lesser_events(found, search.Aside.of(evidence, start), QUICK, lambda _: None)
     assert (result.late, result.unexamined, result.events) == (True, (search.ONCE,), ())
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.settings import EVENTS
@@ -62,12 +63,12 @@ def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState 
 
 def _searched(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState) -> SearchResult:
     """What is missing, events by the noise of the sensors. begun : the first state of the evidence, scored."""
-    whole = ModelInPieces(evidence, begun.first, begun.data)
-    result, plain = _beside_events(evidence, criteria, log, begun, whole)
+    whole = Aside.of(evidence, begun)
+    result, plain = _beside_events(whole, criteria, log)
     if not (result.events or result.late or (leaves_only_noise(result) and (result.causes or not prevail(result)))):
         in_short_pieces = evidence.horizon is None and lead_astray(result) and not leaves_only_noise(result)
         if not in_short_pieces:  # where both are sought once more
-            result = _beside_lesser_events(evidence, result, whole, criteria, log)
+            result = _beside_lesser_events(result, whole, criteria, log)
         return _beside_curve(evidence, result, criteria, log) if not result.events else result
     if not (result.events and result.causes) or result.late:
         return result
@@ -86,126 +87,127 @@ def _needs_events(result: SearchResult, plain: SearchResult) -> bool:
     return not plain.causes or plainly - left >= ACCEPTANCE.unknown_share * max(misfit, 0.0)
 
 
-def _beside_events(
-    evidence: Evidence, criteria: Criteria, log: Log, start: SearchState, records: ModelInPieces
-) -> tuple[SearchResult, SearchResult | None]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Aside:
+    """The evidence with what happened once set aside. evidence : without the events; start : its first state; records :
+    in pieces, by the model of that state."""
+
+    evidence: Evidence
+    start: SearchState
+    records: ModelInPieces
+    events: tuple[Event, ...] = ()
+
+    @classmethod
+    def of(cls, evidence: Evidence, start: SearchState, events: Sequence[Event] = ()) -> Aside:
+        """Evidence that is without these events already."""
+        return cls(evidence, start, ModelInPieces(evidence, start.first, start.data), tuple(events))
+
+    def scored(self, criteria: Criteria, log: Log) -> Aside:
+        """The same with a round of the score at least."""
+        return self if self.start.rounds else replace(self, start=scored(self.start, criteria, log))
+
+
+def _beside_events(whole: Aside, criteria: Criteria, log: Log) -> tuple[SearchResult, SearchResult | None]:
     """What is found once the events are set aside, with these; and what was found with all of them in the records,
-    where that was searched before an event showed. start : the first state of the evidence, scored; records : in
-    pieces, by its model."""
-    events, settled, plain = list[Event](), False, None
+    where that was searched before an event showed. whole : without any, its first state scored."""
+    aside, settled, plain = whole, False, None
     while True:
-        more = not settled and len(events) < EVENTS.max_events
+        more = not settled and len(aside.events) < EVENTS.max_events
         if more:
             with deadline(None):
-                start = start if start.rounds else scored(start, criteria, log)
+                aside = aside.scored(criteria, log)
                 log("looking for events")
-        seen, white = _leading_event(evidence, start, records, criteria, log) if more else (None, None)
+        seen, white = _leading_event(aside, criteria, log) if more else (None, None)
         result = None
         if seen is None or not seen.leading:
-            known = None if events else plain
-            result = known or _by_each_noise(evidence, start, criteria, log, white)
-            plain = plain if events else result
-            before = evidence
-            result, start, evidence, events = _sized_beside_causes(result, start, evidence, events, criteria, log)
-            if evidence is not before:
-                records = ModelInPieces(evidence, start.first, start.data)
-            late = more and bool(result.causes) and not result.late
-            least = ACCEPTANCE.unknown_share * misfit_energy(result.first, start.data) if late else 0.0
+            known = None if aside.events else plain
+            result = known or _by_each_noise(aside.evidence, aside.start, criteria, log, white)
+            plain = plain if aside.events else result
+            result, aside = _sized_beside_causes(result, aside, criteria, log)
+            late, data = more and bool(result.causes) and not result.late, aside.start.data
+            least = ACCEPTANCE.unknown_share * misfit_energy(result.first, data) if late else 0.0
             scores = result.rounds[-1].scores if late else ()
             # By the noise of the sensors: as an error of the torque an event would be part of the noise.
-            beside = ModelInPieces(evidence, result.last, start.data)
+            beside = ModelInPieces(aside.evidence, result.last, data)
             seen = largest_event(beside, criteria, scores, least) if late else None
             if seen is None or not seen.leading or seen.energy < least:
-                return (replace(result, events=tuple(events)) if events else result), plain
+                return (replace(result, events=aside.events) if aside.events else result), plain
         try:
-            aside = _set_aside(records, evidence, seen.event, criteria)
-            settled = aside is None
-            if aside is not None:
-                event, evidence, start = aside
-                records = ModelInPieces(evidence, start.first, start.data)
-                events.append(event)
+            further = _set_aside(aside, seen.event, criteria)
+            settled, aside = further is None, further or aside
         except NumericsError:  # records without it cannot be simulated: they keep it
             settled = True
         except OutOfTime:
-            found = out_of_time(as_result(start)) if result is None else replace(result, late=True)
+            found = out_of_time(as_result(aside.start)) if result is None else replace(result, late=True)
             unexamined = (EVENT.format(seen.event.record, plain_number(seen.event.start)), *found.unexamined)
-            return replace(found, unexamined=unexamined, events=tuple(events)), plain
+            return replace(found, unexamined=unexamined, events=aside.events), plain
 
 
-def _sized_beside_causes(
-    found: SearchResult, start: SearchState, evidence: Evidence, events: list[Event], criteria: Criteria, log: Log
-) -> tuple[SearchResult, SearchState, Evidence, list[Event]]:
-    """What is found with events of the size that they have beside the causes, with the first state of the evidence
-    without these, and both; all as it was where no cause had led them astray. What an event was sized too small by
-    beside parameters that make up for a cause would be named as what differs on its record.
-
-    start : the first state of the evidence, which is without the events.
-    """
-    before = found, start, evidence, events
+def _sized_beside_causes(found: SearchResult, aside: Aside, criteria: Criteria, log: Log) -> tuple[SearchResult, Aside]:
+    """What is found with events of the size that they have beside the causes, and these aside; both as they were where
+    no cause had led them astray. What an event was sized too small by beside parameters that make up for a cause would
+    be named as what differs on its record."""
     if not found.causes or found.late:
-        return before
+        return found, aside
     try:
-        sized = sized_beside(events, found.last, found.data)
-        changes = [after.torque - event.torque for event, after in zip(events, sized, strict=True)]
-        if all(abs(by) <= ACCEPTANCE.amplitude_sigma * one.std for by, one in zip(changes, events, strict=True)):
-            return before
+        sized = sized_beside(aside.events, found.last, found.data)
+        changes = [after.torque - event.torque for event, after in zip(aside.events, sized, strict=True)]
+        known = zip(changes, aside.events, strict=True)
+        if all(abs(by) <= ACCEPTANCE.amplitude_sigma * one.std for by, one in known):
+            return found, aside
         log("searching with events as large as they are beside causes")
-        for event, by in zip(events, changes, strict=True):
+        evidence = aside.evidence
+        for event, by in zip(aside.events, changes, strict=True):
             evidence = without_event(evidence, replace(event, torque=by))
-        start = scored(first_state(evidence, criteria), criteria, log)
-        return _by_each_noise(evidence, start, criteria, log), start, evidence, sized
+        again = Aside.of(evidence, scored(first_state(evidence, criteria), criteria, log), sized)
+        return _by_each_noise(evidence, again.start, criteria, log), again
     except NumericsError:
-        return before
+        return found, aside
     except OutOfTime:
-        return replace(found, late=True, unexamined=(ONCE, *found.unexamined)), *before[1:]
+        return replace(found, late=True, unexamined=(ONCE, *found.unexamined)), aside
 
 
-def _leading_event(
-    evidence: Evidence, start: SearchState, records: ModelInPieces, criteria: Criteria, log: Log
-) -> tuple[SeenEvent | None, SearchState | None]:
+def _leading_event(aside: Aside, criteria: Criteria, log: Log) -> tuple[SeenEvent | None, SearchState | None]:
     """The largest event, by the noise of the sensors; where that is out of reach and shows none that leads, beside
     white errors of the torque, for what these move along may hide it. With the first state beside these, scored, where
-    it was asked for. start : the first state of the evidence, scored; records : in pieces, by its model."""
-    seen = largest_event(records, criteria, start.round.scores)
-    if (seen is not None and seen.leading) or start.data.noise_reached:
+    it was asked for. aside : its first state scored."""
+    seen = largest_event(aside.records, criteria, aside.start.round.scores)
+    if (seen is not None and seen.leading) or aside.start.data.noise_reached:
         return seen, None
     try:
-        white = scored(_beside_torque_errors("white", evidence, criteria, log), criteria, log)
+        white = scored(_beside_torque_errors("white", aside.evidence, criteria, log), criteria, log)
     except (NumericsError, OutOfTime):
         return seen, None
-    found = largest_event(ModelInPieces(evidence, white.first, white.data), criteria, white.round.scores)
+    found = largest_event(Aside.of(aside.evidence, white).records, criteria, white.round.scores)
     return (found if found is not None and found.leading else seen), white
 
 
-def _beside_lesser_events(
-    evidence: Evidence, found: SearchResult, records: ModelInPieces, criteria: Criteria, log: Log
-) -> SearchResult:
+def _beside_lesser_events(found: SearchResult, whole: Aside, criteria: Criteria, log: Log) -> SearchResult:
     """What is found once events are set aside that are but a part of what is missing or that effects together might
     pass for, where they and causes leave no more than noise, or they alone next to nothing, and each stands out of what
     is left; else what was found without. Where that passes for errors of the torque, an event that does not lead must
-    have hidden a cause. records : in pieces, by the model before the causes."""
+    have hidden a cause. whole : without any event set aside, by the model before the causes."""
     log("looking for events beside causes")
-    events, start, leading = list[Event](), None, True
+    aside, leading = whole, True
     try:
-        while len(events) < EVENTS.max_events:
-            seen = _lesser_event(records, found, criteria)
+        while len(aside.events) < EVENTS.max_events:
+            seen = _lesser_event(aside.records, found, criteria)
             leading = leading and (seen is None or seen.leading)
-            aside = None if seen is None else _set_aside(records, evidence, seen.event, criteria)
-            if aside is None:
+            further = None if seen is None else _set_aside(aside, seen.event, criteria)
+            if further is None:
                 break
-            event, evidence, start = aside
-            records = ModelInPieces(evidence, start.first, start.data)
-            events.append(event)
-        if start is None:
+            aside = further
+        if aside is whole:
             return found
-        again = _by_each_noise(evidence, scored(start, criteria, log), criteria, log)
-        again, _, _, events = _sized_beside_causes(again, start, evidence, events, criteria, log)
+        aside = aside.scored(criteria, log)
+        again = _by_each_noise(aside.evidence, aside.start, criteria, log)
+        again, aside = _sized_beside_causes(again, aside, criteria, log)
         first, plain = found.first, is_plain(found.first, found.data)
         explained = share_removed(first, first, again.first, found.data, plain=plain)
         needed = leaves_only_noise(again) or explained > 1.0 - ACCEPTANCE.unknown_share
         needed = needed and (leading or bool(again.causes) or not leaves_only_noise(found))
-        stand = needed and all(stands_out(event, again.last, criteria) for event in events)
-        return replace(again, events=tuple(events)) if stand else found
+        stand = needed and all(stands_out(event, again.last, criteria) for event in aside.events)
+        return replace(again, events=aside.events) if stand else found
     except NumericsError:
         return found
     except OutOfTime:
@@ -242,18 +244,16 @@ def _beside_curve(evidence: Evidence, found: SearchResult, criteria: Criteria, l
         return replace(found, late=True, unexamined=(BESIDE_CURVE, *found.unexamined))
 
 
-def _set_aside(
-    records: ModelInPieces, evidence: Evidence, event: Event, criteria: Criteria
-) -> tuple[Event, Evidence, SearchState] | None:
-    """An event as it is without what it led astray, the evidence without it and the first state of that; None where its
-    size may be none, or its record is simulated no better without it. Raises NumericsError where records without it
-    cannot be simulated. records : with the event, in pieces, by the model as it was."""
-    event = _settled(evidence, event, criteria)
+def _set_aside(aside: Aside, event: Event, criteria: Criteria) -> Aside | None:
+    """The evidence without one event more, as it is without what it led astray; None where its size may be none, or its
+    record is simulated no better without it. Raises NumericsError where records without it cannot be simulated."""
+    event = _settled(aside.evidence, event, criteria)
     if abs(event.torque) < ACCEPTANCE.amplitude_sigma * event.std:
         return None
-    without = without_event(evidence, event)
+    without = without_event(aside.evidence, event)
     state = first_state(without, criteria)
-    return (event, without, state) if records.is_better_without(event, state.first) else None
+    better = aside.records.is_better_without(event, state.first)
+    return Aside.of(without, state, (*aside.events, event)) if better else None
 
 
 def _settled(evidence: Evidence, event: Event, criteria: Criteria) -> Event:

@@ -25,7 +25,7 @@ from robotid.diagnosis.search.events import (
     without_event,
 )
 from robotid.diagnosis.search.rounds import find_causes
-from robotid.diagnosis.search.search import _leading_event, _sized_beside_causes
+from robotid.diagnosis.search.search import Aside, _leading_event, _sized_beside_causes
 from robotid.estimate.fitted_model import fitted_model, simulate_record
 from robotid.interrupt import OutOfTime
 from robotid.model.companion import CompanionKind
@@ -89,14 +89,14 @@ def test_an_event_that_the_sensors_noise_does_not_show_is_sought_beside_white_er
     evidence = pushed(1, 0.0)
     start = first_state(evidence, Criteria()).scored(Criteria())
     start = replace(start, data=replace(start.data, noise_reached=reached))
-    records, by = ModelInPieces(evidence, start.first, start.data), []
+    by = list[object]()
 
     def seen(records: ModelInPieces, *_: object) -> SeenEvent | None:
         by.append(records.data.torque_errors)
         return None if len(by) == 1 else largest_event(records, Criteria())
 
     monkeypatch.setattr("robotid.diagnosis.search.search.largest_event", seen)
-    found, white = _leading_event(evidence, start, records, Criteria(), lambda _: None)
+    found, white = _leading_event(Aside.of(evidence, start), Criteria(), lambda _: None)
     assert by == ([None] if reached else [None, "white"])
     assert (found is None) == (white is None) == reached
     if found is not None:
@@ -113,10 +113,14 @@ def test_an_event_that_a_missing_effect_led_astray_is_sized_beside_it(astray: fl
     without = without_event(evidence, event)
     start = first_state(without, criteria).scored(criteria)
     found = find_causes(start, criteria, lambda _: None)
-    result, _, _, (sized,) = _sized_beside_causes(found, start, without, [event], criteria, lambda _: None)
+    aside = Aside.of(without, start, [event])
+    result, after = _sized_beside_causes(found, aside, criteria, lambda _: None)
+    (sized,) = after.events
     assert [cause.effect for cause in result.causes] == ["motor.stribeck"]
-    assert (result is found) == (not astray)
+    assert (result is found) == (after is aside) == (not astray)
     assert abs(sized.torque - STEP.torque) < 0.001
+    pieces, known = after.records.data.fitted, after.evidence.fitted
+    assert all(np.array_equal(one.record.tau_m, run.record.tau_m) for one, run in zip(pieces, known, strict=True))
 
 
 def test_an_event_stands_out_of_noise_by_three_deviations_of_its_size(monkeypatch: pytest.MonkeyPatch) -> None:
