@@ -18,7 +18,7 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.refitted_model import carried
 from robotid.diagnosis.scoring.catalogue_candidates import candidates
 from robotid.diagnosis.search.agreement import Agreement
-from robotid.diagnosis.search.state import RejectedCause, SearchResult
+from robotid.diagnosis.search.state import SearchResult
 from robotid.diagnosis.settings import VERDICT
 from robotid.errors import NumericsError
 from robotid.estimate.cutoff import choose_cutoff
@@ -72,17 +72,8 @@ def without_contradicted(result: SearchResult, known: MeasuredTorque | None = No
         f"contradicts the recorded torque: along the measured motion the model with it errs by {plain(100 * error)} %"
         f" of that, and a regression without it by {plain(100 * regressed)} %"
     )
-    rejected = tuple(RejectedCause(cause.effect, cause.explained, cause.gain, why) for cause in result.causes)
-    return replace(
-        result,
-        last=first,
-        causes=(),
-        rejected=(*rejected, *result.rejected),
-        changes=(),
-        noise=None,
-        coloured=None,
-        agreement=Agreement(),
-    )
+    without = result.without_causes([why] * len(result.causes))
+    return replace(without, changes=(), noise=None, coloured=None, agreement=Agreement())
 
 
 @dataclass(frozen=True, slots=True)

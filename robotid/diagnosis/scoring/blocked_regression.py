@@ -130,11 +130,8 @@ class BlockedRegression:
         k, count = len(at), self.telling_blocks(at)
         if count <= k + 1:
             return 1.0
-        amplitude, covariance = self.estimate()[list(at)], self.covariance()[np.ix_(at, at)]
-        scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-        scaled = covariance / np.outer(scale, scale)
-        wald = float(amplitude / scale @ np.linalg.pinv(scaled, hermitian=True) @ (amplitude / scale))
-        return float(fisher.sf(wald * (count - k) / (k * (count - 1)), k, count - k))
+        statistic = wald(self.estimate()[list(at)], self.covariance()[np.ix_(at, at)])
+        return float(fisher.sf(statistic * (count - k) / (k * (count - 1)), k, count - k))
 
     def least_wald(self, at: Sequence[int], level: float) -> float:
         """Wald statistic of the regressors `at` that is significant at just this level, as of `significance`."""
@@ -236,6 +233,12 @@ def together(parts: Sequence[BlockedRegression]) -> BlockedRegression:
         np.concatenate([one.moment for one in parts]),
         np.concatenate([one.energy for one in parts]),
     )
+
+
+def wald(sizes: Array, covariance: Array) -> float:
+    """Squared distance of sizes (k,) from nothing in deviations of their covariance (k, k)."""
+    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    return float(sizes / scale @ np.linalg.pinv(covariance / np.outer(scale, scale), hermitian=True) @ (sizes / scale))
 
 
 def solved(information: Array, moment: Array) -> Array:

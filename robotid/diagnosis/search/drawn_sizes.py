@@ -17,7 +17,7 @@ from scipy.stats import f as fisher
 
 from robotid.diagnosis.noise.colour import ColouredNoise
 from robotid.diagnosis.refit.refitted_model import RefittedModel
-from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, solved
+from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, solved, wald
 from robotid.diagnosis.scoring.projection import without_states
 from robotid.diagnosis.search.coloured import Left, blocks_with, by_noise, judged_along_the_motion, left_by
 from robotid.diagnosis.search.physical_sense import amplitudes
@@ -148,7 +148,4 @@ def curve_among_draws(left: Left, at: Sequence[int]) -> float:
 def _wald(sizes: Array, covariance: Array) -> float:
     """Squared distance of sizes (k,) from nothing in deviations of their covariance (k, k), none where that is beyond
     all numbers."""
-    if not np.isfinite(covariance).all():
-        return 0.0
-    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    return float(sizes / scale @ np.linalg.pinv(covariance / np.outer(scale, scale), hermitian=True) @ (sizes / scale))
+    return wald(sizes, covariance) if np.isfinite(covariance).all() else 0.0
