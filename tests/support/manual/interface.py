@@ -9,7 +9,16 @@ from typing import Any
 from pydantic import BaseModel
 
 import robotid
+from robotid.diagnosis.results import Event, Misfit
+from robotid.estimate.result import Estimate
+from robotid.extension.results import Score
+from robotid.interface.files import RunContents, Setup
+from robotid.interface.improvement import DiagnosedFit, ExtendedFit
+from robotid.interface.monitoring import WatchedFit
+from support.manual.markdown import table
 
+RETURNED = (DiagnosedFit, ExtendedFit, WatchedFit, RunContents, Setup, Estimate, Score, Misfit, Event)
+"""What functions return or results hold, and nobody makes by hand."""
 WIDTH = 100  # characters of a signature on one line
 VERSION = "The version of the installed package, a text."
 
@@ -25,8 +34,17 @@ class _Plain:
 
 
 def interface() -> str:
-    """A section for every public name, in the order of `robotid.__all__`."""
-    return "\n\n".join(_section(name, getattr(robotid, name)) for name in robotid.__all__)
+    """A table of all names, and a section for each: the public ones in the order of `robotid.__all__`, then the types
+    of what is returned."""
+    things = [(name, getattr(robotid, name)) for name in robotid.__all__]
+    things += [(thing.__name__, thing) for thing in RETURNED]
+    rows = [(f"[{name}](#{name.lower()})", _first_sentence(thing)) for name, thing in things if name != "__version__"]
+    sections = (_section(name, thing) for name, thing in things)
+    return "\n\n".join([table(("name", "what it is"), rows), *sections])
+
+
+def _first_sentence(thing: Any) -> str:
+    return " ".join(_text(thing).split()).partition(". ")[0].rstrip(".")
 
 
 def _section(name: str, thing: Any) -> str:
