@@ -19,9 +19,9 @@ from support.manual.pages import FOLDER, README, Page
 OWN, FRONT, CONTRACT = Page(FOLDER / "own-data.md"), Page(README), Page(FOLDER / "command-line.md")
 CONFIGURATION = OWN.fenced("yaml")[0]
 EXAMPLES = {"dFs", "m3", "set1"}  # keys of the contract's JSON that are names of parameters, models and records
-# there is a twin, an unknown effect, a difference of a held-out record, or an event
+# there is a twin, an unknown effect, a difference of a held-out record, an event, or a tone
 UNKNOWN = {"along", "x", "missing_torque"}
-EVENT = {"record", "kind", "of", "gradual", "from", "to", "torque", "std", "p_value"}
+EVENT = {"record", "kind", "of", "gradual", "from", "to", "torque", "std", "p_value", "frequency"}
 OPTIONAL = {"separate_by", "excite", *UNKNOWN, "explained_of", "beside", *EVENT}
 
 

@@ -11,7 +11,7 @@ import pytest
 from support.diagnosed import CLEAN, EXTENSION, NAMED, PAYLOAD, PUSH, UNKNOWN
 
 from robotid.cli.console import print_json, print_tables
-from robotid.diagnosis.results import NOT_EXAMINED, Diagnosis, Rejected, Separation
+from robotid.diagnosis.results import Diagnosis, Separation
 from robotid.report.tables import diagnose, extend
 from robotid.report.tables.table import Table
 
@@ -165,7 +165,7 @@ def test_rounding_is_shown_as_nothing(capsys: pytest.CaptureFixture[str]) -> Non
             " before, 0.2 rad/s after 0.13 rad/s",
         ),
         (
-            replace(UNKNOWN, rejected=(Rejected("motor.stribeck", 0.9, 0.0, NOT_EXAMINED),)),
+            replace(UNKNOWN, is_cut_short=True),
             "m3 is wrong by 0.13 rad/s that no effect that was examined in time explains; it follows the motor angle"
             " best",
         ),

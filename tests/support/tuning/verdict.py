@@ -15,7 +15,7 @@ from robotid.diagnosis.scoring.score_test import Score
 from robotid.diagnosis.search.state import SearchResult
 from robotid.diagnosis.search.torque_errors import is_swamped, lead_astray
 from robotid.diagnosis.settings import VERDICT
-from robotid.diagnosis.verdict import _rejected, _word, hardly_explained, is_partial, negligible
+from robotid.diagnosis.verdict import _Levels, _rejected, _word, hardly_explained, is_partial, negligible
 from robotid.signals.reference import Reference
 from robotid.simulation.closed_loop.controller import Controller
 from support.plain_models import plain_model, plain_record
@@ -51,8 +51,8 @@ def check_a_dozen_effects_are_listed() -> None:
 @sees(VERDICT, "clear_misfit")
 def check_a_misfit_of_twice_the_noise_is_something() -> None:
     found = result(2000.0, friction(1.0))
-    assert _word(found, (), 1.9, 1.0) == "clean"
-    assert _word(found, (), 2.1, 1.0) == "unknown"
+    assert _word(found, (), _Levels(1.0, 1.9, 1.9)) == "clean"
+    assert _word(found, (), _Levels(1.0, 2.1, 2.1)) == "unknown"
 
 
 @sees(VERDICT, "partial_share")
