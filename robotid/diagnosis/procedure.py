@@ -86,8 +86,8 @@ def diagnose(
     held_out = [part for part in given.parts if part.name not in model.records]
     evidence, parts = Evidence(model, fitted, held_out, options.horizon), given.parts
     heard = tuple(tone for run in given.runs for tone in tones(run, model.output))
-    told = [*as_remarks(heard, on_axis(linear=model.joint.structure.linear)("Nm"))]
-    for remark in told:
+    hums = [*as_remarks(heard, on_axis(linear=model.joint.structure.linear)("Nm"))]
+    for remark in hums:
         log(remark)
     if heard:
         parts = [without_tones(part, heard) for part in parts]
@@ -110,7 +110,7 @@ def diagnose(
         remarks=(
             *diagnosis.remarks,
             *given.remarks,
-            *told,
+            *hums,
             *sought.remarks,
             *_repeated(used, model),
             *_unexamined(found, options.budget),

@@ -26,8 +26,8 @@ class Score:
 class Extension(Displayed):
     """The model before and after: scores by record, Bayesian information criteria on the records of the fit, and the
     fit that came after. added : the effects by which it was extended. dropped : causes that lost their worth in the
-    final refit. late : by how much the torque was recorded late, events : what happened once, tones : in the torque and
-    not in the motion; all are taken out of the records before both models are scored.
+    final refit. late, late_within : by how much the torque was recorded late, as of `Diagnosis`, events : what happened
+    once, tones : in the torque and not in the motion; all are taken out of the records before both models are scored.
     """
 
     model: str

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from robotid.diagnosis.noise.noise_estimate import TorqueErrors
 from robotid.diagnosis.noise.whitening import Segment
 from robotid.estimate.fitted_model import SimulatedSegment
-from robotid.signals.record import Quantity, Record
+from robotid.signals.record import Quantity
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,11 +26,6 @@ class EvaluationData:
     estimate_states: bool
     noise_reached: bool
     torque_errors: TorqueErrors
-
-    @property
-    def records(self) -> list[Record]:
-        """Those of all segments."""
-        return [segment.record for segment in (*self.fitted, *self.validation)]
 
     @property
     def samples(self) -> int:

@@ -68,10 +68,16 @@ class Round:
         return max(white, coloured)
 
 
+def missing_effects(model: RefittedModel, skip: Sequence[str]) -> tuple[EffectCandidate, ...]:
+    """All effects that a model lacks, those that read a companion of its records among them. skip : effects that are
+    out of the question."""
+    records = [segment.record for segment in (*model.fitted, *model.validation)]
+    return candidates(model.structure, model.output, skip, records)
+
+
 def scan_candidates(model: RefittedModel, skip: Sequence[str]) -> CandidateScan:
     """All candidates' columns through a model. skip : effects that are out of the question."""
-    records = [segment.record for segment in (*model.fitted, *model.validation)]
-    missing = candidates(model.structure, model.output, skip, records)
+    missing = missing_effects(model, skip)
     return CandidateScan(model, missing, scans(model.fitted, model.unknowns, missing))
 
 

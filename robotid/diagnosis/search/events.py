@@ -25,8 +25,8 @@ from robotid.diagnosis.refit.refit import CAREFUL, refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
 from robotid.diagnosis.results import Event, EventKind
 from robotid.diagnosis.scoring.candidate import Candidate, EffectCandidate
-from robotid.diagnosis.scoring.catalogue_candidates import candidates
 from robotid.diagnosis.scoring.projection import Projected, beyond, project
+from robotid.diagnosis.scoring.ranking import missing_effects
 from robotid.diagnosis.scoring.scan import Scan, scans
 from robotid.diagnosis.scoring.score_test import Score, score
 from robotid.diagnosis.search.coloured import blocks_with, by_noise, judged_along_the_motion, left_beside, left_by
@@ -109,7 +109,7 @@ def largest_event(
     model, data = records.model, records.data
     if not leaves_something(model, data) or CERTAINLY * data.energy(model.fitted, model.validation) < least:
         return None
-    missing = candidates(model.structure, model.output, criteria.skip, data.records)
+    missing = missing_effects(model, criteria.skip)
     try:
         placed, share = records.placed, ACCEPTANCE.unknown_share if doubtful else 0.0
         if (
@@ -178,7 +178,7 @@ def placed_again(
     it has led astray hide when it began. One that was doubtful may be so again. data : of the records without it."""
     back = replace(event, torque=-event.torque)
     segments = [replace(one, record=without_events(one.record, [back])) for one in (*data.fitted, *data.validation)]
-    missing = candidates(model.structure, model.output, criteria.skip, data.records)
+    missing = missing_effects(model, criteria.skip)
     try:
         seen = scan_pieces(evidence.model, model, segments, missing)
         found = find_event(seen, criteria.significance, doubtful=event.p_value >= criteria.significance)

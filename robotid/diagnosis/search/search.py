@@ -44,8 +44,8 @@ def search(evidence: Evidence, criteria: Criteria, log: Log, begun: SearchState 
 
     What happened once is set aside first; and where it shows only beside the causes, these are sought again without it.
     An event beside causes must be needed: where these explain as much with it in the records, it is one of their
-    moments. begun : the first state of this evidence, where it is known. Raises NumericsError where the model
-    cannot be simulated.
+    moments. A deadline that passes where nothing that was found can be kept leaves what was known at first. begun : the
+    first state of this evidence, where it is known. Raises NumericsError where the model cannot be simulated.
     """
     with deadline(None):  # without the noise and a round of the score there is no answer at all
         if begun is None:
@@ -178,7 +178,7 @@ def _leading_event(aside: Aside, criteria: Criteria, log: Log) -> tuple[SeenEven
         white = scored(_beside_torque_errors("white", aside.evidence, criteria, log), criteria, log)
     except (NumericsError, OutOfTime):
         return seen, None
-    found = largest_event(Aside.of(aside.evidence, white).records, criteria, white.round.scores)
+    found = largest_event(ModelInPieces(aside.evidence, white.first, white.data), criteria, white.round.scores)
     return (found if found is not None and found.leading else seen), white
 
 
