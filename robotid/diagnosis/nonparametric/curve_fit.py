@@ -26,7 +26,7 @@ from robotid.diagnosis.nonparametric.curve_course import can_act_in_time, refit_
 from robotid.diagnosis.nonparametric.curve_term import FreeCurve, can_act, refit_with_curve
 from robotid.diagnosis.nonparametric.settings import CURVES
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
-from robotid.diagnosis.refit.refitted_model import RefittedModel
+from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
 from robotid.diagnosis.scoring.projection import Projected, beyond, project
 from robotid.diagnosis.scoring.scan import scan, scans
 from robotid.errors import NumericsError
@@ -39,9 +39,10 @@ from robotid.simulation.trajectory import Trajectory
 class FittedCurve:
     """A free curve that was fitted to what a model leaves.
 
-    energy, validation_energy : of the whitened residuals that it explains on the fitted segments and on those that
-    validate, in variances of the noise; values (k,) : at the knots, as fitted [Nm], or what the variable counts;
-    moved (p,) : how far the fitted parameters go with it.
+    energy : of the whitened residuals that it explains on the fitted segments, in variances of the noise; values (k,)
+    : at the knots, as fitted [Nm], or what the variable counts; moved (p,) : how far the fitted parameters go with it;
+    decrease : of the whitened squared error of every sample of the segments that validate, (n,) each, none before they
+    were simulated with it.
     """
 
     basis: Basis
@@ -49,12 +50,17 @@ class FittedCurve:
     energy: float
     values: Array
     moved: Array
-    validation_energy: float = np.nan
+    decrease: tuple[Array, ...] = ()
 
     @property
     def variable(self) -> Variable:
         """Along which it lies."""
         return self.basis.variable
+
+    @property
+    def validation_energy(self) -> float:
+        """Energy that it explains on the segments that validate."""
+        return float(sum(one.sum() for one in self.decrease))
 
 
 def fit_curves(model: RefittedModel, data: EvaluationData) -> list[FittedCurve]:
@@ -105,7 +111,8 @@ def _acting(
         gained = explained - (0.0 if best is None else best.energy)
         if gained <= 0.0:
             break
-        best = replace(now, energy=explained, validation_energy=model.validation_energy - after.validation_energy)
+        pairs = zip(model.validation, after.validation, strict=True)
+        best = replace(now, energy=explained, decrease=tuple(_decrease(*pair) for pair in pairs))
         beside = after
         if gained < CURVES.settled_gain * explained:
             break
@@ -157,19 +164,19 @@ def _along(
 
 def _validated(curve: FittedCurve, model: RefittedModel) -> FittedCurve:
     """The curve with what it explains on the validation segments, their first states free."""
-    explained = 0.0
+    decrease = []
     for one in model.validation:
         force = applied(curve.basis, at_measured_speed(one.trajectory, one.record), curve.values)
         seen = scan(one, model.unknowns, (), force[:, None])
         signals = seen.whitened
         first, known, answer, left = signals[: seen.states], signals[seen.states : -2], signals[-2], signals[-1]
         less = left - answer - curve.moved @ known
-        explained += _energy(beyond(left, first)) - _energy(beyond(less, first))
-    return replace(curve, validation_energy=explained)
+        decrease.append(beyond(left, first) ** 2 - beyond(less, first) ** 2)
+    return replace(curve, decrease=tuple(decrease))
 
 
-def _energy(signal: Array) -> float:
-    return float(signal @ signal)
+def _decrease(before: SegmentFit, after: SegmentFit) -> Array:
+    return np.asarray(before.whitened**2 - after.whitened**2)
 
 
 def _fit(

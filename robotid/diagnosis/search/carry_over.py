@@ -14,22 +14,21 @@ import numpy as np
 from robotid.diagnosis.refit.refitted_model import SegmentFit
 from robotid.diagnosis.scoring.blocked_regression import Gain, gain_of
 from robotid.diagnosis.search.settings import ACCEPTANCE
+from robotid.model.array import Array
 
 
 def gain_by_blocks(before: Sequence[SegmentFit], after: Sequence[SegmentFit]) -> Gain:
     """The decrease of the whitened squared error on segments, block by block of time."""
-    samples = sum(len(one.residual) for one in before)
-    decrease = [
-        [float(part.sum()) for part in np.array_split(old.whitened**2 - new.whitened**2, _blocks(old, samples))]
-        for old, new in zip(before, after, strict=True)
-    ]
-    return gain_of(np.concatenate(decrease))
+    return gain_of_samples([old.whitened**2 - new.whitened**2 for old, new in zip(before, after, strict=True)])
+
+
+def gain_of_samples(decrease: Sequence[Array]) -> Gain:
+    """A decrease of the squared error of every sample of segments, (n,) each, block by block of time."""
+    samples = sum(map(len, decrease))
+    parts = [np.array_split(one, max(1, round(ACCEPTANCE.gain_blocks * len(one) / samples))) for one in decrease]
+    return gain_of(np.array([float(block.sum()) for part in parts for block in part]))
 
 
 def proven(gain: Gain) -> bool:
     """Whether a gain is beyond its own spread."""
     return gain.total > 0.0 and gain.p_value < ACCEPTANCE.gain_level
-
-
-def _blocks(one: SegmentFit, samples: int) -> int:
-    return max(1, round(ACCEPTANCE.gain_blocks * len(one.residual) / samples))

@@ -14,12 +14,21 @@ from functools import cached_property
 
 import numpy as np
 from scipy.stats import f as fisher
+from scipy.stats import t as student
 
 from robotid.diagnosis.noise.colour import ColouredNoise
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.blocked_regression import BlockedRegression, solved, wald
-from robotid.diagnosis.scoring.projection import without_states
-from robotid.diagnosis.search.coloured import Left, blocks_with, by_noise, judged_along_the_motion, left_by
+from robotid.diagnosis.scoring.projection import project, without_states
+from robotid.diagnosis.scoring.scan import Scan, scans
+from robotid.diagnosis.search.coloured import (
+    Left,
+    blocks_with,
+    by_noise,
+    judged_along_the_motion,
+    left_beside,
+    left_by,
+)
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.estimate.noise.information import SeenDerivatives
 from robotid.estimate.noise.whitening import NoiseLevels
@@ -125,24 +134,44 @@ def curve_p_value(model: RefittedModel, forces: Sequence[Array]) -> float:
     first = len(model.unknowns.parameters)
     at = range(first, first + forces[0].shape[1])
     found = max(by_noise(left.blocks, at, left.energy, model.samples), left.blocks.gain(at).p_value)
-    return found if found > CERTAINLY_NONE else max(found, curve_among_draws(left, at))
+    return found if found > CERTAINLY_NONE else max(found, curve_among_draws(model, forces))
 
 
-def curve_among_draws(left: Left, at: Sequence[int]) -> float:
-    """p-value of a free curve being drawn noise itself, by the energy that it explains there; one where too little
-    could be drawn. at : numbers of its columns in what is left."""
-    information, columns = left.blocks.information.sum(axis=0), [without_states(one) for one in left.scans]
-    drawn = []
-    for residuals in judged_along_the_motion(left).noise.drawn():
-        parts = zip(columns, left.scans, residuals, strict=True)
-        moment = np.sum([own @ one.whitening(residual) for own, one, residual in parts], axis=0)
-        drawn.append(BlockedRegression(information[None], moment[None], np.zeros(1)).energy_of(at))
-    if len(drawn) < 2 or not np.isfinite(drawn).all():
+def curve_among_draws(model: RefittedModel, forces: Sequence[Array]) -> float:
+    """p-value of a free curve explaining drawn noise of any colour as well as it explains what a model leaves, where
+    all of that is such noise; one where too little could be drawn, or more than numbers hold.
+
+    How large noise is says little along a motion that rests: a slow error shifts where it rests, and draws of one noise
+    differ by orders of magnitude. The share of it that a curve explains differs far less, and its logarithmic odds are
+    about normal: one value more than has been drawn (Student 1908). forces : as of `curve_p_value`.
+    """
+    seen = scans(model.fitted, model.unknowns, (), forces)
+    noise = judged_along_the_motion(left_beside(model, [one.bare for one in seen])).noise
+    drawings = (zip(seen, residuals, strict=True) for residuals in noise.drawn(TWICE))
+    drawn = [[one.with_residual(residual) for one, residual in drawing] for drawing in drawings]
+    count = len(drawn)
+    if count < 2 or not all(map(_is_within_numbers, drawn)):
         return 1.0
-    mean = max(float(np.mean(drawn)), 1e-300)
-    variance = float(np.var(np.divide(drawn, mean), ddof=1))  # of shares: squares of what runs away are beyond numbers
-    free = float(np.clip(2.0 / max(variance, 1e-300), 1.0, len(at)))  # as many knots as noise tells apart
-    return float(fisher.sf(left.blocks.energy_of(at) / mean, free, free * len(drawn)))
+    odds = np.array([_odds(one) for one in drawn])
+    deviation = float(np.std(odds, ddof=1)) * np.sqrt(1.0 + 1.0 / count)
+    return float(student.sf((_odds(seen) - float(np.mean(odds))) / max(deviation, 1e-300), count - 1))
+
+
+def _is_within_numbers(seen: Sequence[Scan]) -> bool:
+    """Whether the energy of the residuals is a number."""
+    with np.errstate(over="ignore"):
+        return bool(np.isfinite(sum(float(np.sum(one.whitening(one.signals[-1]) ** 2)) for one in seen)))
+
+
+def _odds(seen: Sequence[Scan]) -> float:
+    """Logarithm of the energy of a residual that columns explain over what they leave.
+
+    seen : the columns of every segment after those that a fit has shaped, and last the residual.
+    """
+    projected = project(seen)
+    moment = projected.missing.T @ projected.residual
+    explained = float(moment @ solved(projected.missing.T @ projected.missing, moment))
+    return float(np.log(max(explained, 1e-300)) - np.log(max(projected.energy - explained, 1e-300)))
 
 
 def _wald(sizes: Array, covariance: Array) -> float:

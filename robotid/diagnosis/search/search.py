@@ -28,7 +28,7 @@ from robotid.diagnosis.search.rounds import as_result, find_causes, out_of_time,
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import Log, SearchResult, SearchState, is_plain, misfit_energy, share_removed
 from robotid.diagnosis.search.torque_errors import lead_astray, leaves_only_noise, prevail
-from robotid.diagnosis.search.unexplained import is_complete, is_imitated
+from robotid.diagnosis.search.unexplained import is_complete, is_imitated, stands
 from robotid.errors import NumericsError
 from robotid.interrupt import OutOfTime, check, deadline
 from robotid.numerals import plain as plain_number
@@ -206,6 +206,9 @@ def _beside_lesser_events(found: SearchResult, whole: Aside, criteria: Criteria,
         explained = share_removed(first, first, again.first, found.data, plain=plain)
         needed = leaves_only_noise(again) or explained > 1.0 - ACCEPTANCE.unknown_share
         needed = needed and (leading or bool(again.causes) or not leaves_only_noise(found))
+        curve_share = 0.0 if found.curve is None or found.curve.variable.along == "t" else found.curve_share
+        total = share_removed(first, first, again.last, found.data, plain=plain)
+        needed = needed and stands(total, curve_share, found.data, alone=True)
         stand = needed and all(stands_out(event, again.last, criteria) for event in aside.events)
         return replace(again, events=aside.events) if stand else found
     except NumericsError:

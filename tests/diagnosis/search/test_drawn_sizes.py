@@ -93,17 +93,25 @@ def test_a_curve_of_slow_errors_does_not() -> None:
     assert curve_p_value(model, forces) > LEVEL
     left, first = left_by(model, forces), len(model.unknowns.parameters)
     at = range(first, first + forces[0].shape[1])
-    assert np.log(curve_among_draws(left, at)) > 0.5 * np.log(by_noise(left.blocks, at, left.energy, model.samples))
+    by_linear_noise = by_noise(left.blocks, at, left.energy, model.samples)
+    assert np.log(curve_among_draws(model, forces)) > 0.5 * np.log(by_linear_noise)
 
 
-def test_draws_that_run_away_may_be_anything(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As of a joint that a piece of a record simulates hardly at all: the square of their energy is beyond numbers."""
+def far_away(far: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draws that run away, as of a joint that a piece of a record simulates hardly at all."""
     draw = colour.drawn_residuals
-    far = 1e80
     monkeypatch.setattr(colour, "drawn_residuals", lambda *asked: [far * one for one in draw(*asked)])
-    model, forces = a_curve(records(STRIBECK))
-    left, first = left_by(model, forces), len(model.unknowns.parameters)
-    assert curve_among_draws(left, range(first, first + forces[0].shape[1])) > 0.9
+
+
+def test_a_curve_among_draws_whose_energy_is_beyond_numbers_may_be_anything(monkeypatch: pytest.MonkeyPatch) -> None:
+    far_away(1e160, monkeypatch)
+    assert curve_among_draws(*a_curve(records(STRIBECK))) > 0.9
+
+
+def test_sizes_among_draws_the_square_of_whose_energy_is_beyond_numbers_may_be_anything(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    far_away(1e80, monkeypatch)
     there = sizes(records(STRIBECK), STRIBECK, "motor.stribeck")
     assert there.p_value_among_draws == 1.0
 

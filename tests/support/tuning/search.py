@@ -270,7 +270,7 @@ def check_columns_at_an_angle_of_three_degrees_are_told_apart() -> None:
 def left_curve(share: float) -> SearchResult:
     """A result that leaves a curve of this share of a misfit, if that is worth a word."""
     basis: Any = SimpleNamespace(forces=())
-    curve = FittedCurve(basis, None, 1000.0 * share, np.zeros(1), np.zeros(3), 500.0)  # type: ignore[arg-type]
+    curve = FittedCurve(basis, None, 1000.0 * share, np.zeros(1), np.zeros(3), (np.full(1, 500.0),))  # type: ignore[arg-type]
     seen = state(2000.0, friction(1.0))
     result = SearchResult(seen.data, seen.first, seen.model, (), (), seen.rounds)
     with pytest.MonkeyPatch.context() as patch:
