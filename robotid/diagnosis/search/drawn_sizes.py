@@ -143,7 +143,7 @@ def curve_among_draws(model: RefittedModel, forces: Sequence[Array]) -> float:
 
     How large noise is says little along a motion that rests: a slow error shifts where it rests, and draws of one noise
     differ by orders of magnitude. The share of it that a curve explains differs far less, and its logarithmic odds are
-    about normal: one value more than has been drawn (Student 1908). forces : as of `curve_p_value`.
+    about normal: what is left gives one more of them than was drawn (Student 1908). forces : as of `curve_p_value`.
     """
     seen = scans(model.fitted, model.unknowns, (), forces)
     noise = judged_along_the_motion(left_beside(model, [one.bare for one in seen])).noise
@@ -164,14 +164,16 @@ def _is_within_numbers(seen: Sequence[Scan]) -> bool:
 
 
 def _odds(seen: Sequence[Scan]) -> float:
-    """Logarithm of the energy of a residual that columns explain over what they leave.
+    """Logarithm of what columns explain of a residual over what they leave beyond the noise of the sensors, which is
+    there in either case, and of which chance makes so much.
 
     seen : the columns of every segment after those that a fit has shaped, and last the residual.
     """
-    projected = project(seen)
+    projected, samples = project(seen), sum(one.signals.shape[1] for one in seen)
     moment = projected.missing.T @ projected.residual
     explained = float(moment @ solved(projected.missing.T @ projected.missing, moment))
-    return float(np.log(max(explained, 1e-300)) - np.log(max(projected.energy - explained, 1e-300)))
+    left = max(projected.energy - explained - samples, float(np.sqrt(2.0 * samples)))
+    return float(np.log(max(explained, 1e-300)) - np.log(left))
 
 
 def _wald(sizes: Array, covariance: Array) -> float:

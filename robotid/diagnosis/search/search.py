@@ -206,15 +206,24 @@ def _beside_lesser_events(found: SearchResult, whole: Aside, criteria: Criteria,
         explained = share_removed(first, first, again.first, found.data, plain=plain)
         needed = leaves_only_noise(again) or explained > 1.0 - ACCEPTANCE.unknown_share
         needed = needed and (leading or bool(again.causes) or not leaves_only_noise(found))
-        curve_share = 0.0 if found.curve is None or found.curve.variable.along == "t" else found.curve_share
-        total = share_removed(first, first, again.last, found.data, plain=plain)
-        needed = needed and stands(total, curve_share, found.data, alone=True)
+        needed = needed and replaces_the_curve(again, found)
         stand = needed and all(stands_out(event, again.last, criteria) for event in aside.events)
         return replace(again, events=aside.events) if stand else found
     except NumericsError:
         return found
     except OutOfTime:
         return replace(found, late=True, unexamined=(ONCE, *found.unexamined))
+
+
+def replaces_the_curve(again: SearchResult, found: SearchResult) -> bool:
+    """Whether what is found with events out of the records explains as much as the curve of a search that left them
+    there: what recurs at a speed or a place may look like something that began once. A curve along time is no rival of
+    events, but another look at them."""
+    if found.curve is None or found.curve.variable.along == "t":
+        return True
+    first, data = found.first, found.data
+    explained = share_removed(first, first, again.last, data, plain=is_plain(first, data))
+    return stands(explained, found.curve_share, data, alone=True)
 
 
 def _lesser_event(records: ModelInPieces, found: SearchResult, criteria: Criteria) -> SeenEvent | None:
