@@ -128,16 +128,18 @@ def objection(step: Step, criteria: Criteria) -> str | None:
 @dataclass(frozen=True, slots=True, eq=False)
 class Steps:
     """The steps from a state to refits of its last round, each made once: several ways of accepting a cause ask for the
-    same tests, and these are slow."""
+    same tests, and these are slow. refits : how many there are."""
 
     state: SearchState
+    refits: int = 1
     made: dict[CandidateRefit, Step] = field(default_factory=dict)
 
     def to(self, one: CandidateRefit) -> Step:
         """From the state's model to one that is refitted with a candidate."""
         if one not in self.made:
             state, seen = self.state, self.state.round
-            self.made[one] = Step(state.first, state.model, one.model, state.data, Tried.of(seen), one.confirmed)
+            tried = Tried.of(seen, max(1, self.refits))
+            self.made[one] = Step(state.first, state.model, one.model, state.data, tried, one.confirmed)
         return self.made[one]
 
 
@@ -267,7 +269,7 @@ def _with_first_that_stands(
 ) -> SearchState:
     """The state with the first of several refits that stands all tests, where one does; those after it, and then the
     others of other effects, may be its twins. scored : they were found by the score."""
-    steps, effects = Steps(state), {one.effect for one in found}
+    steps, effects = Steps(state, len(found)), {one.effect for one in found}
     others = [one for one in others if one.effect not in effects]
     for k, one in enumerate(found):
         step = steps.to(one)
@@ -310,7 +312,8 @@ def accept_pair(
     first = refits[0].effect
     log(f"looking for a second cause beside {first}")
     beside = state.with_model(step.after, criteria).scored(criteria)
-    pairs, further = refit_hopeful(beside, criteria, log).refits, Steps(beside)
+    pairs = refit_hopeful(beside, criteria, log).refits
+    further = Steps(beside, len(pairs))
     for k, one in enumerate(pairs):
         second = further.to(one)
         if objection(replace(second, before=state.model), criteria) is None:

@@ -72,15 +72,16 @@ def _whitened(seen: Sequence[Scan], noise: ColouredNoise) -> tuple[Scan, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Tried:
-    """Of how many candidates, and of how many effects, a cause is the best."""
+    """Of how many candidates, and of how many effects, a cause is the best, and one of how many refits."""
 
     candidates: int = 1
     effects: int = 1
+    refits: int = 1
 
     @classmethod
-    def of(cls, seen: Round) -> Tried:
-        """Of all that were scored in a round."""
-        return cls(len(seen.scores), len({one.candidate.name for one in seen.scores}))
+    def of(cls, seen: Round, refits: int = 1) -> Tried:
+        """Of all that were scored in a round, so many of which were refitted."""
+        return cls(len(seen.scores), len({one.candidate.name for one in seen.scores}), refits)
 
 
 ALONE = Tried()

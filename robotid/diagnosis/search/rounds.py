@@ -143,7 +143,8 @@ def add_cause(state: SearchState, criteria: Criteria, log: Log) -> SearchState:
     two that carry over only beside each other; where it explains little of a large misfit, with what the torque asks
     for along the measured motion, or with what one record has another than a model of the others has; where none stands
     its tests, with those that were rejected."""
-    found, steps = refit_hopeful(state, criteria, log), Steps(state)
+    found = refit_hopeful(state, criteria, log)
+    steps = Steps(state, len(found.refits))
     extended = replace(accept_best(state, found.refits, steps, criteria), unexamined=found.unexamined)
     accepted = len(extended.causes) > len(state.causes)
     if found.unexamined or (accepted and extended.causes[-1].explained > CHOICE.doubtful_share * _left_share(state)):

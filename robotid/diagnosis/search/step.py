@@ -13,7 +13,7 @@ from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import refit_to_confirm
 from robotid.diagnosis.refit.refitted_model import RefittedModel, Trajectories
 from robotid.diagnosis.scoring.blocked_regression import Gain
-from robotid.diagnosis.search.carry_over import gain_by_blocks
+from robotid.diagnosis.search.carry_over import gain_by_blocks, together
 from robotid.diagnosis.search.coloured import (
     ALONE,
     Left,
@@ -143,13 +143,14 @@ class Step:
 
     @cached_property
     def p_value(self) -> float:
-        """Of what the step adds being absent, by noise of any colour."""
+        """Of what the step adds being absent, by noise of any colour and by its gain on the validation segments."""
         found = (p_value(self.after, one, self.left, self.tried, lambda: self.elsewhere) for one in self.added)
-        return min(max(found, default=0.0), self.tried.effects * self.confirmed)
+        fitted = min(max(found, default=0.0), self.tried.effects * self.confirmed)
+        return together(fitted, self.held_out, self.tried.refits)
 
     def p_value_in_motion(self, level: float) -> float:
-        """The same where errors of the torque pass along the motion, which rests and reverses: linear about every
-        sample, or, where that is not below this level of significance, by simulations, which take longer."""
+        """By noise of any colour alone where errors of the torque pass along the motion, which rests and reverses:
+        linear about every sample, or, where that is not below this level of significance, by simulations, which take longer."""
         found = [DrawnSizes.of(self.after, one, self.left) for one in self.added]
         return max((one.p_value(level) for one in found if one is not None), default=0.0)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import combine_pvalues
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.nonparametric.curve_fit import FittedCurve, fit_acting, fit_acting_along, fit_curves
@@ -13,8 +12,8 @@ from robotid.diagnosis.refit.evaluation_data import EvaluationData
 from robotid.diagnosis.refit.refit import CAREFUL, refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel
 from robotid.diagnosis.scoring.score_test import significance
-from robotid.diagnosis.search.carry_over import gain_of_samples
-from robotid.diagnosis.search.drawn_sizes import CERTAINLY_NONE, curve_p_value
+from robotid.diagnosis.search.carry_over import gain_of_samples, together
+from robotid.diagnosis.search.drawn_sizes import curve_p_value
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import (
     SearchResult,
@@ -114,13 +113,9 @@ def with_unexplained(result: SearchResult, criteria: Criteria) -> SearchResult:
 
 
 def _p_value(curve: FittedCurve, model: RefittedModel) -> float:
-    """p-value of a curve being noise of any colour: by the records of the fit, or, unless these tell nothing of it, by
-    these together with what it gains on records that served for no fit (Fisher 1932)."""
-    fitted = curve_p_value(model, curve.basis.forces)
-    if not curve.decrease or fitted > CERTAINLY_NONE:
-        return fitted
-    both = combine_pvalues([fitted, gain_of_samples(curve.decrease).p_value], method="fisher")
-    return min(fitted, float(both.pvalue))
+    """p-value of a curve being noise of any colour."""
+    held_out = gain_of_samples(curve.decrease) if curve.decrease else None
+    return together(curve_p_value(model, curve.basis.forces), held_out)
 
 
 def without_imitations(result: SearchResult, better: FittedCurve, before: EvaluationData) -> SearchResult:

@@ -5,15 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from support.plain_models import SAMPLES, plain_data, plain_model, plain_segment
 
 from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.refit.refitted_model import SegmentFit
-from robotid.diagnosis.scoring.blocked_regression import gain_of
+from robotid.diagnosis.scoring.blocked_regression import Gain, gain_of
 from robotid.diagnosis.search.acceptance import gains_by_chance
-from robotid.diagnosis.search.carry_over import gain_by_blocks, proven
+from robotid.diagnosis.search.carry_over import gain_by_blocks, proven, together
 from robotid.diagnosis.search.step import Step
 from robotid.model.array import Array
+
+LEVEL = 1e-3
 
 
 def leaving(residual: Array) -> SegmentFit:
@@ -81,3 +84,30 @@ def test_where_only_a_moment_shows_a_cause_the_records_must_ask_for_it_by_themse
     for p, stands in ((1e-5, True), (0.05, False)):
         step.__dict__["confirmation"] = p
         assert (gains_by_chance(step, Criteria()) is None) == stands
+
+
+def a_gain() -> Gain:
+    return gain_of(1.0 + 0.1 * noise(1)[:20])
+
+
+@pytest.mark.parametrize(("fitted", "together_enough"), [(5e-3, True), (0.04, True), (0.06, False)])
+def test_a_gain_counts_with_the_records_of_the_fit_that_hint_at_it(fitted: float, *, together_enough: bool) -> None:
+    assert (together(fitted, a_gain()) < LEVEL) is together_enough
+
+
+def test_a_gain_that_is_the_best_of_many_counts_less() -> None:
+    assert together(5e-3, a_gain(), tries=10) > together(5e-3, a_gain())
+    assert together(5e-3, a_gain(), tries=10**6) == 5e-3
+
+
+def test_a_gain_within_its_spread_and_a_loss_count_nothing() -> None:
+    assert together(5e-3, gain_of(noise(2)[:20])) == 5e-3
+    assert together(5e-3, gain_of(-a_gain().blocks)) == 5e-3
+
+
+def test_without_a_gain_the_records_of_the_fit_decide() -> None:
+    assert together(5e-3, None) == 5e-3
+
+
+def test_a_gain_takes_nothing_from_what_is_certain() -> None:
+    assert together(0.0, a_gain()) == 0.0

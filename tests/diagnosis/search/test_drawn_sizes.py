@@ -103,6 +103,13 @@ def far_away(far: float, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(colour, "drawn_residuals", lambda *asked: [far * one for one in draw(*asked)])
 
 
+def test_how_large_draws_are_tells_nothing_of_a_curve(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A slow error shifts where a motor rests, and draws of one noise differ by orders of magnitude."""
+    assert curve_among_draws(*a_curve(records(STRIBECK))) < LEVEL
+    far_away(30.0, monkeypatch)
+    assert curve_among_draws(*a_curve(records(STRIBECK))) < LEVEL
+
+
 def test_a_curve_among_draws_whose_energy_is_beyond_numbers_may_be_anything(monkeypatch: pytest.MonkeyPatch) -> None:
     far_away(1e160, monkeypatch)
     assert curve_among_draws(*a_curve(records(STRIBECK))) > 0.9

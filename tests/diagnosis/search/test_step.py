@@ -13,6 +13,7 @@ from robotid.diagnosis.refit import refit as refitting
 from robotid.diagnosis.refit.refit import refit
 from robotid.diagnosis.refit.refitted_model import RefittedModel, extended
 from robotid.diagnosis.search.carry_over import proven
+from robotid.diagnosis.search.coloured import Tried
 from robotid.diagnosis.search.step import Step
 from robotid.errors import NumericsError
 from robotid.model.parameters import Parameters
@@ -71,3 +72,12 @@ def test_what_is_left_out_is_explained_in_the_shape_that_was_found(hidden: dict[
 def test_what_has_no_amplitude_leaves_nothing_out() -> None:
     state, idle, _ = idle_then_stribeck()
     assert Step(state.first, idle, idle, state.data).left_out is None
+
+
+def test_what_a_cause_gains_elsewhere_counts_with_what_the_fit_hints_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    state, idle, both = idle_then_stribeck()
+    monkeypatch.setattr("robotid.diagnosis.search.step.p_value", lambda *_: 5e-3)
+    one, many = (Step(state.first, idle, both, state.data, Tried(refits=count)) for count in (1, 10**9))
+    assert proven(one.held_out)
+    assert one.p_value < 1e-3
+    assert many.p_value == 5e-3
