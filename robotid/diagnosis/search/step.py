@@ -150,7 +150,8 @@ class Step:
 
     def p_value_in_motion(self, level: float) -> float:
         """By noise of any colour alone where errors of the torque pass along the motion, which rests and reverses:
-        linear about every sample, or, where that is not below this level of significance, by simulations, which take longer."""
+        linear about every sample, or, where that is not below this level of significance, by simulations, which take
+        longer."""
         found = [DrawnSizes.of(self.after, one, self.left) for one in self.added]
         return max((one.p_value(level) for one in found if one is not None), default=0.0)
 
