@@ -39,18 +39,30 @@ def test_a_hidden_effect_is_named_and_the_extended_model_gains_what_the_true_one
 
 
 @pytest.mark.slow
-def test_both_effects_of_a_pair_are_named(tmp_path: Path) -> None:
-    result, judged = tried("pair-arm_viscous-motor_stribeck-small-1", tmp_path)
+@pytest.mark.parametrize(
+    "key", ["pair-arm_viscous-motor_stribeck-small-1", "pair-motor_coulomb-torque_torque_delay-small-16"]
+)
+def test_both_effects_of_a_pair_are_named(key: str, tmp_path: Path) -> None:
+    result, judged = tried(key, tmp_path)
     assert judged.in_class, result.causes
     assert judged.false == 0, result.causes
     assert judged.share >= SHARE
 
 
 @pytest.mark.slow
-def test_an_effect_of_no_catalogue_is_told_as_unknown_with_its_shape(tmp_path: Path) -> None:
-    result, judged = tried("unknown-tight_spot-large-0", tmp_path)
+@pytest.mark.parametrize(
+    ("key", "along"),
+    [
+        ("unknown-tight_spot-large-0", "phi_m, by direction"),
+        ("unknown-tight_spot-small-0", "phi_m, by direction"),
+        ("unknown-breathing-large-1", "t, by direction"),
+        ("unknown-speed_bump-small-0", "dphi_m"),
+    ],
+)
+def test_an_effect_of_no_catalogue_is_told_as_unknown_with_its_shape(key: str, along: str, tmp_path: Path) -> None:
+    result, judged = tried(key, tmp_path)
     assert judged.right, (result.verdict, result.causes)
-    assert result.along == "phi_m, by direction"
+    assert result.along == along
     assert result.correlation >= SHAPE
 
 
