@@ -135,8 +135,9 @@ def are_too_few(telling: float, amplitudes: int) -> bool:
 
 def confirmation(other: RefittedModel, effect: str, sizes: Mapping[int, float]) -> float:
     """p-value of an effect being absent from records that served for no fit, by a model fitted to these alone, beside
-    noise of any colour; one where they find it of another size, or fit a joint that none can be. Several amplitudes are
-    compared by what they do in these records, for two that hardly differ there may take each other's place.
+    noise of any colour and, where enough of their blocks tell of it, from block to block; one where they find it of
+    another size, or fit a joint that none can be. Several amplitudes are compared by what they do in these records, for
+    two that hardly differ there may take each other's place.
 
     sizes : its amplitudes by the fit of the other records, by number of the fitted parameter.
     """
@@ -148,7 +149,12 @@ def confirmation(other: RefittedModel, effect: str, sizes: Mapping[int, float]) 
     apart = {k: found[k] - size for k, size in sizes.items()}
     if _energy(left, apart) > ACCEPTANCE.constant_spread**2 * _energy(left, sizes):
         return 1.0
-    return by_noise(blocks_with(left, found), other.own_columns(effect), left.energy, other.samples)
+    at, own, with_effect = list(found), other.own_columns(effect), blocks_with(left, found)
+    by_colour = by_noise(with_effect, own, left.energy, other.samples)
+    if are_too_few(with_effect.telling_blocks(at), len(at)):
+        return by_colour
+    shaped, there = in_the_shape(with_effect, at, own)
+    return max(by_colour, shaped.significance(there))
 
 
 def _energy(left: Left, sizes: Mapping[int, float]) -> float:

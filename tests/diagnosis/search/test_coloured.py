@@ -98,6 +98,20 @@ def test_amplitudes_that_take_each_others_place_are_of_the_same_size(monkeypatch
     assert p[1] == 1.0
 
 
+@pytest.mark.parametrize(("scatter", "confirmed"), [(3.0, True), (300.0, False)])
+def test_blocks_of_the_records_held_out_must_agree_where_enough_of_them_tell(
+    scatter: float, *, confirmed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where a friction that wanders on both days looks like one that falls with the speed."""
+    model = with_effect(records(STRIBECK), STRIBECK)
+    apart = scatter * np.where(np.arange(20) % 2, 1.0, -1.0)
+    blocks = BlockedRegression(np.full((20, 1, 1), 200.0), apart[:, None], np.zeros(20))
+    monkeypatch.setattr(coloured, "left_by", lambda _: replace(left_by(model), blocks=blocks, energy=1.0))
+    monkeypatch.setattr(RefittedModel, "own_columns", lambda *_: [0])
+    monkeypatch.setattr(coloured, "amplitudes", lambda *_: {0: 0.15})
+    assert (confirmation(model, "motor.stribeck", {0: 0.15}) < 1e-3) is confirmed
+
+
 def test_a_fit_of_held_out_records_that_no_joint_can_be_confirms_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     def runs_away(_: RefittedModel) -> Left:
         raise NumericsError("the joint runs away within a sampling time")
