@@ -26,7 +26,7 @@ from robotid.diagnosis.nonparametric.curve_course import can_act_in_time, refit_
 from robotid.diagnosis.nonparametric.curve_term import FreeCurve, can_act, refit_with_curve
 from robotid.diagnosis.nonparametric.settings import CURVES
 from robotid.diagnosis.refit.evaluation_data import EvaluationData
-from robotid.diagnosis.refit.refitted_model import RefittedModel, SegmentFit
+from robotid.diagnosis.refit.refitted_model import RefittedModel, decrease
 from robotid.diagnosis.scoring.projection import Projected, beyond, project
 from robotid.diagnosis.scoring.scan import scan, scans
 from robotid.errors import NumericsError
@@ -111,8 +111,7 @@ def _acting(
         gained = explained - (0.0 if best is None else best.energy)
         if gained <= 0.0:
             break
-        pairs = zip(model.validation, after.validation, strict=True)
-        best = replace(now, energy=explained, decrease=tuple(_decrease(*pair) for pair in pairs))
+        best = replace(now, energy=explained, decrease=tuple(map(decrease, model.validation, after.validation)))
         beside = after
         if gained < CURVES.settled_gain * explained:
             break
@@ -164,19 +163,15 @@ def _along(
 
 def _validated(curve: FittedCurve, model: RefittedModel) -> FittedCurve:
     """The curve with what it explains on the validation segments, their first states free."""
-    decrease = []
+    found = []
     for one in model.validation:
         force = applied(curve.basis, at_measured_speed(one.trajectory, one.record), curve.values)
         seen = scan(one, model.unknowns, (), force[:, None])
         signals = seen.whitened
         first, known, answer, left = signals[: seen.states], signals[seen.states : -2], signals[-2], signals[-1]
         less = left - answer - curve.moved @ known
-        decrease.append(beyond(left, first) ** 2 - beyond(less, first) ** 2)
-    return replace(curve, decrease=tuple(decrease))
-
-
-def _decrease(before: SegmentFit, after: SegmentFit) -> Array:
-    return np.asarray(before.whitened**2 - after.whitened**2)
+        found.append(beyond(left, first) ** 2 - beyond(less, first) ** 2)
+    return replace(curve, decrease=tuple(found))
 
 
 def _fit(

@@ -41,6 +41,11 @@ class SegmentFit(SimulatedSegment):
         return self.whitening(self.residual)
 
 
+def decrease(before: SegmentFit, after: SegmentFit) -> Array:
+    """Of the whitened squared error of every sample of a segment, (n,), from one model to another."""
+    return np.asarray(before.whitened**2 - after.whitened**2)
+
+
 def segment_fit(segment: Segment, trajectory: Trajectory, output: Quantity) -> SegmentFit:
     """A segment with a simulated trajectory of it, compared in a quantity."""
     y, simulated = measured_output(segment.record, output), observed(trajectory, output)

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import combine_pvalues
 
-from robotid.diagnosis.refit.refitted_model import SegmentFit
+from robotid.diagnosis.refit.refitted_model import SegmentFit, decrease
 from robotid.diagnosis.scoring.blocked_regression import Gain, gain_of
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.model.array import Array
@@ -22,13 +22,13 @@ LEAST = 1e-300  # p-value whose logarithm is a number
 
 def gain_by_blocks(before: Sequence[SegmentFit], after: Sequence[SegmentFit]) -> Gain:
     """The decrease of the whitened squared error on segments, block by block of time."""
-    return gain_of_samples([old.whitened**2 - new.whitened**2 for old, new in zip(before, after, strict=True)])
+    return gain_of_samples(list(map(decrease, before, after)))
 
 
-def gain_of_samples(decrease: Sequence[Array]) -> Gain:
+def gain_of_samples(segments: Sequence[Array]) -> Gain:
     """A decrease of the squared error of every sample of segments, (n,) each, block by block of time."""
-    samples = sum(map(len, decrease))
-    parts = [np.array_split(one, max(1, round(ACCEPTANCE.gain_blocks * len(one) / samples))) for one in decrease]
+    samples = sum(map(len, segments))
+    parts = [np.array_split(one, max(1, round(ACCEPTANCE.gain_blocks * len(one) / samples))) for one in segments]
     return gain_of(np.array([float(block.sum()) for part in parts for block in part]))
 
 

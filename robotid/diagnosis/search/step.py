@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -144,9 +144,14 @@ class Step:
     @cached_property
     def p_value(self) -> float:
         """Of what the step adds being absent, by noise of any colour and by its gain on the validation segments."""
-        found = (p_value(self.after, one, self.left, self.tried, lambda: self.elsewhere) for one in self.added)
-        fitted = min(max(found, default=0.0), self.tried.effects * self.confirmed)
-        return together(fitted, self.held_out, self.tried.refits)
+        fitted = min(self._p_value(), self.tried.effects * self.confirmed)
+        found = together(fitted, self.held_out, self.tried.refits)
+        # what these segments ask for by themselves knows of their gain, and does not count with it
+        return min(found, self._p_value(lambda: self.elsewhere))
+
+    def _p_value(self, elsewhere: Callable[[], RefittedModel | None] = lambda: None) -> float:
+        """By noise of any colour alone. elsewhere : as of `coloured.p_value`."""
+        return max((p_value(self.after, one, self.left, self.tried, elsewhere) for one in self.added), default=0.0)
 
     def p_value_in_motion(self, level: float) -> float:
         """By noise of any colour alone where errors of the torque pass along the motion, which rests and reverses:

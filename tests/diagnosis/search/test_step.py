@@ -81,3 +81,19 @@ def test_what_a_cause_gains_elsewhere_counts_with_what_the_fit_hints_at(monkeypa
     assert proven(one.held_out)
     assert one.p_value < 1e-3
     assert many.p_value == 5e-3
+
+
+def test_what_records_held_out_ask_for_by_themselves_does_not_count_with_their_gain(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """They would be heard twice."""
+    state, idle, both = idle_then_stribeck()
+
+    def of_few_blocks(*arguments: Any) -> float:
+        return 1.0 if arguments[-1]() is None else 5e-3
+
+    monkeypatch.setattr("robotid.diagnosis.search.step.p_value", of_few_blocks)
+    monkeypatch.setattr(Step, "elsewhere", both)
+    step = Step(state.first, idle, both, state.data)
+    assert proven(step.held_out)
+    assert step.p_value == 5e-3
