@@ -149,12 +149,17 @@ def confirmation(other: RefittedModel, effect: str, sizes: Mapping[int, float]) 
     apart = {k: found[k] - size for k, size in sizes.items()}
     if _energy(left, apart) > ACCEPTANCE.constant_spread**2 * _energy(left, sizes):
         return 1.0
-    at, own, with_effect = list(found), other.own_columns(effect), blocks_with(left, found)
-    by_colour = by_noise(with_effect, own, left.energy, other.samples)
-    if are_too_few(with_effect.telling_blocks(at), len(at)):
-        return by_colour
-    shaped, there = in_the_shape(with_effect, at, own)
-    return max(by_colour, shaped.significance(there))
+    own, with_effect = other.own_columns(effect), blocks_with(left, found)
+    return max(by_noise(with_effect, own, left.energy, other.samples), by_blocks(with_effect, list(found), own))
+
+
+def by_blocks(blocks: BlockedRegression, at: Sequence[int], own: Sequence[int]) -> float:
+    """p-value of amplitudes being absent by their scatter from block to block, in the shape that was found; zero where
+    too few blocks tell of them to have any. at, own : as of `in_the_shape`."""
+    if are_too_few(blocks.telling_blocks(at), len(at)):
+        return 0.0
+    shaped, there = in_the_shape(blocks, at, own)
+    return shaped.significance(there)
 
 
 def _energy(left: Left, sizes: Mapping[int, float]) -> float:

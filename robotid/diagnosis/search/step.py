@@ -19,6 +19,7 @@ from robotid.diagnosis.search.coloured import (
     Left,
     Tried,
     blocks_with,
+    by_blocks,
     confirmation,
     in_the_shape,
     left_by,
@@ -144,7 +145,7 @@ class Step:
     @cached_property
     def p_value(self) -> float:
         """Of what the step adds being absent, by noise of any colour and by its gain on the validation segments."""
-        fitted = min(self._p_value(), self.tried.effects * self.confirmed)
+        fitted = min(self._p_value(), max(self.tried.effects * self.confirmed, self._by_blocks))
         found = together(fitted, self.held_out, self.tried.refits)
         # what these segments ask for by themselves knows of their gain, and does not count with it
         return min(found, self._p_value(lambda: self.elsewhere))
@@ -152,6 +153,16 @@ class Step:
     def _p_value(self, elsewhere: Callable[[], RefittedModel | None] = lambda: None) -> float:
         """By noise of any colour alone. elsewhere : as of `coloured.p_value`."""
         return max((p_value(self.after, one, self.left, self.tried, elsewhere) for one in self.added), default=0.0)
+
+    @property
+    def _by_blocks(self) -> float:
+        """From block to block alone, of nothing but what the step adds: what a part of the records has confirmed is no
+        longer the best of many, but errors that last from one part to the other confirm each other."""
+        found = []
+        for one in self.added:
+            if sizes := amplitudes(self.after, one):
+                found.append(by_blocks(blocks_with(self.left, sizes), list(sizes), self.after.own_columns(one)))
+        return max(found, default=0.0)
 
     def p_value_in_motion(self, level: float) -> float:
         """By noise of any colour alone where errors of the torque pass along the motion, which rests and reverses:

@@ -44,7 +44,19 @@ def test_what_another_part_of_the_record_confirms_is_no_noise(monkeypatch: pytes
     found = changed_apart(state(), QUICK)[0]
     steps = [Steps(state()).to(replace(found, confirmed=p)) for p in (1.0, 1e-9)]
     monkeypatch.setattr(step, "p_value", lambda *_: 0.4)
+    monkeypatch.setattr(step.Step, "held_out", None)
     assert [one.p_value for one in steps] == [0.4, pytest.approx(1e-9 * steps[1].tried.effects)]
+
+
+def test_what_another_part_confirms_is_noise_where_enough_blocks_tell_and_scatter(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A torque that walks at random lasts from one part to the other, and these confirm each other."""
+    found = changed_apart(state(), QUICK)[0]
+    monkeypatch.setattr(step, "p_value", lambda *_: 0.4)
+    monkeypatch.setattr(step, "by_blocks", lambda *_: 0.1)
+    monkeypatch.setattr(step.Step, "held_out", None)
+    assert Steps(state()).to(replace(found, confirmed=1e-9)).p_value == 0.1
 
 
 def test_it_is_the_cause_where_a_refit_from_the_model_of_all_records_leads_nowhere(
