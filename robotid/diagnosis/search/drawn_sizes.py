@@ -27,7 +27,6 @@ from robotid.diagnosis.search.coloured import (
     by_noise,
     judged_along_the_motion,
     left_beside,
-    left_by,
 )
 from robotid.diagnosis.search.physical_sense import amplitudes
 from robotid.estimate.noise.information import SeenDerivatives
@@ -130,22 +129,22 @@ def curve_p_value(model: RefittedModel, forces: Sequence[Array]) -> float:
 
     forces : (nv, m, n) of its knots on each fitted segment.
     """
-    left = left_by(model, forces)
-    first = len(model.unknowns.parameters)
+    seen = scans(model.fitted, model.unknowns, (), forces)
+    left, first = left_beside(model, seen), len(model.unknowns.parameters)
     at = range(first, first + forces[0].shape[1])
     found = max(by_noise(left.blocks, at, left.energy, model.samples), left.blocks.gain(at).p_value)
-    return found if found > CERTAINLY_NONE else max(found, curve_among_draws(model, forces))
+    return found if found > CERTAINLY_NONE else max(found, curve_among_draws(model, seen))
 
 
-def curve_among_draws(model: RefittedModel, forces: Sequence[Array]) -> float:
+def curve_among_draws(model: RefittedModel, seen: Sequence[Scan]) -> float:
     """p-value of a free curve explaining drawn noise of any colour as well as it explains what a model leaves, where
     all of that is such noise; one where too little could be drawn, or more than numbers hold.
 
     How large noise is says little along a motion that rests: a slow error shifts where it rests, and draws of one noise
     differ by orders of magnitude. The share of it that a curve explains differs far less, and its logarithmic odds are
-    about normal: what is left gives one more of them than was drawn (Student 1908). forces : as of `curve_p_value`.
+    about normal: what is left gives one more of them than was drawn (Student 1908). seen : the columns of the fitted
+    segments, and then of the curve.
     """
-    seen = scans(model.fitted, model.unknowns, (), forces)
     noise = judged_along_the_motion(left_beside(model, [one.bare for one in seen])).noise
     drawings = (zip(seen, residuals, strict=True) for residuals in noise.drawn(TWICE))
     drawn = [[one.with_residual(residual) for one, residual in drawing] for drawing in drawings]
@@ -170,8 +169,8 @@ def _odds(seen: Sequence[Scan]) -> float:
     seen : the columns of every segment after those that a fit has shaped, and last the residual.
     """
     projected, samples = project(seen), sum(one.signals.shape[1] for one in seen)
-    moment = projected.missing.T @ projected.residual
-    explained = float(moment @ solved(projected.missing.T @ projected.missing, moment))
+    first = len(projected.fitted)
+    explained = projected.blocks.energy_of(range(first, first + projected.missing.shape[1]))
     left = max(projected.energy - explained - samples, float(np.sqrt(2.0 * samples)))
     return float(np.log(max(explained, 1e-300)) - np.log(left))
 

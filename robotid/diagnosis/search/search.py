@@ -218,7 +218,7 @@ def _beside_lesser_events(found: SearchResult, whole: Aside, criteria: Criteria,
 def replaces_the_curve(again: SearchResult, found: SearchResult) -> bool:
     """Whether what is found with events out of the records explains as much as the curve of a search that left them
     there: what recurs at a speed or a place may look like something that began once. A curve along time is no rival of
-    events, but another look at them."""
+    events, but another view of them."""
     if found.curve is None or found.curve.variable.along == "t":
         return True
     first, data = found.first, found.data
