@@ -165,13 +165,13 @@ def found_late(evidence: Evidence, found: SearchResult) -> tuple[RecordedLate, E
     """By how much a torque is recorded late on regular clocks where a search has found a filter that is no slower than
     clocks explain, for beside what else is missing it may not show before; and the evidence with the torque where it
     acts. A filter that is slower than half an interval must explain no more than a lateness. None where that is not so,
-    or where the model cannot be simulated then."""
+    or where the model cannot be simulated then. Raises OutOfTime."""
     interval = _interval(evidence)
     if _is_irregular(evidence) or all(cause.effect != FILTER for cause in found.causes):
         return None
     time = found.last.parameters[TIME]
     least = (time - ACCEPTANCE.amplitude_sigma * deviation(found.last, TIME)) / interval
-    with deadline(None), suppress(NumericsError):
+    with suppress(NumericsError):
         if least <= HALF:
             clock: RecordedLate | None = RecordedLate(min(time, HALF * interval))
         else:

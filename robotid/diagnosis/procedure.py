@@ -36,6 +36,8 @@ from robotid.signals.stretches import stretches
 Log = Callable[[str], None]
 IN_PIECES = "what is missing leads a simulation of whole records astray: diagnosed in pieces of {} s"
 BY_PIECES = "causes that show in pieces of the records"
+LATE_INSTEAD = "whether the torque is recorded late instead of filtered"
+NOT_LATE = "what is missing with the torque as it was recorded"
 OUT_OF_REACH = "{} cannot be simulated on {}, held out of its fit: no cause is tested there"
 PIECES = (16, 32, 64)  # of a record, in which causes are sought that the simulation of the whole hides
 REFITS = 4  # that a diagnosis makes at least, to tell whether processes are worth their start
@@ -200,17 +202,32 @@ def _sought(
             log(moved.clock.remark)
         clock, seen, pieces = moved.clock, moved.evidence, None
         found = search(seen, criteria, log, moved.start)
-        unseen = None if clock.late or found.late else found_late(evidence, found)
-        if unseen is not None:
-            clock, seen = unseen
-            log(clock.remark)
-            found = search(seen, criteria, log)
+        if not clock.late:
+            clock, seen, found = _unless_late(evidence, found, criteria, log)
         if is_undone(clock, found.causes) or is_filtered(evidence, clock, found, criteria):
             log("the torque is not late but filtered or delayed: searching with the torque as it was recorded")
-            found, clock = search(evidence, criteria, log), RecordedLate()
+            again = search(evidence, criteria, log)
+            found, clock = (_unasked(found, NOT_LATE), clock) if again.late else (again, RecordedLate())
         else:
             found, pieces = _in_pieces(seen, found, criteria, log)
         return _Sought(clock, without_contradicted(found, measured), pieces)
+
+
+def _unless_late(
+    evidence: Evidence, found: SearchResult, criteria: Criteria, log: Log
+) -> tuple[RecordedLate, Evidence, SearchResult]:
+    """What a search finds once more with the torque where it acts, where it was recorded late and the first search has
+    taken that for a filter; what that one found where it was not, or where no time is left to know."""
+    as_it_is = RecordedLate(), evidence
+    try:
+        unseen = None if found.late else found_late(evidence, found)
+    except OutOfTime:
+        return *as_it_is, _unasked(found, LATE_INSTEAD)
+    if unseen is None:
+        return *as_it_is, found
+    log(unseen[0].remark)
+    again = search(unseen[1], criteria, log)
+    return (*as_it_is, _unasked(found, LATE_INSTEAD)) if again.late else (*unseen, again)
 
 
 def _in_pieces(
@@ -233,18 +250,18 @@ def _in_pieces(
     except NumericsError:
         return found, None
     except OutOfTime:
-        return _without_pieces(found), None
+        return _unasked(found, BY_PIECES), None
     if named:
         return (again, length) if nearer else (found, None)
     if again.late:
-        return _without_pieces(found), None
+        return _unasked(found, BY_PIECES), None
     nothing_more = leaves_only_noise(again) or is_swamped(again)
     return (found, None) if found.causes or not leaves_only_noise(found) or nothing_more else (again, length)
 
 
-def _without_pieces(found: SearchResult) -> SearchResult:
-    """What was found, the time being up before pieces showed anything."""
-    return replace(found, late=True, unexamined=(*found.unexamined, BY_PIECES))
+def _unasked(found: SearchResult, what: str) -> SearchResult:
+    """What was found, the time being up before something more was known, in words."""
+    return replace(found, late=True, unexamined=(*found.unexamined, what))
 
 
 def _length_of_pieces(evidence: Evidence, found: SearchResult) -> float:

@@ -15,7 +15,7 @@ from robotid.catalogue import assemble
 from robotid.diagnosis import clock, procedure
 from robotid.diagnosis.clock import InTime, RecordedLate, in_time
 from robotid.diagnosis.criteria import Criteria
-from robotid.diagnosis.procedure import diagnose
+from robotid.diagnosis.procedure import DiagnosisOptions, diagnose
 from robotid.diagnosis.search.data import Evidence, first_state
 from robotid.diagnosis.search.rounds import as_result
 from robotid.diagnosis.search.state import AcceptedCause, SearchResult
@@ -157,7 +157,9 @@ def test_beside_slow_errors_of_the_torque_the_motion_of_a_rigid_axis_tells_the_d
     assert found.clock.late == pytest.approx(0.3 * SAMPLING_TIME, abs=0.15 * SAMPLING_TIME)
 
 
-def test_a_delay_that_causes_undo_was_none(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("in_time", [True, False])
+def test_a_delay_that_causes_undo_was_none(monkeypatch: pytest.MonkeyPatch, in_time: bool) -> None:
+    """Unless no time is left to search without it: then what was found beside it stays."""
     made = records({})
     seen, late = evidence(made), RecordedLate(0.3 * SAMPLING_TIME)
     asked = list[float]()
@@ -166,7 +168,8 @@ def test_a_delay_that_causes_undo_was_none(monkeypatch: pytest.MonkeyPatch) -> N
         asked.append(float(np.abs(given.fitted[0].record.tau_m - made[0].tau_m).max()))
         names = ("motor.stribeck", "torque.torque_delay") if asked[-1] else ("motor.stribeck",)
         causes = tuple(AcceptedCause(one, 0.5, 1.0, 0.0, (one,), *2 * (plain_model(1.0),)) for one in names)
-        return SearchResult(plain_data(), plain_model(1.0), plain_model(1.0), causes, (), ())
+        late = len(asked) > 1 and not in_time
+        return SearchResult(plain_data(), plain_model(1.0), plain_model(1.0), () if late else causes, (), (), late=late)
 
     moved = InTime(late, seen.on(late.corrected), begun(made, QUICK))
     monkeypatch.setattr(procedure, "in_time", lambda *_: moved)
@@ -176,8 +179,12 @@ def test_a_delay_that_causes_undo_was_none(monkeypatch: pytest.MonkeyPatch) -> N
     clock, found = sought.clock, sought.found
     assert asked[0] > 0.0
     assert asked[1:] == [0.0]
-    assert clock.late == 0.0
-    assert [one.effect for one in found.causes] == ["motor.stribeck"]
+    named = [one.effect for one in found.causes]
+    if in_time:
+        assert (clock.late, named, found.unexamined) == (0.0, ["motor.stribeck"], ())
+    else:
+        assert (clock, named) == (late, ["motor.stribeck", "torque.torque_delay"])
+        assert found.unexamined == (procedure.NOT_LATE,)
 
 
 def through_a_filter(made: list[Record], intervals: float) -> list[Record]:
@@ -223,6 +230,31 @@ def test_a_filter_no_slower_than_clocks_explain_is_a_torque_that_is_recorded_lat
     assert found.late == pytest.approx(late * SAMPLING_TIME, abs=0.1 * SAMPLING_TIME)
     extended = extension_task(found, fitted(made), made).records
     assert not any(np.array_equal(one.tau_m, before.tau_m) for one, before in zip(extended, made, strict=True))
+
+
+@pytest.mark.parametrize("ends", ["asked", "searched"])
+def test_a_filter_that_no_time_is_left_to_take_for_a_lateness_stays_as_it_was_found(
+    monkeypatch: pytest.MonkeyPatch, ends: str
+) -> None:
+    made, searches, searching = regular(0.4), list[Evidence](), procedure.search
+
+    def too_late(*_: object) -> None:
+        raise OutOfTime
+
+    def once(given: Evidence, criteria: Criteria, *more: object) -> SearchResult:
+        searches.append(given)
+        found = searching(given, criteria, lambda _: None)
+        return found if len(searches) == 1 else replace(found, late=True)
+
+    monkeypatch.setattr(clock, "_lateness", lambda *_: (0.0, np.inf))
+    if ends == "asked":
+        monkeypatch.setattr(clock, "deviation", too_late)
+    else:
+        monkeypatch.setattr(procedure, "search", once)
+    found = diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=600.0))
+    assert (found.late, [cause.effect for cause in found.causes]) == (0.0, ["torque.torque_filter"])
+    assert f"the budget of 600 s is spent; not examined: {procedure.LATE_INSTEAD}" in found.remarks
+    assert len(searches) == (0 if ends == "asked" else 2)
 
 
 def test_beside_a_cause_a_filter_that_explains_more_than_a_lateness_is_named() -> None:
