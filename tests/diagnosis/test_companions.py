@@ -61,7 +61,7 @@ def test_without_the_signal_no_effect_that_reads_it_is_tried() -> None:
         replace(one, companions={name: c for name, c in one.companions.items() if name == "hall"})
         for one in (record(effect, 1, **values), record(effect, 2, "validate", **values))
     ]
-    found = diagnose(fitted(MODEL, records[0]), records, Criteria(max_causes=1))
+    found = diagnose(fitted(MODEL, records[0]), records, Criteria(max_causes=1, max_refits=2))
     named = [*(cause.effect for cause in found.causes), *(one.effect for one in found.rejected)]
     assert not [name for name in named if "[" in name and "[hall]" not in name]
     assert found.verdict != "clean"

@@ -12,6 +12,7 @@ from support.small_bench import AXIS, QUICK, TRUTH, fitted, records
 
 from robotid.catalogue import assemble
 from robotid.diagnosis import Diagnosis, diagnose
+from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.measured_torque import CONTRADICTED, MeasuredTorque, contradicts
 from robotid.estimate.fitted_model import FittedModel, fitted_model
 from robotid.estimate.grey_box import FitOptions, fit_model
@@ -84,7 +85,7 @@ def mistaken() -> Diagnosis:
     record = Record("log", "estimate", "both", H, wrong["tau_m"], wrong["phi_m"], wrong["dphi_m"])
     joint = assemble(AXIS)
     fit = fit_model("m", joint, joint.parameters().with_values(TRUTH), [record], FitOptions())
-    return diagnose(fit, [record])
+    return diagnose(fit, [record], Criteria(max_refits=1, max_causes=1))
 
 
 def test_what_needs_another_torque_than_was_recorded_is_no_cause() -> None:

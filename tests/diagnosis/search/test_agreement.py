@@ -22,19 +22,19 @@ FEW = Criteria(max_refits=1)
 
 
 @cache
-def accelerated(by: float, heavier: float = 1.0) -> Diagnosis:
-    """An axis fitted at a speed that varies by so much [rad/s], and held to a record in which that varies more and the
-    inertia is so many times as large."""
+def accelerated(by: float, heavier: float = 1.0, wider: float = 1.0) -> Diagnosis:
+    """An axis fitted at a speed that varies by so much [rad/s], and held to a record in which that varies more, so many
+    times as much as elsewhere, and the inertia is so many times as large."""
     t = np.arange(1500) * SAMPLING_TIME
     even = {f"even{k}": 6.0 - k + by * np.sin(2 * np.pi * (0.5 + 0.1 * k) * t) for k in range(2)}
     loaded = TRUTH | {"motor.inertia.J": heavier * TRUTH["motor.inertia.J"]}
-    (check,) = made_along({"check": references()["wide"]}, loaded)
+    (check,) = made_along({"check": wider * references()["wide"]}, loaded)
     made = [*(one.piece(500, 1500) for one in made_along(even)), replace(check, role="validate")]
     return diagnose(fitted(made), made, FEW)
 
 
 def test_a_parameter_that_the_fitted_records_leave_uncertain_has_not_changed() -> None:
-    found = accelerated(by=0.1)
+    found = accelerated(by=0.2, wider=2.0)
     assert found.records["check"].misfit > 2.0 * found.records["check"].noise_floor
     assert found.verdict == "clean"
     assert not found.causes
