@@ -9,6 +9,8 @@ the record and hides at frequencies that the fit absorbs; its level is read off 
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.linalg import expm, solve_toeplitz
 from scipy.optimize import minimize
@@ -45,18 +47,25 @@ def lagged_products(a: Array, b: Array, lags: int) -> Array:
     return np.array([a[lag:] @ b[: len(b) - lag] for lag in range(lags + 1)])
 
 
-@np.errstate(over="ignore", invalid="ignore")  # of a joint that runs away
 def zero_order_hold_response(joint: Joint, theta: Array, sampling_time: float) -> tuple[Array, Array]:
     """x[n + 1] = A x[n] + b u[n] of a slipping joint with its spring at rest, its torque constant from sample to
-    sample: A (nx, nx), b (nx,)."""
+    sample: A (nx, nx), b (nx,), which may not be written to, for all pieces of a record have the same."""
+    return _zero_order_hold_response(joint, np.asarray(theta, dtype=np.float64).tobytes(), sampling_time)
+
+
+@lru_cache(maxsize=8)
+@np.errstate(over="ignore", invalid="ignore")  # of a joint that runs away
+def _zero_order_hold_response(joint: Joint, theta: bytes, sampling_time: float) -> tuple[Array, Array]:
+    """The same. theta : as bytes, which can be compared."""
     x = np.zeros((joint.nx, 1))
     s = np.ones((joint.masses, 1))
-    at = joint.evaluate(x, np.zeros(1), s, np.zeros(1), theta, columns=DerivativeColumns())
+    at = joint.evaluate(x, np.zeros(1), s, np.zeros(1), np.frombuffer(theta), columns=DerivativeColumns())
     assert at.B is not None
     d = joint.nx
     block = np.zeros((d + 1, d + 1))
     block[:d, :d], block[:d, d] = at.A[:, :, 0], at.B[:, -1, 0]
     discrete = expm(block * sampling_time)
+    discrete.flags.writeable = False
     return discrete[:d, :d], discrete[:d, d]
 
 

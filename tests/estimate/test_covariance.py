@@ -55,6 +55,21 @@ def test_a_response_to_an_impulse_is_that_of_the_steps_one_by_one() -> None:
             np.testing.assert_allclose(found, expected[:n, row], rtol=1e-9, atol=1e-12 * np.abs(expected[:, row]).max())
 
 
+def test_the_response_is_kept_for_the_parameters_and_the_interval_that_it_was_asked_for() -> None:
+    joint = assemble(STRUCTURE)
+    theta = joint.parameters().with_values(TRUTH).values
+    A, b = zero_order_hold_response(joint, theta, SAMPLING_TIME)
+    stiffer = theta.copy()
+    stiffer[list(joint.names).index("gear.spring.k1")] *= 2.0
+    others = [(joint, stiffer, SAMPLING_TIME), (joint, theta, 2.0 * SAMPLING_TIME)]
+    assert not any(np.array_equal(zero_order_hold_response(*one)[0], A) for one in others)
+    again, _ = zero_order_hold_response(joint, theta.copy(), SAMPLING_TIME)
+    assert again is A or np.shares_memory(again, A)
+    for kept in (A, b):
+        with pytest.raises(ValueError, match="read-only"):
+            kept[0] = 0.0
+
+
 def test_a_response_to_an_impulse_takes_no_more_memory_than_a_few_signals() -> None:
     joint, n = assemble(STRUCTURE, angle=True), 200_000
     theta = joint.parameters().with_values(TRUTH).values
