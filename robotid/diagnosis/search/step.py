@@ -145,7 +145,9 @@ class Step:
     @cached_property
     def p_value(self) -> float:
         """Of what the step adds being absent, by noise of any colour and by its gain on the validation segments."""
-        fitted = min(self._p_value(), max(self.tried.effects * self.confirmed, self._by_blocks))
+        fitted = self._p_value()
+        if self.confirmed < 1.0:
+            fitted = min(fitted, max(self.tried.effects * self.confirmed, self._by_blocks))
         found = together(fitted, self.held_out, self.tried.refits)
         # what these segments ask for by themselves knows of their gain, and does not count with it
         return min(found, self._p_value(lambda: self.elsewhere))
