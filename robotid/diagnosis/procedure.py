@@ -14,13 +14,20 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.applied import without_events
 from robotid.diagnosis.experiment import Experiments, with_experiments
 from robotid.diagnosis.measured_torque import CONTRADICTED, MeasuredTorque, contradicts, without_contradicted
-from robotid.diagnosis.results import Diagnosis
+from robotid.diagnosis.results import Diagnosis, Findings, Tone
 from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.search import search
 from robotid.diagnosis.search.state import SearchResult
 from robotid.diagnosis.search.torque_errors import is_swamped, lead_astray, leaves_only_noise, strays
 from robotid.diagnosis.tones import as_remarks, tones, without_tones
-from robotid.diagnosis.verdict import all_explained, explains_all, explains_nothing, not_explained, verdict
+from robotid.diagnosis.verdict import (
+    all_explained,
+    as_reported,
+    explains_all,
+    explains_nothing,
+    not_explained,
+    verdict,
+)
 from robotid.errors import ConfigError, NumericsError
 from robotid.estimate.fitted_model import FittedModel, Simulated, fitted_model, simulate_record, simulate_records
 from robotid.estimate.result import FitResult
@@ -40,7 +47,7 @@ LATE_INSTEAD = "whether the torque is recorded late instead of filtered"
 NOT_LATE = "what is missing with the torque as it was recorded"
 OUT_OF_REACH = "{} cannot be simulated on {}, held out of its fit: no cause is tested there"
 PIECES = (16, 32, 64)  # of a record, in which causes are sought that the simulation of the whole hides
-REFITS = 4  # that a diagnosis makes at least, to tell whether processes are worth their start
+REFITS = 20  # that take as long as a diagnosis does at least, to tell whether processes are worth their start
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,11 +78,31 @@ def diagnose(
 
     records : all of them; those that bear the names of the fit's records are fitted, the others validate. log : is
     called with what is being done. The gains of the causes are those of the search, which weighs a residual by its
-    noise; `extension.with_gains` has those of fits as the pipeline makes them.
+    noise; `extension.diagnose_with_gains` has those of fits as the pipeline makes them.
 
     Raises ConfigError without any record of the fit, and NumericsError where the model cannot be simulated on one; a
     held-out one on which it cannot be is left out, with a remark.
     """
+    return examine(fit, records, criteria, options, log).diagnosis()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Examination:
+    """What a search has found of a model, and the diagnosis, which takes longer: it measures where the misfit sits, and
+    what would have been seen."""
+
+    findings: Findings
+    diagnosis: Callable[[], Diagnosis]
+
+
+def examine(
+    fit: FitResult | FittedModel,
+    records: Sequence[Record],
+    criteria: Criteria | None = None,
+    options: DiagnosisOptions | None = None,
+    log: Callable[[str], None] = lambda _: None,
+) -> Examination:
+    """Search for what a fitted model lacks. Arguments and errors as of `diagnose`."""
     begin = time.monotonic()
     model = fit if isinstance(fit, FittedModel) else fitted_model(fit)
     criteria, options = criteria or Criteria(), options or DiagnosisOptions()
@@ -84,7 +111,8 @@ def diagnose(
     measured = cache(lambda: MeasuredTorque.of(model.joint, model.parameters, [run.record for run in fitted]))
     unsought = _without_search(model, given.runs, measured, criteria)
     if unsought is not None:
-        return replace(unsought, remarks=(*unsought.remarks, *given.remarks))
+        found = replace(unsought, remarks=(*unsought.remarks, *given.remarks))
+        return Examination(Findings(refitted=unsought.refitted), lambda: found)
     held_out = [part for part in given.parts if part.name not in model.records]
     evidence, parts = Evidence(model, fitted, held_out, options.horizon), given.parts
     heard = tuple(tone for run in given.runs for tone in tones(run, model.output))
@@ -96,35 +124,48 @@ def diagnose(
         evidence = evidence.on(partial(without_tones, tones=heard))
     until = None if options.budget is None else begin + options.budget
     sought = _sought(evidence, measured(), criteria, until, log)
-    clock, found = sought.clock, sought.found
-    parts = [clock.corrected(part) for part in parts]
-    changed, simulated = bool(found.events or clock.late or heard), given.runs
-    if changed:
-        model = replace(model, parameters=found.first.parameters, first_states={})
-    if changed or sought.pieces is not None:
-        horizon = options.horizon or sought.pieces
-        simulated = [simulate_record(model, without_events(part, found.events), horizon) for part in parts]
-    log("measuring where the misfit sits")
-    diagnosis = verdict(model, simulated, found, criteria)
-    used = [record for record in records if record.name not in given.lost]
-    diagnosis = replace(
-        diagnosis,
-        remarks=(
-            *diagnosis.remarks,
-            *given.remarks,
-            *hums,
-            *sought.remarks,
-            *_repeated(used, model),
-            *_unexamined(found, options.budget),
-        ),
+    findings = _findings(sought, heard)
+
+    def diagnosis() -> Diagnosis:
+        log("measuring where the misfit sits")
+        found, runs, judged = sought.found, given.runs, model
+        changed = bool(findings.events or findings.late or heard)
+        if changed:
+            judged = replace(model, parameters=found.first.parameters, first_states={})
+        if changed or findings.horizon is not None:
+            now = [without_events(sought.clock.corrected(part), found.events) for part in parts]
+            runs = [simulate_record(judged, part, options.horizon or findings.horizon) for part in now]
+        answer = verdict(judged, runs, found, criteria)
+        used = [record for record in records if record.name not in given.lost]
+        done = (*given.remarks, *hums, *sought.remarks, *_repeated(used, model), *_unexamined(found, options.budget))
+        answer = replace(
+            answer,
+            remarks=(*answer.remarks, *done),
+            late=findings.late,
+            late_within=findings.late_within,
+            tones=heard,
+            horizon=findings.horizon,
+        )
+        if options.experiments is None or found.late:
+            return answer
+        return with_experiments(answer, found, options.experiments)
+
+    return Examination(findings, diagnosis)
+
+
+def _findings(sought: _Sought, heard: tuple[Tone, ...]) -> Findings:
+    """heard : tones of the torque, which were taken out of the records."""
+    found, clock = sought.found, sought.clock
+    return Findings(
+        causes=tuple(map(as_reported, found.causes)),
+        refitted=found.last.parameters.by_name,
+        events=found.events,
         late=clock.late,
         late_within=clock.most,
         tones=heard,
         horizon=sought.pieces,
+        beside_shape=found.beside_curve,
     )
-    if options.experiments is None or found.late:
-        return diagnosis
-    return with_experiments(diagnosis, found, options.experiments)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

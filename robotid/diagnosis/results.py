@@ -162,6 +162,21 @@ class Rejected:
     why: str
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Findings:
+    """What a search has found of a model, before it is known where the misfit sits: what an extension takes. All as of
+    `Diagnosis`; of causes, those that a fit can have."""
+
+    causes: tuple[Cause, ...] = ()
+    refitted: dict[str, float] = field(default_factory=dict)
+    events: tuple[Event, ...] = ()
+    late: float = 0.0
+    late_within: float = 0.5
+    tones: tuple[Tone, ...] = ()
+    horizon: float | None = None
+    beside_shape: bool = False
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Diagnosis(Displayed):
     """The verdict on one fitted model.

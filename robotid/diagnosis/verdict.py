@@ -79,14 +79,14 @@ def verdict(
         misfit=levels.misfit,
         remaining=levels.remaining,
         records=misfits,
-        causes=(*map(_cause, found.causes), *map(_changed, changes)),
+        causes=(*map(as_reported, found.causes), *map(_changed, changes)),
         rejected=tuple(_rejected(found, word, changes)),
         curves=() if word == "clean" else location.curves,
         missing=location.missing,
         twist=location.twist,
         residuals={name: trace(runs[name], model) for name in runs},
         shape=None if found.curve is None else replace(found.curve.curve, order=found.curve_share),
-        refitted=dict(zip(found.last.parameters.names, found.last.parameters.values.tolist(), strict=True)),
+        refitted=found.last.parameters.by_name,
         remarks=remarks(word, found, swamped=swamped),
         remaining_share=found.remaining_share,
         events=found.events,
@@ -257,7 +257,7 @@ def _without_cause(
         missing={},
         residuals=residuals,
         shape=None,
-        refitted=dict(zip(model.parameters.names, model.parameters.values.tolist(), strict=True)),
+        refitted=model.parameters.by_name,
     )
 
 
@@ -316,7 +316,7 @@ def trace(run: Simulated, model: FittedModel) -> Trace:
     return downsampled(run.t, run.measured(model.output), run.signal(model.output), model.unit)
 
 
-def _cause(found: AcceptedCause) -> Cause:
+def as_reported(found: AcceptedCause) -> Cause:
     """A cause as it is reported."""
     estimates = _estimates(found.after, found.effect)
     alike = tuple(one for one in found.confounded if one.effect not in found.twins)

@@ -157,7 +157,7 @@ def fit_flexible(
         return FlexResult((), (), (), (), {}, (why,))
     if not records:
         return FlexResult((), (), (), (), {}, ("no record serves the flexible initialisation",))
-    values = dict(zip(parameters.names, parameters.values.tolist(), strict=True))
+    values = parameters.by_name
     free = {name for name, is_free in zip(parameters.names, parameters.free, strict=True) if is_free}
     # Friction is step 1's to find: it hardly shows in a response.
     rubs = {name for place in linear.placed if place.term.friction for name in linear.names[place.at]}
@@ -195,7 +195,7 @@ def _stiff(
 def _inertia_of_poses(joint: Joint, parameters: Parameters, records: Sequence[Record]) -> Array:
     """What effects that read a companion add to the inertia of the arm, (n,) samples of all records [kg m2]."""
     resting = linear_part(joint)
-    known = dict(zip(parameters.names, parameters.values.tolist(), strict=True))
+    known = parameters.by_name
     none, theta = np.zeros((resting.nx, 1)), np.array([known[name] for name in resting.names])
     own = resting.slopes(none, none[: resting.masses], none[0], theta)[1][1, 1, 0]
     added = []

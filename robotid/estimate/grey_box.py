@@ -252,7 +252,7 @@ def _result(name: str, problem: OutputError, solution: Solution, seconds: float,
         iterations=len(solution.cost) - 1,
         end=solution.end,
         seconds=seconds,
-        start=dict(zip(problem.parameters.names, problem.parameters.values.tolist(), strict=True)),
+        start=problem.parameters.by_name,
         keeps_angle=problem.joint.keeps_angle,
     )
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from robotid.lazy import on_first_use
 
 if TYPE_CHECKING:
+    from robotid.extension.gain_by_cause import diagnose_with_gains as diagnose_with_gains
     from robotid.extension.gain_by_cause import gains as gains
     from robotid.extension.gain_by_cause import with_gains as with_gains
     from robotid.extension.procedure import extend as extend
@@ -27,6 +28,7 @@ _HOMES = {
     "ExtensionTask": "task",
     "Score": "results",
     "corrected": "task",
+    "diagnose_with_gains": "gain_by_cause",
     "effects_to_add": "task",
     "extend": "procedure",
     "extension_task": "task",

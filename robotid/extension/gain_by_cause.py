@@ -6,18 +6,33 @@ extension will show.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 from robotid.diagnosis.confirmation import unconfirmed, unsized, with_limits, without_causes
 from robotid.diagnosis.criteria import Criteria
+from robotid.diagnosis.procedure import DiagnosisOptions, examine
 from robotid.diagnosis.results import Diagnosis
 from robotid.errors import NumericsError
+from robotid.estimate.fitted_model import FittedModel
+from robotid.estimate.grey_box import FitOptions
 from robotid.estimate.result import FitResult
-from robotid.extension.task import ExtensionTask, ScoredFit, effects_to_add, fits_with, gain, others_than, tried_with
-from robotid.interrupt import OutOfTime
+from robotid.extension.task import (
+    ExtensionTask,
+    ScoredFit,
+    effects_to_add,
+    extension_task,
+    fits_ahead,
+    fits_with,
+    gain,
+    others_than,
+    tried_with,
+)
+from robotid.interrupt import OutOfTime, deadline
 from robotid.model.structure import belongs
+from robotid.signals.record import Record
 
 AT_RECORDED_ANGLE = (
     "torques that depend on the motor's angle act at the recorded angle (robot.recorded_angle), for that of an"
@@ -35,22 +50,21 @@ Known = dict[tuple[str, ...], ScoredFit]
 
 
 def gains(
-    task: ExtensionTask, effects: Sequence[str], known: Known | None = None
+    task: ExtensionTask, effects: Sequence[str], known: Known | None = None, begun: Iterable[ScoredFit] | None = None
 ) -> tuple[list[float], FitResult | None]:
     """What each effect gains on the validation records once the earlier ones are there [% points of fit]; for what
     gains nothing so, the gain beside all others; and the fit with all effects.
 
-    known : fits of this task, which are not made again; those that are made join them. nan without validation records
+    known : fits of this task, which are not made again; those that are made join them. begun : all that it takes, where
+    these are made already, of `choices_of`. nan without validation records
     that any of these models can be simulated on, or where one of them cannot, and no fit without effects. Raises
     NumericsError where a fit with some first effects does not converge.
     """
     if not effects:
         return [], None
-    if not task.validation:
-        return [float("nan")] * len(effects), task.fit_with(effects)
-    known, choices = {} if known is None else known, [tuple(effects[:k]) for k in range(len(effects) + 1)]
+    known, choices = {} if known is None else known, choices_of(task, effects)
     further = [one for one in choices[:-1] if one not in known] + choices[-1:]  # the last with standard deviations
-    known |= zip(further, fits_with(task, further), strict=True)
+    known |= zip(further, fits_with(task, further, begun), strict=True)
     fitted = [known[one] for one in choices]
     task = task.on_simulated(fitted)
     if not task.validation:
@@ -63,24 +77,68 @@ def gains(
     return found, fitted[-1].fit
 
 
-def with_gains(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria | None = None) -> Diagnosis:
+def choices_of(task: ExtensionTask, effects: Sequence[str]) -> list[tuple[str, ...]]:
+    """The effects of each fit that tells what further effects gain; where no record is held out, there is but one."""
+    return [tuple(effects[:k]) for k in range(0 if task.validation else len(effects), len(effects) + 1)]
+
+
+def diagnose_with_gains(
+    model: FittedModel,
+    fit: FitResult,
+    records: Sequence[Record],
+    fit_options: FitOptions,
+    criteria: Criteria | None = None,
+    options: DiagnosisOptions | None = None,
+    log: Callable[[str], None] = lambda _: None,
+) -> Diagnosis:
+    """The diagnosis of a model, with the gains of its causes as of `with_gains`; their fits are made while it is
+    measured where the misfit sits. A budget of the options is one for both.
+
+    model : what is diagnosed, of this fit; fit_options : of every fit, in pieces of the options' horizon. The rest and
+    errors as of `diagnosis.diagnose`.
+    """
+    begin, options = time.monotonic(), options or DiagnosisOptions()
+    examined = examine(model, records, criteria, options, log)
+    task = extension_task(examined.findings, fit, records, fit_options, horizon=options.horizon, log=log)
+    effects = () if examined.findings.beside_shape else effects_to_add(examined.findings, fit)
+    choices = choices_of(task, effects) if effects else []
+    with deadline(None if options.budget is None else begin + options.budget), fits_ahead(task, choices) as begun:
+        with deadline(None):
+            diagnosis = examined.diagnosis()
+        log("measuring the gains")
+        return with_gains(diagnosis, task, criteria, begun)
+
+
+def with_gains(
+    diagnosis: Diagnosis,
+    task: ExtensionTask,
+    criteria: Criteria | None = None,
+    begun: Iterable[ScoredFit] | None = None,
+) -> Diagnosis:
     """The diagnosis with the gains and parameters that its causes have in fits as the pipeline makes them, those that
     an extension will find, and without those that such a fit does not confirm. Where a deadline is past, those of the
     search stay, and a remark tells so; another tells where causes act at the recorded angle. Those of causes beside a
-    curve stay, too, for no fit of the pipeline has that. criteria : of the search."""
-    judged = diagnosis if diagnosis.beside_shape else _confirmed(diagnosis, task, criteria or Criteria())
+    curve stay, too, for no fit of the pipeline has that. criteria : of the search; begun : as of `gains`, of the causes
+    of the diagnosis."""
+    judged = diagnosis if diagnosis.beside_shape else _confirmed(diagnosis, task, criteria or Criteria(), begun=begun)
     structure = task.structure_with(effects_to_add(judged, task.before))
     if structure.recorded_angle == task.before.structure.recorded_angle:
         return judged
     return replace(judged, remarks=(*judged.remarks, AT_RECORDED_ANGLE))
 
 
-def _confirmed(diagnosis: Diagnosis, task: ExtensionTask, criteria: Criteria, known: Known | None = None) -> Diagnosis:
-    """known : as of `gains`, of a diagnosis whose gains are those of a fit with further causes already."""
+def _confirmed(
+    diagnosis: Diagnosis,
+    task: ExtensionTask,
+    criteria: Criteria,
+    known: Known | None = None,
+    begun: Iterable[ScoredFit] | None = None,
+) -> Diagnosis:
+    """known, begun : as of `gains`; known of a diagnosis whose gains are those of a fit with further causes already."""
     effects = effects_to_add(diagnosis, task.before)
     as_it_is, known = (GAINS_OF_SEARCH, Known()) if known is None else (GAINS_BESIDE_OTHERS, known)
     try:
-        found, last = gains(task, effects, known)
+        found, last = gains(task, effects, known, begun)
     except OutOfTime:
         return replace(diagnosis, remarks=(*diagnosis.remarks, as_it_is.format(NO_TIME)))
     except NumericsError:

@@ -13,7 +13,7 @@ from robotid.catalogue import assemble, with_effect
 from robotid.diagnosis.clock import RecordedLate
 from robotid.diagnosis.events.applied import without_events
 from robotid.diagnosis.refit.refitted_model import carried
-from robotid.diagnosis.results import Diagnosis, Event, Tone
+from robotid.diagnosis.results import Diagnosis, Event, Findings, Tone
 from robotid.diagnosis.tones import without_tones
 from robotid.diagnosis.verdict import root_mean_square, trace
 from robotid.errors import NumericsError
@@ -161,14 +161,26 @@ class ScoredFit:
     scores: dict[str, Score]
 
 
-def fits_with(task: ExtensionTask, choices: Sequence[Sequence[str]]) -> list[ScoredFit]:
+def fits_with(
+    task: ExtensionTask, choices: Sequence[Sequence[str]], begun: Iterable[ScoredFit] | None = None
+) -> list[ScoredFit]:
     """The model with each choice of further effects, fitted and scored; without any, as it was. The last alone has
-    standard deviations. Raises NumericsError where one does not converge."""
+    standard deviations. begun : of `fits_ahead`, for these choices. Raises NumericsError where one does not
+    converge."""
     for effects in choices:
         task.log(_announced(effects))
-    asked = [(tuple(effects), k + 1 == len(choices)) for k, effects in enumerate(choices)]
-    found = each(_fitted, _silenced(task), asked, samples=task.samples)
+    found = each(_fitted, _silenced(task), _asked(choices), samples=task.samples) if begun is None else begun
     return [one if effects else replace(one, fit=task.before) for effects, one in zip(choices, found, strict=True)]
+
+
+def fits_ahead(task: ExtensionTask, choices: Sequence[Sequence[str]]) -> AbstractContextManager[Sequence[ScoredFit]]:
+    """The fits of `fits_with`, which other processes make while this one does something else."""
+    return ahead(_fitted, _silenced(task), _asked(choices), samples=task.samples, meanwhile=True)
+
+
+def _asked(choices: Sequence[Sequence[str]]) -> list[tuple[tuple[str, ...], bool]]:
+    """Choices of further effects, and of which one the standard deviations are asked for."""
+    return [(tuple(effects), k + 1 == len(choices)) for k, effects in enumerate(choices)]
 
 
 def tried_with(task: ExtensionTask, choices: Sequence[Sequence[str]]) -> list[ScoredFit | None]:
@@ -200,9 +212,8 @@ def _nobody(_: str) -> None:
 def _fitted(task: ExtensionTask, asked: tuple[Sequence[str], bool]) -> ScoredFit:
     """asked : further effects, and whether their standard deviations are."""
     effects, deviations = asked
-    if not effects:
-        return ScoredFit(task.before, task.scores(task.before))
-    fit = replace(task, options=replace(task.options, deviations=deviations)).fit_with(effects)
+    wanted = replace(task, options=replace(task.options, deviations=deviations))
+    fit = wanted.fit_with(effects) if effects else task.before
     return ScoredFit(fit, task.scores(fit))
 
 
@@ -214,7 +225,7 @@ def _tried(task: ExtensionTask, asked: tuple[Sequence[str], bool]) -> ScoredFit 
 
 
 def extension_task(
-    diagnosis: Diagnosis,
+    diagnosis: Diagnosis | Findings,
     fit: FitResult,
     records: Sequence[Record],
     options: FitOptions | None = None,
@@ -224,10 +235,10 @@ def extension_task(
 ) -> ExtensionTask:
     """The task to extend a diagnosed model, from where the diagnosis left its parameters or those of its causes.
 
-    fit : the diagnosed one; records : all of them, from which the events of the diagnosis are taken, their torque
-    put where it acts; options : of every fit, absent: those by default, with the output of the diagnosed one; horizon
-    [s] : of its pieces, unless the diagnosis has chosen some. Causes that were found beside a curve which no effect is
-    keep their parameters, for without the curve a fit would lead them astray.
+    diagnosis : or what its search has found; fit : the diagnosed one; records : all of them, from which the events of
+    the diagnosis are taken, their torque put where it acts; options : of every fit, absent: those by default, with the
+    output of the diagnosed one; horizon [s] : of its pieces, unless the diagnosis has chosen some. Causes that were
+    found beside a curve which no effect is keep their parameters, for without the curve a fit would lead them astray.
     """
     of_causes = {p.name: p.value for cause in diagnosis.causes for p in cause.parameters}
     starts, held = (diagnosis.refitted, of_causes), of_causes if diagnosis.beside_shape else {}
@@ -238,14 +249,14 @@ def extension_task(
     return ExtensionTask(fit, records, starts, options, horizon, log, held, clock, diagnosis.events, diagnosis.tones)
 
 
-def corrected(record: Record, found: Diagnosis | Extension) -> Record:
+def corrected(record: Record, found: Diagnosis | Findings | Extension) -> Record:
     """A record as an extension takes it: its torque without the tones that were found, moved by what it was recorded
     late, that of events accounted for."""
     clock = RecordedLate(found.late, found.late_within)
     return without_events(clock.corrected(without_tones(record, found.tones)), found.events)
 
 
-def effects_to_add(diagnosis: Diagnosis, fit: FitResult) -> tuple[str, ...]:
+def effects_to_add(diagnosis: Diagnosis | Findings, fit: FitResult) -> tuple[str, ...]:
     """The causes of a diagnosis that a fit on the same records can take; a difference on a validation record is
     reported, not fitted."""
     return tuple(cause.effect for cause in diagnosis.causes if _can_be_fitted(cause.effect, fit.records))

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from robotid.diagnosis import Criteria, Diagnosis, DiagnosisOptions
-from robotid.diagnosis import diagnose as diagnose_model
 from robotid.diagnosis.experiment import Experiments
 from robotid.errors import ConfigError
-from robotid.extension import Extension, ExtensionTask, effects_to_add, extension_task, with_gains
+from robotid.extension import Extension, diagnose_with_gains, effects_to_add, extension_task
 from robotid.extension import extend as extend_model
 from robotid.interface.dataset import Dataset, as_dataset
 from robotid.interface.identification import Fit, extended_fit, fields_of, with_more
-from robotid.interrupt import deadline
 from robotid.parallel import computing
 from robotid.signals.record import Record, usable_horizon
 from robotid.stages.experiments import references
@@ -81,12 +78,10 @@ def diagnose(
     data = with_more(fit, as_dataset(held_out) + as_dataset(records))
     experiments = Experiments(references, None)
     options = DiagnosisOptions(horizon=_horizon(fit, data), experiments=experiments, budget=budget)
-    at = None if budget is None else time.monotonic() + budget
+    of_fits = replace(fit.options, horizon=options.horizon).fit
     with computing(jobs):
-        found = diagnose_model(fit.fitted_model, data.records, criteria or Criteria(), options, log or _silent)
-        with deadline(at):
-            gained = with_gains(found, _task(fit, found, data, log), criteria)
-    return DiagnosedFit(**fields_of(gained, Diagnosis), fit=fit, dataset=data)
+        found = diagnose_with_gains(fit.fitted_model, fit, data.records, of_fits, criteria, options, log or _silent)
+    return DiagnosedFit(**fields_of(found, Diagnosis), fit=fit, dataset=data)
 
 
 def extend(
@@ -124,19 +119,13 @@ def extend(
             if effect in fit.structure.effects:
                 raise ConfigError(f"{effect} is in the model already", where="extend", hint="leave it out")
         fit.model.with_effects(*wanted)
+    data, horizon = found.dataset, _horizon(fit, found.dataset)
+    of_fits = replace(fit.options, horizon=horizon).fit
+    task = extension_task(found, fit, data.records, of_fits, horizon=horizon, log=log or _silent)
     with computing(jobs):
-        result = extend_model(_task(fit, found, found.dataset, log), wanted)
+        result = extend_model(replace(task, known=found.extended), wanted)
     after = extended_fit(fit, result.fit, found.dataset)
     return ExtendedFit(**(fields_of(result, Extension) | {"fit": after}), origin=fit)
-
-
-def _task(fit: Fit, found: Diagnosis, data: Dataset, log: Log | None) -> ExtensionTask:
-    """The fit as the one that is to be extended, on these records."""
-    options, horizon = fit.options, _horizon(fit, data)
-    task = extension_task(
-        found, fit, data.records, replace(options, horizon=horizon).fit, horizon=horizon, log=log or _silent
-    )
-    return replace(task, known=found.extended)
 
 
 def _horizon(fit: Fit, data: Dataset) -> float | None:

@@ -78,6 +78,11 @@ class Parameters:
         return float(self.values[self.names.index(name)])
 
     @property
+    def by_name(self) -> dict[str, float]:
+        """The values."""
+        return dict(zip(self.names, self.values.tolist(), strict=True))
+
+    @property
     def all_fixed(self) -> Parameters:
         """The same parameters, none of them free."""
         return replace(self, free=np.zeros(len(self.names), dtype=bool))

@@ -6,6 +6,7 @@ import os
 import pickle
 import shutil
 import signal
+import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from loky import ProcessPoolExecutor
 
 START_UP = 1.5  # [s] of work that starting processes is worth: what they take to import the simulator
+PACKAGE = f"{__name__.partition('.')[0]}."  # of which a process imports what this one has
 HAND_OVER = 0.02  # [s] of work that is not worth a message to a process
 
 
@@ -59,18 +61,21 @@ class Pool:
     crew: Crew
     folder: Path = field(init=False)
     executor: ProcessPoolExecutor = field(init=False)
-    first: Future[None] = field(init=False)
     calls: int = field(default=0, init=False)
+    _open: list[Together[Any, Any]] = field(default_factory=list, init=False)
+    _idle: int = field(default=0, init=False)
+    _lock: threading.RLock = field(default_factory=threading.RLock, init=False)
 
     def __post_init__(self) -> None:
         from loky import ProcessPoolExecutor
 
         self.folder = Path(tempfile.mkdtemp(prefix="robotid-"))
         try:
+            known = [name for name in sys.modules if name.startswith(PACKAGE)]
             self.executor = ProcessPoolExecutor(
-                self.others, initializer=begin, initargs=(os.getpid(), str(self.folder)), env=ONE_THREAD
+                self.others, initializer=begin, initargs=(os.getpid(), str(self.folder), known), env=ONE_THREAD
             )
-            self.first = self.submit(nothing)  # processes start at the first task
+            self.submit(nothing).add_done_callback(self._started)  # processes start at the first task
         except BaseException:
             shutil.rmtree(self.folder, ignore_errors=True)
             raise
@@ -86,6 +91,27 @@ class Pool:
             future: Future[Result] = self.executor.submit(task, *arguments)
         return future
 
+    def feed(self) -> None:
+        """Have processes that are idle do what comes next in the call that was made last, for which this one waits
+        first. Is called in a thread of their library, too."""
+        with self._lock:
+            while self._idle and not self.crew.broken:
+                future = next((one for call in reversed(self._open) if (one := call.begun()) is not None), None)
+                if future is None:
+                    return
+                self._idle -= 1
+                future.add_done_callback(self._done)
+
+    def _started(self, _: Future[None]) -> None:
+        with self._lock:
+            self._idle = self.others
+        self.feed()
+
+    def _done(self, _: Future[Any]) -> None:
+        with self._lock:
+            self._idle += 1
+        self.feed()
+
     @contextmanager
     def call(self, work: Work[Item, Result], shared: Any) -> Iterator[Sequence[Result] | None]:
         """Results of the processes and of this one; None where there is no room for what they share."""
@@ -98,9 +124,14 @@ class Pool:
             yield None
             return
         results = Together(self, file, work)
+        with self._lock:
+            self._open.append(results)
+        self.feed()
         try:
             yield results
         finally:
+            with self._lock:
+                self._open.remove(results)
             results.drop()
 
     def close(self) -> None:
@@ -122,8 +153,6 @@ class Together(Lazily[Result], Generic[Item, Result]):
         self._waiting = [*range(1, len(work.items)), 0]
         self._futures: dict[int, Future[Result]] = {}
         self._until = until()
-        for _ in range(pool.others):  # at once, or as soon as they have started
-            pool.first.add_done_callback(self._feed)
 
     def drop(self) -> None:
         """What has not been asked for is wanted no more."""
@@ -146,11 +175,11 @@ class Together(Lazily[Result], Generic[Item, Result]):
     def _interrupted(self) -> Path:
         return Path(f"{self._file}-interrupted")
 
-    def _feed(self, _: Future[Any]) -> None:
-        """Have a process that is free do what comes next. Is called in a thread of its library, too."""
+    def begun(self) -> Future[Result] | None:
+        """What comes next, as a process begins it, None where nothing is left to begin."""
         with self._lock:
-            if not self._waiting or self._pool.crew.broken:
-                return
+            if not self._waiting:
+                return None
             k = self._waiting[0]
             work, results = self._work, str(self._results(k))
             reports = None if work.log is None else str(self._reports(k))
@@ -159,9 +188,9 @@ class Together(Lazily[Result], Generic[Item, Result]):
                 future = self._pool.submit(serve, asked)
             except RuntimeError:  # its processes have ended: all is done here
                 self._pool.crew.broken = True
-                return
+                return None
             self._futures[self._waiting.pop(0)] = future
-        future.add_done_callback(self._feed)
+            return future
 
     def _taken(self, k: int | None = None) -> int | None:
         """The number of a task that this process is to do: this one, or the next, None where it is begun."""

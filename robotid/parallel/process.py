@@ -7,7 +7,7 @@ import pickle
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
@@ -22,7 +22,6 @@ POLL = 0.02  # [s] between two questions whether a result is there, or still wan
 WATCH = 0.2  # [s] between two questions of a process whether it is still needed
 GRACE = 3.0  # [s] in which a process that is not needed any more may end a task
 LARGE = 1 << 20  # bytes of arrays in a result, from which a file is faster than a pipe
-SIMULATOR = "robotid.estimate.grey_box"  # by name, for this room lies below it
 
 
 class _Unwanted(BaseException):
@@ -99,12 +98,13 @@ def nothing() -> None:
     """The first task, with which a process starts."""
 
 
-def begin(parent: int, folder: str) -> None:
-    """Prepare a process: an interrupt concerns its parent, and where that has gone it ends. What every fit needs is
-    imported while the parent still prepares the first task."""
+def begin(parent: int, folder: str, modules: Sequence[str]) -> None:
+    """Prepare a process: an interrupt concerns its parent, and where that has gone it ends. Modules that tasks may need
+    are imported while the parent still prepares the first."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_watch, args=(parent, Path(folder)), name="watch", daemon=True).start()
-    import_module(SIMULATOR)
+    for name in modules:
+        import_module(name)
 
 
 def _watch(parent: int, folder: Path) -> None:

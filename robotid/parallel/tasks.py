@@ -36,18 +36,21 @@ def ahead(
     samples: int,
     log: Event | None = None,
     hands_on_interrupts: bool = False,
+    meanwhile: bool = False,
 ) -> Iterator[Sequence[Result]]:
     """The results of task(shared, item), each there when it is asked for: other processes work ahead, this one works
     when asked. What is not asked for within the block is dropped.
 
     samples : over which a task runs, to tell whether it is worth a process. log : what tasks report; they are called
     with it as log=, and reports arrive in the order in which results are asked for. hands_on_interrupts : an interrupt
-    goes to the tasks, which end early; else it ends the wait.
+    goes to the tasks, which end early; else it ends the wait. meanwhile : this process does something else before it
+    asks, so that even one item is worth another process.
 
     Raises, when a result is asked for, what its task raised.
     """
     crew, seconds = crew_here.get(), samples * len(items) * SECONDS_PER_SAMPLE
-    pool = None if crew is None or len(items) < 2 else pool_of(crew, seconds)
+    alone = len(items) < (1 if meanwhile else 2)
+    pool = None if crew is None or alone else pool_of(crew, seconds)
     if pool is not None:
         with pool.call(Work(task, items, log, hands_on_interrupts), shared) as results:
             if results is not None:

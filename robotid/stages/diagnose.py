@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import re
-import time
 
 from robotid.config.schema import Config
 from robotid.diagnosis import Criteria, Diagnosis, DiagnosisOptions
-from robotid.diagnosis import diagnose as diagnose_model
 from robotid.estimate.fitted_model import fitted_model
 from robotid.estimate.result import Fits
-from robotid.extension import extension_task, with_gains
-from robotid.interrupt import deadline
+from robotid.extension import diagnose_with_gains
 from robotid.progress import Log, Progress
 from robotid.signals.quality import Recordings
 from robotid.signals.record import usable_horizon
@@ -26,7 +23,7 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
 
     Raises NumericsError where the model cannot be simulated.
     """
-    begin, section = time.monotonic(), settings.diagnose
+    section = settings.diagnose
     fit = fits.models[section.model or fits.best]
     model = fitted_model(fit, estimate_states=settings.fit.initial_states == "free")
 
@@ -39,13 +36,8 @@ def diagnose(settings: Config, recordings: Recordings, fits: Fits, log: Log | No
     )
     horizon = settings.fit.fixed_horizon or usable_horizon(fit.horizon, recordings.records)
     options = DiagnosisOptions(horizon, section.samples, experiments(settings), section.budget)
-    diagnosis = diagnose_model(model, recordings.records, criteria, options, say)
-    say("measuring the gains")
-    task = extension_task(
-        diagnosis, fit, recordings.records, fit_options(settings, fit.output, horizon), horizon=horizon, log=say
-    )
-    with deadline(None if section.budget is None else begin + section.budget):
-        return with_gains(diagnosis, task, criteria)
+    of_fits = fit_options(settings, fit.output, horizon)
+    return diagnose_with_gains(model, fit, recordings.records, of_fits, criteria, options, say)
 
 
 def _counted(text: str) -> tuple[int, int]:

@@ -89,11 +89,11 @@ def test_gains_beside_a_cause_that_went_are_said_to_be_that(monkeypatch: pytest.
     found, task = named((POWER, QUADRATIC), {f"{QUADRATIC}.Fq": 1e-5, f"{POWER}.Fp": 0.1, f"{POWER}.alpha": 0.5})
     asked = list[tuple[str, ...]]()
 
-    def once(task: ExtensionTask, effects: tuple[str, ...], known: Known) -> object:
+    def once(task: ExtensionTask, effects: tuple[str, ...], known: Known, begun: None) -> object:
         asked.append(tuple(effects))
         if len(asked) > 1:
             raise OutOfTime
-        return gains(task, effects, known)
+        return gains(task, effects, known, begun)
 
     monkeypatch.setattr(gain_by_cause, "gains", once)
     monkeypatch.setattr(gain_by_cause, "unconfirmed", lambda *_: {QUADRATIC: UNCERTAIN})

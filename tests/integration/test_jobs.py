@@ -18,7 +18,9 @@ from support.small_bench import QUICK, STRIBECK, fitted, records
 
 from robotid.config.load import load
 from robotid.diagnosis import Diagnosis, DiagnosisOptions, diagnose
-from robotid.extension import Extension, extend, extension_task, with_gains
+from robotid.estimate.fitted_model import fitted_model
+from robotid.estimate.grey_box import FitOptions
+from robotid.extension import Extension, diagnose_with_gains, extend, extension_task, with_gains
 from robotid.parallel import computing, pool, working
 from robotid.pipeline.execute import execute_all
 from robotid.pipeline.run import Run
@@ -62,9 +64,8 @@ def found(jobs: int) -> tuple[Diagnosis, Extension]:
     made = records(STRIBECK)
     fit = replace(fitted(made), seconds=0.0)
     with computing(jobs):
-        diagnosis = diagnose(fit, made, QUICK, DiagnosisOptions())
+        diagnosis = diagnose_with_gains(fitted_model(fit), fit, made, FitOptions(output=fit.output), QUICK)
         task = extension_task(diagnosis, fit, made)
-        diagnosis = with_gains(diagnosis, task)
         extension = extend(task, [cause.effect for cause in diagnosis.causes])
     return untimed(diagnosis), untimed(extension)
 
@@ -77,6 +78,14 @@ def test_a_cause_is_the_same_in_two_processes_and_on_two_threads() -> None:
     assert alike(one, found(2))
     with threadpoolctl.threadpool_limits(2, user_api="blas"):
         assert alike(one, found(1))
+
+
+def test_gains_are_those_of_fits_after_the_diagnosis() -> None:
+    made = records(STRIBECK)
+    fit = replace(fitted(made), seconds=0.0)
+    diagnosis = diagnose(fit, made, QUICK, DiagnosisOptions())
+    afterwards = with_gains(diagnosis, extension_task(diagnosis, fit, made), QUICK)
+    assert alike(untimed(afterwards), found(1)[0])
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -86,6 +86,12 @@ def endless(shared: None, number: int) -> int:
         return -number
 
 
+def endless_once_begun(shared: str, number: int) -> int:
+    """The same, telling by a file that it has begun."""
+    Path(shared).touch()
+    return endless(None, number)
+
+
 def killed(shared: int, number: int) -> int:
     """A task that kills its process, unless that is the one that asked."""
     if os.getpid() != shared:
