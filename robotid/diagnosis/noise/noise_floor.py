@@ -21,7 +21,7 @@ from robotid.diagnosis.noise.spectrum import (
 )
 from robotid.estimate.covariance import ABSORBED
 from robotid.estimate.fitted_model import SimulatedSegment
-from robotid.estimate.noise.levels import KINSHIP
+from robotid.estimate.noise.levels import KINSHIP, likeliest_in_common
 from robotid.model.array import Array
 from robotid.signals.record import Quantity
 
@@ -82,12 +82,10 @@ def _common_torque_variance(shown: Sequence[_Shown]) -> float:
 
 def _agreed_torque_variance(noise: Sequence[Spectrum]) -> float:
     """Variance of the torque's noise with which an output noise of its own explains each spectrum, 0 without any."""
-    power = np.concatenate([seen.power[ABSORBED:] for seen in noise])
-    response = np.concatenate([seen.response[ABSORBED:] for seen in noise])
-    sensors = np.concatenate([seen.shapes[0, ABSORBED:] for seen in noise])
-    own = np.repeat(np.eye(len(noise)), [len(seen.power) - ABSORBED for seen in noise], axis=1) * sensors
-    (*levels, torque), cost = whittle(power, np.vstack([own, response]))
-    _, cost_without = whittle(power, own)
+    powers, shapes = zip(*((seen.power[ABSORBED:], seen.shapes[:, ABSORBED:]) for seen in noise), strict=True)
+    sensors = [one[0] for one in shapes]
+    levels, (torque,), cost = likeliest_in_common(powers, sensors, [one[1:] for one in shapes])
+    *_, cost_without = likeliest_in_common(powers, sensors, [one[:0] for one in shapes])
     agree = all(
         seen.explained_by(np.array([level, torque]) @ seen.shapes, seen.bands)
         for seen, level in zip(noise, levels, strict=True)

@@ -272,6 +272,17 @@ def _bounded(power: Array, shapes: _Shapes, count: Array, least: Array, most: Ar
     return least + output, levels, cost
 
 
+def likeliest_in_common(
+    powers: Sequence[Array], own: Sequence[Array], common: Sequence[Array]
+) -> tuple[Array, Array, float]:
+    """Levels that explain several periodograms (f,) best: of a shape of each one's own (f,), (n,), and of shapes that
+    all have in common, (c, f) each, (c,); and minus twice the logarithm of their likelihood. None is negative."""
+    of = np.repeat(np.arange(len(powers)), [*map(len, powers)])
+    shapes = _Shapes(np.concatenate(own), np.concatenate(common, axis=1), of, _apart(of, len(powers)))
+    power = np.concatenate(powers)
+    return _likeliest(power, shapes, np.ones(len(power)), np.zeros(len(power)))
+
+
 def _likeliest(power: Array, shapes: _Shapes, count: Array, fixed: Array) -> tuple[Array, Array, float]:
     """Levels of the outputs (n,) and of the torque (c,), the same in all residuals, none negative, that explain a
     periodogram (f,) best, and minus twice the logarithm of their likelihood.
