@@ -134,7 +134,7 @@ def examine(
             judged = replace(model, parameters=found.first.parameters, first_states={})
         if changed or findings.horizon is not None:
             now = [without_events(sought.clock.corrected(part), found.events) for part in parts]
-            runs = [simulate_record(judged, part, options.horizon or findings.horizon) for part in now]
+            runs = simulate_records(judged, now, options.horizon or findings.horizon)
         answer = verdict(judged, runs, found, criteria)
         used = [record for record in records if record.name not in given.lost]
         done = (*given.remarks, *hums, *sought.remarks, *_repeated(used, model), *_unexamined(found, options.budget))
@@ -332,7 +332,7 @@ def _residuals_in_pieces(
     be simulated."""
     model = found.last.put_into(evidence.model)
     try:
-        return [simulate_record(model, record, length).residual(model.output) for record in records]
+        return [run.residual(model.output) for run in simulate_records(model, records, length)]
     except NumericsError:
         return None
 

@@ -99,7 +99,7 @@ def solve_by_pieces(
 
 def in_a_row(problem: OutputError) -> bool:
     """Whether some records of a problem are pieces of one in a row, with first states that are to be found."""
-    return bool(problem.free_states) and any(map(_follows, problem.records[1:], problem.records))
+    return bool(problem.free_states) and any(map(Record.follows, problem.records[1:], problem.records))
 
 
 def _with_better_first_states(problem: OutputError, at: Evaluation) -> Evaluation:
@@ -125,7 +125,7 @@ def _continued(problems: Sequence[OutputError], solutions: Sequence[Solution], o
     """Solutions, that of a piece which follows another one replaced by what is found from there where that is better,
     until none is."""
     found, records = list(solutions), [one.records[0] for one in problems]
-    following = [k for k in range(1, len(records)) if _follows(records[k], records[k - 1])]
+    following = [k for k in range(1, len(records)) if records[k].follows(records[k - 1])]
     after = following
     while after:
         usual = np.median([_mean_square(one.evaluation) for one in found])
@@ -153,12 +153,6 @@ def _starts_in_a_row(
     """Pieces as they begin where the ones before them end, those that can be simulated from there."""
     points = {k: Point(_end_as_start(found[k - 1].evaluation, problems[k])) for k in after}
     return {k: one for k, one in _evaluated(problems, points).items() if isinstance(one, Evaluation)}
-
-
-def _follows(piece: Record, other: Record) -> bool:
-    """Whether a piece begins where another one of the same record ends."""
-    between = piece.begin - other.begin - other.duration
-    return piece.name == other.name and abs(between) < 0.5 * piece.sampling_time
 
 
 def _end_as_start(before: Evaluation, problem: OutputError) -> Array:

@@ -25,6 +25,7 @@ from robotid.extension.task import (
     effects_to_add,
     extension_task,
     fits_ahead,
+    fits_made,
     fits_with,
     gain,
     others_than,
@@ -55,16 +56,16 @@ def gains(
     """What each effect gains on the validation records once the earlier ones are there [% points of fit]; for what
     gains nothing so, the gain beside all others; and the fit with all effects.
 
-    known : fits of this task, which are not made again; those that are made join them. begun : all that it takes, where
-    these are made already, of `choices_of`. nan without validation records
-    that any of these models can be simulated on, or where one of them cannot, and no fit without effects. Raises
-    NumericsError where a fit with some first effects does not converge.
+    known : fits of this task, which are not made again; those that are made join them. begun : of `fits_ahead`, of all
+    `choices_of` this task. nan without validation records that any of these models can be simulated on, or where one of
+    them cannot, and no fit without effects. Raises NumericsError where a fit with some first effects does not converge.
     """
     if not effects:
         return [], None
     known, choices = {} if known is None else known, choices_of(task, effects)
     further = [one for one in choices[:-1] if one not in known] + choices[-1:]  # the last with standard deviations
-    known |= zip(further, fits_with(task, further, begun), strict=True)
+    made = fits_with(task, further, everywhere=False) if begun is None else fits_made(task, further, begun)
+    known |= zip(further, made, strict=True)
     fitted = [known[one] for one in choices]
     task = task.on_simulated(fitted)
     if not task.validation:

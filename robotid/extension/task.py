@@ -115,11 +115,12 @@ class ExtensionTask:
         options = replace(self.options, other_starts=tuple(others))
         return replace(fit_model(self.before.name, joint, first, self._used, options), horizon=self.horizon)
 
-    def scores(self, fit: FitResult) -> dict[str, Score]:
-        """A fit on every record on which it can be simulated, by record name."""
+    def scores(self, fit: FitResult, *, everywhere: bool = True) -> dict[str, Score]:
+        """A fit on every record on which it can be simulated, by record name. everywhere : on those of the fit, too."""
         shared = (fitted_model(fit, estimate_states=self.options.estimate_states), self.horizon)
-        found = each(_score, shared, self.records, samples=self.samples // max(1, len(self.records)))
-        return {r.name: score for r, score in zip(self.records, found, strict=True) if score is not None}
+        records = [r for r in self.records if everywhere or r.name in self.validation]
+        found = each(_score, shared, records, samples=self.samples // max(1, len(self.records)))
+        return {r.name: score for r, score in zip(records, found, strict=True) if score is not None}
 
     @property
     def samples(self) -> int:
@@ -155,45 +156,60 @@ def _score(shared: tuple[FittedModel, float | None], record: Record) -> Score | 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScoredFit:
-    """A fit and what it scores on every record, as of `ExtensionTask.scores`."""
+    """A fit and what it scores, as of `ExtensionTask.scores`."""
 
     fit: FitResult
     scores: dict[str, Score]
 
 
-def fits_with(
-    task: ExtensionTask, choices: Sequence[Sequence[str]], begun: Iterable[ScoredFit] | None = None
-) -> list[ScoredFit]:
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """A fit with further effects. deviations : with its standard deviations; everywhere : as of
+    `ExtensionTask.scores`."""
+
+    effects: tuple[str, ...]
+    deviations: bool
+    everywhere: bool
+
+
+def fits_with(task: ExtensionTask, choices: Sequence[Sequence[str]], *, everywhere: bool = True) -> list[ScoredFit]:
     """The model with each choice of further effects, fitted and scored; without any, as it was. The last alone has
-    standard deviations. begun : of `fits_ahead`, for these choices. Raises NumericsError where one does not
-    converge."""
-    for effects in choices:
-        task.log(_announced(effects))
-    found = each(_fitted, _silenced(task), _asked(choices), samples=task.samples) if begun is None else begun
-    return [one if effects else replace(one, fit=task.before) for effects, one in zip(choices, found, strict=True)]
+    standard deviations. everywhere : as of `ExtensionTask.scores`. Raises NumericsError where one does not converge."""
+    asked = _asked(choices, everywhere=everywhere)
+    return fits_made(task, choices, each(_fitted, _silenced(task), asked, samples=task.samples))
 
 
 def fits_ahead(task: ExtensionTask, choices: Sequence[Sequence[str]]) -> AbstractContextManager[Sequence[ScoredFit]]:
-    """The fits of `fits_with`, which other processes make while this one does something else."""
-    return ahead(_fitted, _silenced(task), _asked(choices), samples=task.samples, meanwhile=True)
+    """The same on the records held out, for `fits_made`: other processes make them while this one does something
+    else."""
+    asked = _asked(choices, everywhere=False)
+    return ahead(_fitted, _silenced(task), asked, samples=task.samples, meanwhile=True)
 
 
-def _asked(choices: Sequence[Sequence[str]]) -> list[tuple[tuple[str, ...], bool]]:
-    """Choices of further effects, and of which one the standard deviations are asked for."""
-    return [(tuple(effects), k + 1 == len(choices)) for k, effects in enumerate(choices)]
+def fits_made(task: ExtensionTask, choices: Sequence[Sequence[str]], found: Iterable[ScoredFit]) -> list[ScoredFit]:
+    """Fits with each choice of further effects, that without any as this process has it."""
+    for effects in choices:
+        task.log(_announced(effects))
+    return [one if effects else replace(one, fit=task.before) for effects, one in zip(choices, found, strict=True)]
 
 
 def tried_with(task: ExtensionTask, choices: Sequence[Sequence[str]]) -> list[ScoredFit | None]:
-    """The same, all without standard deviations; None for those that do not converge."""
-    with tries_with(task, choices) as found:
-        return list(found)
+    """The model with each choice of further effects as of `fits_with`, on the records held out and without standard
+    deviations; None for one that does not converge."""
+    asked = [_Asked(tuple(effects), deviations=False, everywhere=False) for effects in choices]
+    return each(_tried, _silenced(task), asked, samples=task.samples)
 
 
 def tries_with(
     task: ExtensionTask, choices: Sequence[Sequence[str]]
 ) -> AbstractContextManager[Sequence[ScoredFit | None]]:
-    """The same, each when it is asked for."""
-    return ahead(_tried, _silenced(task), [(tuple(effects), False) for effects in choices], samples=task.samples)
+    """The same on all records, each when it is asked for."""
+    asked = [_Asked(tuple(effects), deviations=False, everywhere=True) for effects in choices]
+    return ahead(_tried, _silenced(task), asked, samples=task.samples)
+
+
+def _asked(choices: Sequence[Sequence[str]], *, everywhere: bool) -> list[_Asked]:
+    return [_Asked(tuple(effects), k + 1 == len(choices), everywhere) for k, effects in enumerate(choices)]
 
 
 def _announced(effects: Sequence[str]) -> str:
@@ -209,15 +225,13 @@ def _nobody(_: str) -> None:
     pass
 
 
-def _fitted(task: ExtensionTask, asked: tuple[Sequence[str], bool]) -> ScoredFit:
-    """asked : further effects, and whether their standard deviations are."""
-    effects, deviations = asked
-    wanted = replace(task, options=replace(task.options, deviations=deviations))
-    fit = wanted.fit_with(effects) if effects else task.before
-    return ScoredFit(fit, task.scores(fit))
+def _fitted(task: ExtensionTask, asked: _Asked) -> ScoredFit:
+    wanted = replace(task, options=replace(task.options, deviations=asked.deviations))
+    fit = wanted.fit_with(asked.effects) if asked.effects else task.before
+    return ScoredFit(fit, task.scores(fit, everywhere=asked.everywhere))
 
 
-def _tried(task: ExtensionTask, asked: tuple[Sequence[str], bool]) -> ScoredFit | None:
+def _tried(task: ExtensionTask, asked: _Asked) -> ScoredFit | None:
     try:
         return _fitted(task, asked)
     except NumericsError:

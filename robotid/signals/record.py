@@ -158,6 +158,11 @@ class Record(Displayed):
         steps = None if self.torque_steps is None else self.torque_steps.take(slice(first, last))
         return replace(self, period=None, begin=begin, companions=companions, torque_steps=steps, **cut)
 
+    def follows(self, other: Record) -> bool:
+        """Whether it begins where another piece of the same record ends."""
+        between = self.begin - other.begin - other.duration
+        return self.name == other.name and abs(between) < 0.5 * self.sampling_time
+
     def pieces(self, length: float | None) -> tuple[Record, ...]:
         """Consecutive pieces of about this length [s], none shorter than half of it; None: all of it as one. Raises
         ConfigError where that is hardly a sample."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import pytest
@@ -176,17 +176,17 @@ def test_pieces_are_as_long_as_the_simulation_stays_with_the_motion(
     monkeypatch: pytest.MonkeyPatch, followed: float, pieces: int
 ) -> None:
     """followed [s] : over which it does."""
-    simulated, asked = procedure.simulate_record, list[float]()
+    simulated, asked = procedure.simulate_records, list[float]()
 
-    def short(model: FittedModel, record: Record, horizon: float | None = None) -> Simulated:
+    def short(model: FittedModel, records: Sequence[Record], horizon: float | None = None) -> list[Simulated]:
         monkeypatch.setattr(procedure, "strays", lambda *_: horizon is not None and horizon > followed)
-        return simulated(model, record, horizon)
+        return simulated(model, records, horizon)
 
     def cut(_: Evidence, horizon: float) -> Evidence:
         asked.append(horizon)
         raise NumericsError("they are not looked at", hint="none")
 
-    monkeypatch.setattr(procedure, "simulate_record", short)
+    monkeypatch.setattr(procedure, "simulate_records", short)
     monkeypatch.setattr(Evidence, "in_pieces", cut)
     diagnosed({})
     assert asked == [pytest.approx(DURATION / pieces, rel=0.01)]

@@ -21,7 +21,7 @@ from robotid.diagnosis.scoring.scan import Scan, scan, scans
 from robotid.diagnosis.search.settings import ACCEPTANCE
 from robotid.diagnosis.search.state import SearchState
 from robotid.errors import NumericsError
-from robotid.estimate.fitted_model import FittedModel, Simulated, simulate_record
+from robotid.estimate.fitted_model import FittedModel, Simulated, simulate_records
 from robotid.estimate.residual import OutputError
 from robotid.signals.record import Quantity, Record
 
@@ -47,12 +47,12 @@ class Evidence:
         validation = [changed(record) for record in self.validation]
         same = all(record is run.record for record, run in zip(records, self.fitted, strict=True))
         model = self.model if same else _fitted_to(records, self)
-        fitted = [simulate_record(model, record, self.horizon) for record in records]
+        fitted = simulate_records(model, records, self.horizon)
         return replace(self, model=model, fitted=fitted, validation=validation)
 
     def in_pieces(self, horizon: float) -> Evidence:
         """The same in pieces of this length [s]. Raises NumericsError where the model cannot be simulated on them."""
-        fitted = [simulate_record(self.model, run.record, horizon) for run in self.fitted]
+        fitted = simulate_records(self.model, [run.record for run in self.fitted], horizon)
         return replace(self, fitted=fitted, horizon=horizon)
 
 

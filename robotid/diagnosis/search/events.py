@@ -85,9 +85,9 @@ class ModelInPieces:
         before = (one for one in self.pieces if one.record.name == event.record)
         return sum(one.energy for one in after) < sum(one.energy for one in before)
 
-    def cut(self, count: int | None = None) -> list[SegmentFit]:
-        """The records in so many pieces, absent: as many as events are sought in."""
-        return simulated_pieces(self.diagnosed, self.model, (*self.data.fitted, *self.data.validation), count)
+    def cut(self, further: int = 0) -> list[SegmentFit]:
+        """The records in pieces, and so many further ones of each that is not cut yet: as of `simulated_pieces`."""
+        return simulated_pieces(self.diagnosed, self.model, (*self.data.fitted, *self.data.validation), further)
 
 
 def largest_event(
@@ -136,7 +136,7 @@ def _is_of_no_cut(found: FoundEvent, records: ModelInPieces) -> bool:
     """Whether an event shows where the records are cut elsewhere, too. A piece that begins as a motor comes to rest or
     sets off has a first state that no linear model tells, and leaves a burst there."""
     try:
-        again = energy_of(found.event, scans(records.cut(EVENTS.pieces + 1), records.model.unknowns, ()))
+        again = energy_of(found.event, scans(records.cut(further=1), records.model.unknowns, ()))
     except (NumericsError, OutOfTime):
         return False
     return shows_again(again, found.energy)

@@ -346,13 +346,11 @@ def _lines(one: Residual, innovations: Innovations, corners: Array, settings: Le
 
 
 def _apart(of: Index, n: int) -> Index:
-    """The lines of each of n residuals, (n, lines of the longest), -1 where there are no more. of : as of
-    `_bounded`."""
-    lines = [np.flatnonzero(of == k) for k in range(n)]
-    found = np.full((len(lines), max(map(len, lines))), -1)
-    for row, own in zip(found, lines, strict=True):
-        row[: len(own)] = own
-    return found
+    """The lines of each of n residuals, (n, lines of the longest), -1 where there are no more. of : (f,) the residual
+    of each line, those of one in a row."""
+    count = np.bincount(of, minlength=n)
+    numbers = np.arange(count.max())
+    return np.where(numbers < count[:, None], (np.cumsum(count) - count)[:, None] + numbers, -1)
 
 
 def _least_squares(own: Array, common: Array, aim: Array, apart: Index) -> Array:
