@@ -6,21 +6,23 @@ import base64
 import hashlib
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from importlib.resources import files
-from itertools import groupby
+from itertools import groupby, islice
 from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup, escape
+from matplotlib.figure import Figure
 
 from robotid.interrupt import check
 from robotid.model.array import Array
 from robotid.model.units import typeset
 from robotid.numerals import significant
+from robotid.parallel import each
 from robotid.report.drawing.layout import time_figure
 from robotid.report.drawing.time import Series, TimePlot
 from robotid.report.findings import Findings
@@ -38,6 +40,7 @@ SAMPLES = tuple(round(MIN_SAMPLES * 1.1**k) for k in range(60))  # that a signal
 MAX_ROWS, SHOWN_ROWS = 40, 20  # of a table: of a longer one so many are shown until it is opened
 MAX_UNFOLDED = 30  # characters of a cell that may be folded
 AXIS_FIGURES = 4  # narrow ones, and wide ones, of a section where there are several axes
+LIKE_A_FIGURE = 10_000  # samples of a fit that takes as long as a figure
 STATIC_POINTS = 1200  # points of a curve where the page cannot draw: without JavaScript
 MINUS = re.compile(r"-(?=\d)")
 NEGATIVE = re.compile(r"(?<![\w.)\]-])-(?=\d)")  # the sign of a number in a sentence, no part of a name or a date
@@ -178,19 +181,16 @@ class _Part:
         """Of the headings of its sections."""
         return 3 if self.name else 2
 
-    def shown(self, most: int) -> list[_ShownSection]:
-        """The sections that have figures. most : samples of a signal that can be zoomed."""
-        return [
-            _ShownSection(
-                one.title,
-                one.note,
-                _in_pairs([_shown(spec, most) for spec in one.figures if not spec.folded]),
-                _in_pairs([_shown(spec, most) for spec in one.figures if spec.folded]),
-                [_grid(table) for table in one.tables],
-            )
-            for one in self.sections
-            if one.figures
-        ]
+    def shown(self, figures: Iterator[_Shown]) -> list[_ShownSection]:
+        """The sections that have figures. figures : all of them, in their order."""
+        found = []
+        for one in self.sections:
+            own = list(islice(figures, len(one.figures)))
+            shown, folded = ([fig for fig in own if fig.spec.folded is hidden] for hidden in (False, True))
+            if own:
+                tables = [_grid(table) for table in one.tables]
+                found.append(_ShownSection(one.title, one.note, _in_pairs(shown), _in_pairs(folded), tables))
+        return found
 
     def tables(self) -> list[tuple[str, list[_Grid]]]:
         """Heading and tables of each stage, the last first."""
@@ -198,8 +198,7 @@ class _Part:
 
 
 def _rendered(head: Head, parts: Sequence[_Part], origin: Origin, of_robot: Sequence[Table] = ()) -> str:
-    figures = [spec for part in parts for one in part.sections for spec in one.figures]
-    most = _samples_of_each([spec.plot for spec in figures if spec.plot is not None])
+    figures = iter(_all_shown([spec for part in parts for one in part.sections for spec in one.figures]))
     return _template().render(
         title=head.title,
         summary=head.summary,
@@ -214,7 +213,7 @@ def _rendered(head: Head, parts: Sequence[_Part], origin: Origin, of_robot: Sequ
                 "remarks": part.remarks,
                 "anchor": part.anchor,
                 "level": part.level,
-                "sections": part.shown(most),
+                "sections": part.shown(figures),
                 "tables": part.tables(),
             }
             for part in parts
@@ -272,16 +271,33 @@ class _Shown:
     alone: bool = False
 
 
-def _shown(spec: FigureSpec, most: int) -> _Shown:
+def _all_shown(specs: Sequence[FigureSpec]) -> list[_Shown]:
+    """The figures of a page, which take most of its time, drawn by all processes."""
+    most = _samples_of_each([spec.plot for spec in specs if spec.plot is not None])
+    drawings = [(_still(spec), spec.name) for spec in specs]
+    pictures = each(_drawn, drawings, range(len(specs)), samples=LIKE_A_FIGURE)
+    return [_shown(spec, picture, most) for spec, picture in zip(specs, pictures, strict=True)]
+
+
+def _still(spec: FigureSpec) -> Callable[[], Figure]:
+    """What draws a figure as it is before it is zoomed."""
+    return spec.draw if spec.plot is None else partial(time_figure, _thinned(spec.plot, STATIC_POINTS))
+
+
+def _drawn(drawings: Sequence[tuple[Callable[[], Figure], str]], k: int) -> str:
     check()
+    draw, name = drawings[k]
+    return inline(draw(), name)
+
+
+def _shown(spec: FigureSpec, picture: str, most: int) -> _Shown:
+    """picture : what is drawn of it; most : samples of a signal that can be zoomed."""
     if spec.plot is None:
-        picture = inline(spec.draw(), spec.name)
         return _Shown(spec, Markup(picture), Markup(_json(_bins(spec))) if spec.bins else None)
-    still = inline(time_figure(_thinned(spec.plot, STATIC_POINTS)), spec.name)
     plot = _thinned(spec.plot, most)
     drawn = max(len(series.t) for strip in plot.strips for series in strip.series)
     thinned = f"{drawn} of {spec.samples} samples, the extremes of every stretch among them." * (drawn < spec.samples)
-    return _Shown(spec, Markup(still), Markup(_json(_document(plot))), thinned)
+    return _Shown(spec, Markup(picture), Markup(_json(_document(plot))), thinned)
 
 
 def _in_pairs(figures: Sequence[_Shown]) -> list[_Shown]:

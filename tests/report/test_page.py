@@ -15,6 +15,7 @@ from support.html_document import Document
 from support.report_findings import findings
 
 from robotid.model.units import typeset
+from robotid.parallel import pool, working
 from robotid.report.evidence.results import Evidence
 from robotid.report.findings import Findings
 from robotid.report.origin import Origin, Source
@@ -196,6 +197,14 @@ def test_numbers_in_tables_have_signs_of_their_own() -> None:
     assert "set-1" in text
     assert "−3.2e−05" in text
     assert "−5.57 / +6.10" in text
+
+
+def test_a_page_is_the_same_where_two_processes_draw_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("loky", reason="processes need loky")
+    monkeypatch.setattr(pool, "START_UP", 0.0)
+    with working(2):
+        drawn = page(up_to("diagnosis"), (), ORIGIN)
+    assert drawn == page(up_to("diagnosis"), (), ORIGIN)
 
 
 def test_the_stamp_of_a_page() -> None:
