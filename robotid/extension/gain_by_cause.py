@@ -106,7 +106,7 @@ def diagnose_with_gains(
     with deadline(None if options.budget is None else begin + options.budget), fits_ahead(task, choices) as begun:
         with deadline(None):
             diagnosis = examined.diagnosis()
-        log("measuring the gains")
+            log("measuring the gains")
         return with_gains(diagnosis, task, criteria, begun)
 
 

@@ -15,7 +15,9 @@ from robotid.diagnosis.search import events as search_events
 from robotid.diagnosis.search import refits, rounds, search
 from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.events import SeenEvent
-from robotid.extension import extension_task, with_gains
+from robotid.estimate.fitted_model import fitted_model
+from robotid.estimate.grey_box import FitOptions
+from robotid.extension import diagnose_with_gains, extension_task, with_gains
 from robotid.interrupt import OutOfTime, check, deadline, until
 
 
@@ -80,6 +82,21 @@ def test_progress_tells_the_round_the_candidate_and_the_time_left() -> None:
     diagnose(fitted(made), made, QUICK, DiagnosisOptions(budget=1e6), heard.append)
     assert any(line.startswith("round 1: refitting with motor.stribeck, 1 of ") for line in heard)
     assert any(line.endswith(" s left") for line in heard)
+
+
+def test_what_is_announced_once_the_time_is_up_ends_nothing() -> None:
+    """A command asks for the time, and for an interrupt, whenever it is told something."""
+    made, heard = records(STRIBECK), list[str]()
+    fit = fitted(made)
+
+    def told(text: str) -> None:
+        check()
+        heard.append(text)
+
+    options = DiagnosisOptions(budget=1e-9)
+    found = diagnose_with_gains(fitted_model(fit), fit, made, FitOptions(), QUICK, options, told)
+    assert any("not examined" in remark for remark in found.remarks)
+    assert heard[-1] == "measuring the gains"
 
 
 def test_gains_that_no_time_is_left_for_are_those_of_the_search() -> None:
