@@ -131,16 +131,10 @@ def test_what_is_not_asked_for_is_abandoned() -> None:
     assert time.monotonic() - began < 30
 
 
-def begun(file: Path) -> None:
-    """Return once a task has made a file."""
-    while not file.exists():
-        time.sleep(0.01)
-
-
 def test_one_task_is_done_elsewhere_while_this_process_does_something_else(tmp_path: Path) -> None:
     first = tmp_path / "first"
     with both_working(), ahead(tasks.process_of_pair, str(first), [0], samples=MUCH, meanwhile=True) as found:
-        begun(first)
+        tasks.wait_for(first)
         assert found[0] != os.getpid()
 
 
@@ -151,7 +145,7 @@ def test_no_task_waits_for_a_process_that_is_at_another(tmp_path: Path) -> None:
         deadline(time.monotonic() + 20.0),
         ahead(tasks.endless_once_begun, str(file), [1], samples=MUCH, meanwhile=True),
     ):
-        begun(file)
+        tasks.wait_for(file)
         assert set(each(tasks.process, None, range(3), samples=MUCH)) == {os.getpid()}
     check()
 

@@ -24,10 +24,8 @@ if TYPE_CHECKING:
     from robotid.diagnosis.criteria import Criteria as Criteria
     from robotid.diagnosis.procedure import DiagnosisOptions as DiagnosisOptions
     from robotid.diagnosis.procedure import diagnose as diagnose
-    from robotid.diagnosis.procedure import examine as examine
     from robotid.diagnosis.results import Cause as Cause
     from robotid.diagnosis.results import Diagnosis as Diagnosis
-    from robotid.diagnosis.results import Findings as Findings
     from robotid.diagnosis.results import Misfit as Misfit
     from robotid.diagnosis.results import Rejected as Rejected
     from robotid.diagnosis.results import Separation as Separation
@@ -37,12 +35,10 @@ _HOMES = {
     "Criteria": "criteria",
     "Diagnosis": "results",
     "DiagnosisOptions": "procedure",
-    "Findings": "results",
     "Misfit": "results",
     "Rejected": "results",
     "Separation": "results",
     "diagnose": "procedure",
-    "examine": "procedure",
 }
 """Where each name is, below this package. It is imported when it is first used: who only reads results needs none of
 the functions that make them."""

@@ -14,7 +14,7 @@ from robotid.diagnosis.criteria import Criteria
 from robotid.diagnosis.events.applied import without_events
 from robotid.diagnosis.experiment import Experiments, with_experiments
 from robotid.diagnosis.measured_torque import CONTRADICTED, MeasuredTorque, contradicts, without_contradicted
-from robotid.diagnosis.results import Diagnosis, Findings, Tone
+from robotid.diagnosis.results import Diagnosis, SearchOutcome, Tone
 from robotid.diagnosis.search.data import Evidence
 from robotid.diagnosis.search.search import search
 from robotid.diagnosis.search.state import SearchResult
@@ -91,7 +91,7 @@ class Examination:
     """What a search has found of a model, and the diagnosis, which takes longer: it measures where the misfit sits, and
     what would have been seen."""
 
-    findings: Findings
+    outcome: SearchOutcome
     diagnosis: Callable[[], Diagnosis]
 
 
@@ -112,7 +112,7 @@ def examine(
     unsought = _without_search(model, given.runs, measured, criteria)
     if unsought is not None:
         found = replace(unsought, remarks=(*unsought.remarks, *given.remarks))
-        return Examination(Findings(refitted=unsought.refitted), lambda: found)
+        return Examination(SearchOutcome(refitted=unsought.refitted), lambda: found)
     held_out = [part for part in given.parts if part.name not in model.records]
     evidence, parts = Evidence(model, fitted, held_out, options.horizon), given.parts
     heard = tuple(tone for run in given.runs for tone in tones(run, model.output))
@@ -124,39 +124,39 @@ def examine(
         evidence = evidence.on(partial(without_tones, tones=heard))
     until = None if options.budget is None else begin + options.budget
     sought = _sought(evidence, measured(), criteria, until, log)
-    findings = _findings(sought, heard)
+    outcome = _outcome(sought, heard)
 
     def diagnosis() -> Diagnosis:
         log("measuring where the misfit sits")
         found, runs, judged = sought.found, given.runs, model
-        changed = bool(findings.events or findings.late or heard)
+        changed = bool(outcome.events or outcome.late or heard)
         if changed:
             judged = replace(model, parameters=found.first.parameters, first_states={})
-        if changed or findings.horizon is not None:
+        if changed or outcome.horizon is not None:
             now = [without_events(sought.clock.corrected(part), found.events) for part in parts]
-            runs = simulate_records(judged, now, options.horizon or findings.horizon)
+            runs = simulate_records(judged, now, options.horizon or outcome.horizon)
         answer = verdict(judged, runs, found, criteria)
         used = [record for record in records if record.name not in given.lost]
         done = (*given.remarks, *hums, *sought.remarks, *_repeated(used, model), *_unexamined(found, options.budget))
         answer = replace(
             answer,
             remarks=(*answer.remarks, *done),
-            late=findings.late,
-            late_within=findings.late_within,
+            late=outcome.late,
+            late_within=outcome.late_within,
             tones=heard,
-            horizon=findings.horizon,
+            horizon=outcome.horizon,
         )
         if options.experiments is None or found.late:
             return answer
         return with_experiments(answer, found, options.experiments)
 
-    return Examination(findings, diagnosis)
+    return Examination(outcome, diagnosis)
 
 
-def _findings(sought: _Sought, heard: tuple[Tone, ...]) -> Findings:
+def _outcome(sought: _Sought, heard: tuple[Tone, ...]) -> SearchOutcome:
     """heard : tones of the torque, which were taken out of the records."""
     found, clock = sought.found, sought.clock
-    return Findings(
+    return SearchOutcome(
         causes=tuple(map(as_reported, found.causes)),
         refitted=found.last.parameters.by_name,
         events=found.events,

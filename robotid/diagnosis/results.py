@@ -163,7 +163,7 @@ class Rejected:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Findings:
+class SearchOutcome:
     """What a search has found of a model, before it is known where the misfit sits: what an extension takes. All as of
     `Diagnosis`; of causes, those that a fit can have."""
 

@@ -100,8 +100,8 @@ def diagnose_with_gains(
     """
     begin, options = time.monotonic(), options or DiagnosisOptions()
     examined = examine(model, records, criteria, options, log)
-    task = extension_task(examined.findings, fit, records, fit_options, horizon=options.horizon, log=log)
-    effects = () if examined.findings.beside_shape else effects_to_add(examined.findings, fit)
+    task = extension_task(examined.outcome, fit, records, fit_options, horizon=options.horizon, log=log)
+    effects = () if examined.outcome.beside_shape else effects_to_add(examined.outcome, fit)
     choices = choices_of(task, effects) if effects else []
     with deadline(None if options.budget is None else begin + options.budget), fits_ahead(task, choices) as begun:
         with deadline(None):

@@ -13,7 +13,7 @@ from robotid.catalogue import assemble, with_effect
 from robotid.diagnosis.clock import RecordedLate
 from robotid.diagnosis.events.applied import without_events
 from robotid.diagnosis.refit.refitted_model import carried
-from robotid.diagnosis.results import Diagnosis, Event, Findings, Tone
+from robotid.diagnosis.results import Diagnosis, Event, SearchOutcome, Tone
 from robotid.diagnosis.tones import without_tones
 from robotid.diagnosis.verdict import root_mean_square, trace
 from robotid.errors import NumericsError
@@ -239,7 +239,7 @@ def _tried(task: ExtensionTask, asked: _Asked) -> ScoredFit | None:
 
 
 def extension_task(
-    diagnosis: Diagnosis | Findings,
+    diagnosis: Diagnosis | SearchOutcome,
     fit: FitResult,
     records: Sequence[Record],
     options: FitOptions | None = None,
@@ -263,14 +263,14 @@ def extension_task(
     return ExtensionTask(fit, records, starts, options, horizon, log, held, clock, diagnosis.events, diagnosis.tones)
 
 
-def corrected(record: Record, found: Diagnosis | Findings | Extension) -> Record:
+def corrected(record: Record, found: Diagnosis | SearchOutcome | Extension) -> Record:
     """A record as an extension takes it: its torque without the tones that were found, moved by what it was recorded
     late, that of events accounted for."""
     clock = RecordedLate(found.late, found.late_within)
     return without_events(clock.corrected(without_tones(record, found.tones)), found.events)
 
 
-def effects_to_add(diagnosis: Diagnosis | Findings, fit: FitResult) -> tuple[str, ...]:
+def effects_to_add(diagnosis: Diagnosis | SearchOutcome, fit: FitResult) -> tuple[str, ...]:
     """The causes of a diagnosis that a fit on the same records can take; a difference on a validation record is
     reported, not fitted."""
     return tuple(cause.effect for cause in diagnosis.causes if _can_be_fitted(cause.effect, fit.records))

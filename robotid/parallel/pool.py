@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from loky import ProcessPoolExecutor
 
-START_UP = 1.5  # [s] of work that starting processes is worth: what they take to import the simulator
+START_UP = 1.5  # [s] of work that starting processes is worth: what they take to import what this one has
 PACKAGE = f"{__name__.partition('.')[0]}."  # of which a process imports what this one has
 HAND_OVER = 0.02  # [s] of work that is not worth a message to a process
 

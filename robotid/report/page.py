@@ -6,11 +6,11 @@ import base64
 import hashlib
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from importlib.resources import files
-from itertools import groupby, islice
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -181,16 +181,19 @@ class _Part:
         """Of the headings of its sections."""
         return 3 if self.name else 2
 
-    def shown(self, figures: Iterator[_Shown]) -> list[_ShownSection]:
-        """The sections that have figures. figures : all of them, in their order."""
-        found = []
-        for one in self.sections:
-            own = list(islice(figures, len(one.figures)))
-            shown, folded = ([fig for fig in own if fig.spec.folded is hidden] for hidden in (False, True))
-            if own:
-                tables = [_grid(table) for table in one.tables]
-                found.append(_ShownSection(one.title, one.note, _in_pairs(shown), _in_pairs(folded), tables))
-        return found
+    def shown(self, figures: Mapping[int, _Shown]) -> list[_ShownSection]:
+        """The sections that have figures. figures : as of `_all_shown`."""
+        return [
+            _ShownSection(
+                one.title,
+                one.note,
+                _in_pairs([figures[id(spec)] for spec in one.figures if not spec.folded]),
+                _in_pairs([figures[id(spec)] for spec in one.figures if spec.folded]),
+                [_grid(table) for table in one.tables],
+            )
+            for one in self.sections
+            if one.figures
+        ]
 
     def tables(self) -> list[tuple[str, list[_Grid]]]:
         """Heading and tables of each stage, the last first."""
@@ -198,7 +201,7 @@ class _Part:
 
 
 def _rendered(head: Head, parts: Sequence[_Part], origin: Origin, of_robot: Sequence[Table] = ()) -> str:
-    figures = iter(_all_shown([spec for part in parts for one in part.sections for spec in one.figures]))
+    figures = _all_shown([spec for part in parts for one in part.sections for spec in one.figures])
     return _template().render(
         title=head.title,
         summary=head.summary,
@@ -271,12 +274,12 @@ class _Shown:
     alone: bool = False
 
 
-def _all_shown(specs: Sequence[FigureSpec]) -> list[_Shown]:
-    """The figures of a page, which take most of its time, drawn by all processes."""
+def _all_shown(specs: Sequence[FigureSpec]) -> dict[int, _Shown]:
+    """The figures of a page, which take most of its time, drawn by all processes; by the identity of their specs."""
     most = _samples_of_each([spec.plot for spec in specs if spec.plot is not None])
     drawings = [(_still(spec), spec.name) for spec in specs]
     pictures = each(_drawn, drawings, range(len(specs)), samples=LIKE_A_FIGURE)
-    return [_shown(spec, picture, most) for spec, picture in zip(specs, pictures, strict=True)]
+    return {id(spec): _shown(spec, picture, most) for spec, picture in zip(specs, pictures, strict=True)}
 
 
 def _still(spec: FigureSpec) -> Callable[[], Figure]:

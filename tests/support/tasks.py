@@ -45,14 +45,19 @@ def process(shared: None, number: int) -> int:
 def process_of_pair(shared: str, number: int) -> int:
     """Number of the process that does the task; the second of two is not done before the first, so that whoever is at
     it cannot take both. shared : a file that the first makes."""
-    first = Path(shared)
     if number == 0:
-        first.touch()
+        Path(shared).touch()
+    wait_for(Path(shared))
+    return os.getpid()
+
+
+def wait_for(file: Path) -> None:
+    """Return once a task has made a file. Raises TimeoutError after a minute."""
     for _ in range(6000):
-        if first.exists():
-            return os.getpid()
+        if file.exists():
+            return
         time.sleep(0.01)
-    raise TimeoutError(f"{shared}: the first task has not been done in a minute")
+    raise TimeoutError(f"{file}: no task has made it in a minute")
 
 
 def deaf(shared: None, number: int) -> bool:

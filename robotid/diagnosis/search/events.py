@@ -86,7 +86,7 @@ class ModelInPieces:
         return sum(one.energy for one in after) < sum(one.energy for one in before)
 
     def cut(self, further: int = 0) -> list[SegmentFit]:
-        """The records in pieces, and so many further ones of each that is not cut yet: as of `simulated_pieces`."""
+        """The records in pieces, each segment in so many further ones: as of `simulated_pieces`."""
         return simulated_pieces(self.diagnosed, self.model, (*self.data.fitted, *self.data.validation), further)
 
 

@@ -18,11 +18,10 @@ from robotid.signals.record import Record
 
 def pieces(of_each: int, further: int = 0, *, apart: bool = False) -> Counter[str]:
     """How many there are of records that the search has cut into so many. apart : with a gap after each piece."""
-    model, made = fitted_model(fitted(list(records({})))), records({})
-    horizon = made[0].duration / of_each
-    evidence = Evidence(
-        model, simulate_records(model, [r for r in made if r.name in model.records], horizon), [], horizon
-    )
+    made = records({})
+    model, horizon = fitted_model(fitted(made)), made[0].duration / of_each
+    own = [record for record in made if record.name in model.records]
+    evidence = Evidence(model, simulate_records(model, own, horizon), [], horizon)
     state = first_state(evidence, Criteria(skip=("record_change",)))
     segments = [replace(one, record=_moved(one.record, apart=apart)) for one in state.data.fitted]
     found = simulated_pieces(model, state.first, segments, further)
